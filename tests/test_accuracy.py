@@ -6,7 +6,7 @@ import csv
 import re
 from pathlib import Path
 
-import pytest
+from tolerance import approx
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
@@ -40,8 +40,8 @@ def test_the_summary_says_what_the_table_says():
     measured = LINES["measured coils"]
     said = re.search(r"\| against (\d+) measured coils [^|]*\|[^|]*\| median ([\d.]+) %, worst ([\d.]+) % \|", README)
     assert said is not None and said[1] == measured["designs"]
-    assert float(said[2]) == pytest.approx(100 * float(measured["median_error"]), abs=0.05)
-    assert float(said[3]) == pytest.approx(100 * float(measured["largest_error"]), abs=0.05)
+    assert float(said[2]) == approx(100 * float(measured["median_error"]), abs=0.05)
+    assert float(said[3]) == approx(100 * float(measured["largest_error"]), abs=0.05)
     windings = [line for name, line in LINES.items() if re.fullmatch(r"winding inductance, \w+", name)]
     assert len(windings) == 7 and all(line["designs"] == "850" for line in windings)
     assert all(float(line["median_error"]) < 1e-5 for line in windings)

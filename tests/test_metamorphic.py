@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates import Estimates
@@ -37,20 +38,20 @@ def numbers(found: Estimates, coil: int = 0) -> list[float]:
 
 def test_units_do_not_matter() -> None:
     written = estimated({"outer_diameter": "7000 um", "trace_width": "150 um", "trace_spacing": "0.015 cm"})
-    assert numbers(written) == pytest.approx(numbers(estimated()), rel=1e-12)
+    assert numbers(written) == approx(numbers(estimated()), rel=1e-12)
 
 
 @pytest.mark.parametrize("turned", ["360 deg", "-360 deg"])
 def test_a_whole_turn_of_the_start_changes_nothing(turned: str) -> None:
-    assert numbers(estimated({"start_angle": turned})) == pytest.approx(numbers(estimated()), rel=1e-8)
+    assert numbers(estimated({"start_angle": turned})) == approx(numbers(estimated()), rel=1e-8)
 
 
 def test_sense_and_start_do_not_change_the_winding() -> None:
     plain = estimated().coils[0]
     for change in ({"sense": "clockwise"}, {"start_angle": "33 deg"}, {"start_angle": "180 deg"}):
         other = estimated(change).coils[0]
-        assert other.winding_inductance == pytest.approx(plain.winding_inductance, rel=1e-12)
-        assert other.resistance_dc == pytest.approx(plain.resistance_dc, rel=1e-9)
+        assert other.winding_inductance == approx(plain.winding_inductance, rel=1e-12)
+        assert other.resistance_dc == approx(plain.resistance_dc, rel=1e-9)
 
 
 def test_order_and_place_of_the_coils_do_not_matter() -> None:
@@ -59,8 +60,8 @@ def test_order_and_place_of_the_coils_do_not_matter() -> None:
 
     plain = pair((-4.5, 0), (4.5, 0))
     swapped, moved = pair((4.5, 0), (-4.5, 0)), pair((5.5, 3), (14.5, 3))
-    assert numbers(swapped, 1) == pytest.approx(numbers(plain, 0), rel=1e-12)
-    assert numbers(moved) == pytest.approx(numbers(plain), rel=1e-9)
+    assert numbers(swapped, 1) == approx(numbers(plain, 0), rel=1e-12)
+    assert numbers(moved) == approx(numbers(plain), rel=1e-9)
 
 
 def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
@@ -69,9 +70,9 @@ def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
             target={"shape": shape, "size": size}, elastomer={"shape": shape, "size": size, "thickness": 1}
         )
 
-    assert numbers(with_target("rectangle", [8, 8])) == pytest.approx(numbers(with_target("square", 8)), rel=1e-12)
+    assert numbers(with_target("rectangle", [8, 8])) == approx(numbers(with_target("square", 8)), rel=1e-12)
     upright, lying = with_target("rectangle", [6, 9]), with_target("rectangle", [9, 6])
-    assert numbers(upright) == pytest.approx(numbers(lying), rel=1e-9)
+    assert numbers(upright) == approx(numbers(lying), rel=1e-9)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
@@ -84,7 +85,7 @@ def test_direct_current_values_scale_with_the_length(shape: str, scale: float) -
         assert one.winding_capacitance is not None
         return [one.winding_inductance / factor, one.resistance_dc * factor, one.winding_capacitance / factor]
 
-    assert of(scale) == pytest.approx(of(1.0), rel=2e-7)
+    assert of(scale) == approx(of(1.0), rel=2e-7)
 
 
 def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
@@ -96,8 +97,8 @@ def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
 
     free = estimated(readout={"capacitance": "220 pF"}).coils[0].states["free"]
     alone = [free.inductance, free.resistance, free.frequency]
-    assert at_rest(gap=90) == pytest.approx(alone, rel=1e-5)
-    assert at_rest(material={"conductivity": "0 S/m"}) == pytest.approx(alone, rel=1e-9)
+    assert at_rest(gap=90) == approx(alone, rel=1e-5)
+    assert at_rest(material={"conductivity": "0 S/m"}) == approx(alone, rel=1e-9)
     assert at_rest()[0] < 0.99 * alone[0]
 
 
@@ -112,4 +113,4 @@ def test_turning_the_whole_array_with_its_coils_changes_no_coupling(shape: str) 
     turned = pair([[0.0, -5.0], [-0.5, 4.0]], ["90 deg", "180 deg"])
     matrix, other = plain.inductance_matrix, turned.inductance_matrix
     assert abs(matrix[0][1]) > 1e-3 * matrix[0][0]
-    assert other[0][1] == pytest.approx(matrix[0][1], rel=1e-6) and other[0][0] == pytest.approx(matrix[0][0], rel=1e-9)
+    assert other[0][1] == approx(matrix[0][1], rel=1e-6) and other[0][0] == approx(matrix[0][0], rel=1e-9)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from tolerance import approx
 
 from sitscad.cli import cli
 
@@ -53,10 +54,10 @@ def test_the_table_of_templates_is_what_they_give():
         states = list(first.states.values())
         assert f"{first.states['free'].inductance * 1e6:.2f}" == inductance
         for shown, state in zip(resistances.split("/"), states, strict=True):
-            assert float(shown) * 1e3 == pytest.approx(state.parallel_resistance, rel=0.05)
+            assert float(shown) * 1e3 == approx(state.parallel_resistance, rel=0.05)
         for shown, state in zip(filter(str.strip, amplitudes.split("/")), states[1:], strict=False):
-            assert float(shown) == pytest.approx(state.amplitude, abs=0.011)
-        assert float(highest) * 1e6 == pytest.approx(max(state.frequency for state in states), rel=0.01)
+            assert float(shown) == approx(state.amplitude, abs=0.011)
+        assert float(highest) * 1e6 == approx(max(state.frequency for state in states), rel=0.01)
 
 
 def test_pictures_are_the_ones_that_the_tool_makes():

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -27,7 +28,7 @@ def test_growth_is_named(name):
     law, exponent = LAWS[name]
     found = Growth("work", "turns", NUMBERS, tuple(law(n) for n in NUMBERS))
     assert found.name == name
-    assert found.exponent == pytest.approx(exponent, abs=1e-9)
+    assert found.exponent == approx(exponent, abs=1e-9)
 
 
 def test_a_constant_part_does_not_hide_the_growth():
@@ -35,7 +36,7 @@ def test_a_constant_part_does_not_hide_the_growth():
 
 
 def test_the_most_memory_is_that_of_the_work():
-    assert peak(lambda: bytearray(5_000_000)) == pytest.approx(5.0, rel=0.05)
+    assert peak(lambda: bytearray(5_000_000)) == approx(5.0, rel=0.05)
     assert peak(lambda: None) < 0.1
 
 

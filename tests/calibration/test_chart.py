@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.calibration.calibrate import sensors_of
@@ -34,4 +35,4 @@ def test_a_sensor_at_either_end_of_its_scatter_is_on_the_chart(sensors, gap, mod
     poses = sensors.poses(errors, loads)
     charted, solved = (np.log(sensors.frequencies(errors, poses, exact)) for exact in (False, True))
     change = solved[1:] - solved[0]
-    assert charted[1:] - charted[0] == pytest.approx(change, abs=0.015 * np.abs(change).max())
+    assert charted[1:] - charted[0] == approx(change, abs=0.015 * np.abs(change).max())

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
@@ -61,7 +62,7 @@ def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden
     own = 0.7 * hidden
     own[0] = gap * sensors.known[0].sigma
     found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)), foretold.form)
-    assert found.sensors.around is not None and found.fit.moved[0] == pytest.approx(gap, abs=1.0)
+    assert found.sensors.around is not None and found.fit.moved[0] == approx(gap, abs=1.0)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
@@ -78,7 +79,7 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     own = 0.7 * hidden
     own[place] = 2.0 * sensors.known[place].sigma
     found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)), foretold.form)
-    assert found.fit.moved[place] == pytest.approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
+    assert found.fit.moved[place] == approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))

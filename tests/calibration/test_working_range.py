@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.calibration.working_range import working_range
@@ -31,7 +32,7 @@ def test_shear_is_calibrated_as_far_as_it_is_asked_for_and_can_be_trusted(asked,
     plain = sitscad.load_text(SENSOR.format(asked=""), "pair.yaml")
     words = "" if asked is None else f", shear_force: {shear_at(plain, asked):.9g} N"
     found = working_range(sitscad.load_text(SENSOR.format(asked=words), "pair.yaml"))
-    assert found.shear == pytest.approx(shear_at(plain, travel), rel=1e-5)
+    assert found.shear == approx(shear_at(plain, travel), rel=1e-5)
     assert len(found.notes) == notes
 
 
@@ -44,4 +45,4 @@ def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, trave
     loads = np.array([[n, x, y] for n in (0.0, normal) for x, y in ((force, 0.0), (0.0, force))])
     poses = pushed(spec, loads, np.ones(4, dtype=bool))[0]
     moved = np.hypot(poses[:, 0], poses[:, 1]) / spec.elastomer.thickness
-    assert moved.max() == pytest.approx(travel, rel=0.005)
+    assert moved.max() == approx(travel, rel=0.005)

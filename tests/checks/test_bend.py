@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.drawing.frame import mm
 from sitscad.drawing.sheet import Label
@@ -45,7 +46,7 @@ def test_what_lies_in_the_bend(advised, bench):
     (note,) = advised("SIT123", bench.spec, bench)
     start, end = bench.bend_zone
     assert note.severity is Severity.NOTE and start < note.place.x < end
-    assert note.measured == pytest.approx(end - note.place.x) and note.measured > note.limit > 0
+    assert note.measured == approx(end - note.place.x, rel=1e-6) and note.measured > note.limit > 0
     middle = Point((start + end) / 2, 0.0)
     via = replace(bench, vias=(*bench.vias, Via(middle, 0.2 * MM, 0.45 * MM, "C1")))
     found = [f for f in advised("SIT123", bench.spec, via) if f.severity is Severity.ERROR]
@@ -55,7 +56,7 @@ def test_what_lies_in_the_bend(advised, bench):
     outline = Region(rectangle(end - 0.5 * MM, -1e-3, end + 4e-3, 1e-3))
     plate = replace(bench, stiffener=replace(bench.stiffener, outline=outline))
     (stiff,) = [f for f in advised("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
-    assert "stiffener" in stiff.message and stiff.measured == pytest.approx(0.5 * MM)
+    assert "stiffener" in stiff.message and stiff.measured == approx(0.5 * MM, rel=1e-6)
 
 
 def test_a_bend_without_straight_tracks_is_a_warning(advised, bench):
@@ -131,7 +132,7 @@ def test_the_order_says_to_bend_where_the_check_says(advised, rest):
     (note,) = advised("SIT123", here, layout)
     start, end = bend_stretch(layout)
     assert note.severity is Severity.NOTE and f"from x = {show(start, 'm', 4)}" in note.message
-    assert start == note.place.x > layout.bend_zone[0] and end - start == pytest.approx(note.measured)
+    assert start == note.place.x > layout.bend_zone[0] and end - start == approx(note.measured, rel=1e-6)
     told = f"between x = {show(start, 'm')} and x = {show(end, 'm')}"
     board, stackup = board_drawing.drawing(layout, ""), stackup_drawing.drawing(layout, "")
     for words in (fabrication_notes.readme(layout), words_of(board), words_of(stackup)):

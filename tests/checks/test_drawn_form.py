@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks.board.track_graph import TrackGraph, closed_loops
 from sitscad.finding import Severity
@@ -52,8 +53,8 @@ def test_a_track_drawn_too_narrow(judge, bench):
     (found,) = judge("SIT101", bench.spec, replace(bench, traces=(thin, *bench.traces[1:])))
     assert (
         found.severity is Severity.ERROR
-        and found.measured == pytest.approx(80 * UM)
-        and found.limit == pytest.approx(100 * UM)
+        and found.measured == approx(80 * UM, rel=1e-6)
+        and found.limit == approx(100 * UM, rel=1e-6)
     )
     assert (found.place.x, found.place.y, found.place.layer) == (*thin.path.start, 1) and found.place.nets == ("C1",)
 
@@ -67,8 +68,8 @@ def test_acute_angle(judge, bench, degrees, fires):
     found = judge("SIT120", bench.spec, only(bench, polyline([Point(3 * MM, 1 * MM), corner, end])))
     assert bool(found) == fires
     if fires:
-        assert found[0].measured == pytest.approx(degrees) and found[0].unit == "degrees"
-        assert (found[0].place.x, found[0].place.y) == pytest.approx(corner) and found[0].place.nets == ("C1",)
+        assert found[0].measured == approx(degrees, rel=1e-6) and found[0].unit == "degrees"
+        assert (found[0].place.x, found[0].place.y) == approx(corner, rel=1e-6) and found[0].place.nets == ("C1",)
 
 
 def test_acute_angle_between_a_line_and_an_arc_and_between_two_tracks(judge, bench):
@@ -80,7 +81,7 @@ def test_acute_angle_between_a_line_and_an_arc_and_between_two_tracks(judge, ben
     )
     assert judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *along)))) == []
     (found,) = judge("SIT120", bench.spec, only(bench, Path((*arc_path(arc), *back))))
-    assert found.measured == pytest.approx(math.degrees(math.atan(0.2)))
+    assert found.measured == approx(math.degrees(math.atan(0.2)), rel=1e-6)
     one, two = only(bench, arc_path(arc)), Trace(back, 100 * UM, 1, "C1", Role.LEAD)
     both = replace(one, traces=(*one.traces, two))
     assert len(judge("SIT120", bench.spec, both)) == 1
@@ -100,7 +101,7 @@ def test_sliver_in_a_narrow_turn_back(judge, bench, apart, fires):
     found = judge("SIT121", bench.spec, only(bench, legs))
     assert bool(found) == fires
     if fires:
-        assert found[0].measured == pytest.approx(apart * MM - 100 * UM) and found[0].place.layer == 1
+        assert found[0].measured == approx(apart * MM - 100 * UM, rel=1e-6) and found[0].place.layer == 1
 
 
 def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
@@ -110,7 +111,7 @@ def test_a_gap_that_the_spec_asks_for_is_said_to_be_the_specs(judge, bench):
     assert "generic-flex asks 100 um" in found.message and "coil.trace_spacing" not in found.source
     narrow = replace(bench.spec, coil=replace(bench.spec.coil, trace_spacing=80 * UM))
     (found,) = judge("SIT121", narrow, only(bench, legs))
-    assert "the spec (coil.trace_spacing) asks 80 um" in found.message and found.limit == pytest.approx(80 * UM)
+    assert "the spec (coil.trace_spacing) asks 80 um" in found.message and found.limit == approx(80 * UM, rel=1e-6)
     assert found.source == "coil.trace_spacing in the spec"
 
 
@@ -125,7 +126,7 @@ def test_a_ring_round_a_coil_is_a_shorted_turn(judge, bench):
     ring = Trace(circle(centre, 3.7 * MM), 100 * UM, 2, "GUARD", Role.LEAD)
     (found,) = judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, ring)))
     assert "round coil C1: a shorted turn" in found.message and found.place.nets == ("GUARD",)
-    assert found.place.layer == 2 and Point(found.place.x, found.place.y).distance(centre) == pytest.approx(3.7 * MM)
+    assert found.place.layer == 2 and Point(found.place.x, found.place.y).distance(centre) == approx(3.7 * MM, rel=1e-6)
     open_ring = replace(ring, path=Path(circle(centre, 3.7 * MM).segments[:1]))
     assert judge("SIT122", bench.spec, replace(bench, traces=(*bench.traces, open_ring))) == []
 
@@ -137,7 +138,7 @@ def test_a_bridge_between_turns_is_a_shorted_turn(judge, bench):
     one, two = min(far, key=lambda p: p.x), max(far, key=lambda p: p.x)
     spoilt = with_track(bench, [one, two], net=turn.net)
     (loop,) = closed_loops(TrackGraph(spoilt))
-    assert abs(loop.turns_round(centre)) == pytest.approx(round(abs(loop.turns_round(centre)))) and loop.area > 20e-6
+    assert abs(loop.turns_round(centre)) == approx(round(abs(loop.turns_round(centre))), rel=1e-6) and loop.area > 20e-6
     (found,) = judge("SIT122", bench.spec, spoilt)
     assert "round coil C1" in found.message
 

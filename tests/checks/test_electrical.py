@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks import RULES, check
@@ -81,7 +82,7 @@ def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tr
     assert not re.search(r"\d", found.hint)
     (found,) = (f for f in check(spec).findings if f.rule == "SIT202")
     value = parse_quantity(re.search(r"readout.capacitance: (\d+ pF)", found.hint).group(1), "capacitance")
-    assert any(value == pytest.approx(each) for each in preferred_values(ldc161x))
+    assert any(value == approx(each, rel=1e-6) for each in preferred_values(ldc161x))
     spec = design()
     assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
     assert judge("SIT202", spec, None, estimates(spec, frequency=900.0))[0].limit == 1e3
@@ -244,7 +245,7 @@ def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, es
     matrix = [[2.5e-6 if i == j else 0.3e-6 if max(i, j) < 4 else 1e-10 for j in range(5)] for i in range(5)]
     matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
     (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
-    assert (found.severity, found.measured) == (severity, pytest.approx(coupling))
+    assert (found.severity, found.measured) == (severity, approx(coupling, rel=1e-6))
     assert "C1, C2, C3, C4 at address 0x2A, C5 at 0x2B" in found.message
     assert "C3 and C5" in found.message
 
@@ -255,7 +256,7 @@ def test_idle_neighbour(coupling: float, severity: Severity | None, judge, desig
     matrix = ((2.5e-6, -coupling * 2.5e-6), (-coupling * 2.5e-6, 2.5e-6))
     found = judge("SIT212", spec, None, estimates(spec, matrix=matrix))
     assert [f.severity for f in found] == ([severity] if severity else [])
-    assert all(f.measured == pytest.approx(coupling**2) for f in found)
+    assert all(f.measured == approx(coupling**2, rel=1e-6) for f in found)
 
 
 def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estimates) -> None:
@@ -304,7 +305,7 @@ def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit
     (found,) = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))
     # by less than one sigma more than one board of six is beyond it
     assert (found.severity, found.limit) == (Severity.WARNING if count < 0.9 else Severity.NOTE, limit)
-    assert found.sigma == pytest.approx(count)
+    assert found.sigma == approx(count, rel=1e-6)
     assert f"{count:.1f} sigma" in found.message and "trace width" in found.message
     assert judge(rule, spec, None, scattered(estimates(spec, **how))) == []
 
@@ -321,7 +322,7 @@ def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, d
     spec = design()
     found = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]
     assert found.severity is not Severity.NOTE
-    assert found.sigma == pytest.approx(count)
+    assert found.sigma == approx(count, rel=1e-6)
     assert f"{count:.1f} sigma" in found.message
 
 
@@ -361,7 +362,7 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
     assert hot.readout.drive_code > cold.readout.drive_code
     most = max(coil.states[state].parallel_resistance for coil in cold.coils for state in ("rest", "pressed"))
     assert found.severity is Severity.WARNING
-    assert found.measured == pytest.approx(4.0 / math.pi * most * hot.readout.drive_current)
+    assert found.measured == approx(4.0 / math.pi * most * hot.readout.drive_current, rel=1e-6)
     assert f"drive code {cold.readout.drive_code}" in found.hint
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.finding import Missing, Severity, Shortfall
 from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
@@ -50,7 +51,7 @@ def with_rules(layout, **figures):
 def test_trace_width_and_spacing(judge, design):
     (width,) = judge("SIT101", design(coil__trace_width="75 um"))
     assert (width.severity, width.limit) == (Severity.ERROR, 76e-6)
-    assert width.measured == pytest.approx(75e-6) and width.key == "coil.trace_width"
+    assert width.measured == approx(75e-6, rel=1e-6) and width.key == "coil.trace_width"
     assert width.source and "3 mil" in width.source
     (spacing,) = judge("SIT102", design(coil__trace_spacing="60 um"))
     assert spacing.limit == 76e-6 and spacing.key == "coil.trace_spacing"
@@ -66,7 +67,7 @@ def test_loop_lines_warn_unless_they_bind(judge, verdicts, design):
         (Severity.WARNING, "coil.trace_width"),
         (Severity.WARNING, "coil.trace_spacing"),
     ]
-    assert all(f.limit == pytest.approx(152.4e-6) for f in found)
+    assert all(f.limit == approx(152.4e-6, rel=1e-6) for f in found)
     binding = ruled(design(), coil_rule_binding=True)
     assert [f.severity for f in judge("SIT103", binding)] == [Severity.ERROR] * 2
     wide = ruled(design(), coil_trace_width=80e-6, coil_trace_spacing=80e-6)
@@ -83,10 +84,10 @@ def test_drill_ring_and_holes(judge, good):
     assert judge("SIT104", spec, thin)[0].measured == 0.19e-3
     wide = replace(layout, vias=(replace(via, drill=0.22e-3),))
     (ring,) = judge("SIT105", spec, wide)
-    assert ring.measured == pytest.approx((via.pad - 0.22e-3) / 2) and ring.limit == spec.fpc.rules.annular_ring
+    assert ring.measured == approx((via.pad - 0.22e-3) / 2, rel=1e-6) and ring.limit == spec.fpc.rules.annular_ring
     near = replace(via, centre=Point(via.centre.x + via.drill + 0.2e-3, via.centre.y))
     (wall,) = judge("SIT106", spec, replace(layout, vias=(via, near)))
-    assert wall.measured == pytest.approx(0.2e-3) and wall.limit == 0.25e-3
+    assert wall.measured == approx(0.2e-3, rel=1e-6) and wall.limit == 0.25e-3
 
 
 def test_the_drawn_copper_of_a_good_board_keeps_every_distance(judge, good):
@@ -128,7 +129,7 @@ def test_two_nets_too_near(judge, good):
     away = Trace(Path((Line(Point(0.02, 0.001), Point(0.021, 0.001)),)), 100e-6, 1, one.net, Role.LEAD)
     beside = replace(away, path=away.path.shifted(0.0, 0.18e-3), net=other.net)
     (found,) = judge("SIT108", spec, replace(layout, traces=(away, beside), vias=(), pads=()))
-    assert found.measured == pytest.approx(80e-6) and found.limit == 100e-6
+    assert found.measured == approx(80e-6, rel=1e-6) and found.limit == 100e-6
     assert "20 um are missing" in found.hint
     fair = replace(beside, path=away.path.shifted(0.0, 0.2e-3))
     assert judge("SIT108", spec, replace(layout, traces=(away, fair), vias=(), pads=())) == []
@@ -146,7 +147,7 @@ def test_a_tight_hairpin_is_found_and_a_right_angle_is_not(judge, good):
 
     legs = [Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.15e-3), Point(0, 0.15e-3)]
     (found,) = judge("SIT108", spec, on_board(*legs))
-    assert found.measured == pytest.approx(50e-6)
+    assert found.measured == approx(50e-6, rel=1e-6)
     assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 1e-3))) == []
     assert judge("SIT108", spec, on_board(Point(0, 0), Point(1e-3, 0), Point(1e-3, 0.2e-3), Point(0, 0.2e-3))) == []
 
@@ -168,9 +169,9 @@ def test_via_clearance_is_the_distance_to_the_pad(judge, good):
     other = layout.coils[1].net
     line = Trace(Path((Line(Point(-1e-3, 0.36e-3), Point(1e-3, 0.36e-3)),)), 100e-6, 2, other, Role.LEAD)
     (found,) = judge("SIT107", spec, replace(layout, traces=(line,), vias=(via,), pads=()))
-    assert found.measured == pytest.approx(0.36e-3 - 0.225e-3 - 0.05e-3)
-    assert judge("SIT110", spec, replace(layout, traces=(line,), vias=(via,), pads=()))[0].measured == pytest.approx(
-        0.21e-3
+    assert found.measured == approx(0.36e-3 - 0.225e-3 - 0.05e-3, rel=1e-6)
+    assert judge("SIT110", spec, replace(layout, traces=(line,), vias=(via,), pads=()))[0].measured == approx(
+        0.21e-3, rel=1e-6
     )
     clear = replace(line, path=line.path.shifted(0, 0.02e-3))
     assert judge("SIT107", spec, replace(layout, traces=(clear,), vias=(via,), pads=())) == []
@@ -193,7 +194,7 @@ def test_copper_to_edge(judge, good):
     )
     board = replace(layout, outline=rectangle(*layout.body), traces=(near,), vias=(), pads=())
     (found,) = judge("SIT109", spec, board)
-    assert found.measured == pytest.approx(0.15e-3) and found.limit == 0.2e-3
+    assert found.measured == approx(0.15e-3, rel=1e-6) and found.limit == 0.2e-3
     inner = replace(near, path=near.path.shifted(0.0, -0.05e-3))
     assert judge("SIT109", spec, replace(board, traces=(inner,))) == []
     crossing = replace(near, path=Path((Line(Point(x0 - 1e-3, 0), Point(x1, 0)),)))
@@ -273,20 +274,20 @@ def test_coverlay(judge, good):
     left, right = (Region(rectangle(x, 0.0, x + 1e-3, 1e-3)) for x in (0.0, 1.15e-3))
     web = replace(layout, top_openings=(left, right))
     (found,) = judge("SIT114", spec, web)
-    assert found.measured == pytest.approx(0.15e-3) and found.limit == 0.2e-3
+    assert found.measured == approx(0.15e-3, rel=1e-6) and found.limit == 0.2e-3
     assert judge("SIT114", spec, replace(layout, top_openings=(left,), bottom_openings=(right,))) == []
     edge = bounding_box([layout.outline])
     beside = Region(rectangle(edge[0] + 0.12e-3, 0.0, edge[0] + 1e-3, 1e-3))
     (found,) = judge("SIT114", spec, replace(layout, bottom_openings=(beside,)))
-    assert found.measured == pytest.approx(
-        0.12e-3
+    assert found.measured == approx(
+        0.12e-3, rel=1e-6
     ) and "bottom coverlay leaves a web of 120 um to the board's edge" in (found.message)
     reaching = Region(rectangle(edge[2] - 1e-3, -0.5e-3, edge[2], 0.5e-3))
     assert judge("SIT114", spec, replace(layout, top_openings=(reaching,))) == []
     track = Trace(Path((Line(Point(-1e-3, 1.2e-3), Point(3e-3, 1.2e-3)),)), 100e-6, 1, "C1", Role.TAIL)
     bare = replace(layout, top_openings=(left,), traces=(track,), vias=())
     (found,) = judge("SIT115", spec, bare)
-    assert found.measured == pytest.approx(0.15e-3)
+    assert found.measured == approx(0.15e-3, rel=1e-6)
     assert judge("SIT115", spec, replace(bare, traces=(replace(track, layer=2),))) == []
     into = replace(track, path=Path((Line(Point(-1e-3, 0.5e-3), Point(0.5e-3, 0.5e-3)),)))
     assert judge("SIT115", spec, replace(bare, traces=(into,))) == []
@@ -358,7 +359,7 @@ def test_insertion_thickness(judge, verdicts, good, design):
 
     assert judge("SIT117", spec, stiffened(0.3e-3 - board)) == []
     (found,) = judge("SIT117", spec, stiffened(0.36e-3 - board))
-    assert found.measured == pytest.approx(0.36e-3) and "60 um thinner" in found.hint
+    assert found.measured == approx(0.36e-3, rel=1e-6) and "60 um thinner" in found.hint
     pads = replace(spec.fpc.tail.connector, insertion_thickness=0.0)
     soldered = replace(spec, fpc=replace(spec.fpc, tail=replace(spec.fpc.tail, connector=pads)))
     assert "unverified" not in found.message  # Hirose FH12 states both figures
@@ -380,7 +381,7 @@ def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
 
 def test_loop_lines_are_those_of_the_coils_copper(judge, good):
     found = judge("SIT103", good[0])
-    assert [f.limit for f in found] == pytest.approx([203.2e-6] * 2)
+    assert [f.limit for f in found] == approx([203.2e-6] * 2, rel=1e-6)
     assert all("at 35 um copper" in f.message and "35 um" in f.source for f in found)
     assert all("lowers L and Rp" in f.hint and "does not make it binding" in f.message for f in found)
 
@@ -406,7 +407,7 @@ def test_rules_that_give_one_of_width_and_spacing_leave_the_other_unknown_in_thi
     known = {"SIT101", "SIT102"} - {unknown}
     assert [judge(rule, spec) for rule in known] == [[]]
     (found,) = judge(unknown, spec)
-    assert "no figure for" in found.message and (found.measured, found.limit) == pytest.approx((70e-6, 35e-6))
+    assert "no figure for" in found.message and (found.measured, found.limit) == approx((70e-6, 35e-6), rel=1e-6)
 
 
 def test_rules_that_write_one_minimum_of_coils_do_not_make_the_others_binding(judge):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks import RULES, check
@@ -80,14 +81,14 @@ def test_what_is_not_required_is_not_checked(bench, rule_id):
 def test_the_resolution_that_is_judged_is_that_of_the_response(bench):
     (finding,), _ = _judged("SIT401", bench, normal_resolution=1e-6)
     most = max(point.axes["normal"].resolution for point in bench.performance)
-    assert finding.measured == pytest.approx(most, rel=0.03)
+    assert finding.measured == approx(most, rel=0.03)
 
 
 def test_a_coil_alone_is_judged_by_tilt_at_second_order():
     """By symmetry hardly any slope over tilt is left; any tilt passed, however small its allowed error."""
     one = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), left = _judged("SIT404", one, tilt=0.0349, tilt_error=3e-3)
-    assert not left and finding.measured == pytest.approx(0.0157, rel=0.2)
+    assert not left and finding.measured == approx(0.0157, rel=0.2)
     assert _judged("SIT404", one, tilt=0.0349, tilt_error=25e-3) == ([], [])
     findings, left = _judged("SIT403", one, crosstalk=1e-9)
     assert not findings and "one axis" in left[0].reason

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import check
@@ -116,7 +117,7 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     known = {"shear_modulus": 39.4e3, "shear_modulus_sigma": 0.0, "ogden_exponent": 2.0}
     pad = replace(spec.elastomer, material=replace(spec.elastomer.material, **known))
     (stiff,) = judge("SIT304", replace(spec, elastomer=pad))
-    assert stiff.measured == pytest.approx(0.57, abs=0.005)
+    assert stiff.measured == approx(0.57, abs=0.005)
     (skinned,) = judge("SIT304", design(elastomer=miniature))
     assert skinned.measured < found.measured
 
@@ -201,10 +202,10 @@ def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge
     narrow = {"target__size": 4, "elastomer__size": 4, "elastomer__offset": [0, 0.3]}
     assert [f.key for f in judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.3]}))] == []
     (found,) = judge("SIT301", design(**narrow | {"elastomer__offset": [0, 0.7]}))
-    assert found.key == "elastomer.offset" and found.measured == pytest.approx(5.4e-3)
+    assert found.key == "elastomer.offset" and found.measured == approx(5.4e-3, rel=1e-6)
     assert "its middle 700 um beside the jaw's" in found.message and "300 um too much on that side" in found.hint
     (turned,) = judge("SIT301", design(target__size=4, target__rotation="45 deg"))
-    assert turned.key == "target.size" and turned.measured == pytest.approx(4e-3 * math.sqrt(2))
+    assert turned.key == "target.size" and turned.measured == approx(4e-3 * math.sqrt(2), rel=1e-6)
 
 
 def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, design):
@@ -212,21 +213,24 @@ def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, 
     assert [f.measured for f in judge("SIT306", design(**wide))] == []
     spec = design(**wide, target__rotation="90 deg")
     (found,) = judge("SIT306", spec)
-    assert found.measured == pytest.approx(6.5e-3)
+    assert found.measured == approx(6.5e-3, rel=1e-6)
     (complaint,) = target_proportions(Design(spec))
     assert "target.rotation: 0 deg lies so" in complaint.advice(None)
 
 
 def test_target_proportions_of_a_pair(judge, design):
-    assert [f.limit for f in judge("SIT306", design(target__size=3.5))] == [pytest.approx(4.5e-3), pytest.approx(4e-3)]
+    assert [f.limit for f in judge("SIT306", design(target__size=3.5))] == [
+        approx(4.5e-3, rel=1e-6),
+        approx(4e-3, rel=1e-6),
+    ]
     (long,) = judge("SIT306", design(target__shape="rectangle", target__size=[6, 4.5]))
-    assert long.severity is Severity.WARNING and long.measured == pytest.approx(6e-3)
+    assert long.severity is Severity.WARNING and long.measured == approx(6e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.0)) == []
 
 
 def test_target_of_a_single_coil_covers_it(judge, design):
     found = judge("SIT306", design(array=None, target__size=3.9))
-    assert [f.limit for f in found] == [pytest.approx(4e-3)] * 2
+    assert [f.limit for f in found] == [approx(4e-3, rel=1e-6)] * 2
     assert judge("SIT306", design(array=None, target__size=6)) == []
 
 
@@ -234,7 +238,7 @@ def test_a_target_offset_beside_its_coil_is_told(judge, design):
     """Only its size was held against the coil: with no force required, a target beside every coil passed in silence."""
     for offset, over in (([12, 0], 12e-3), ([0, 1.5], 1.5e-3), ([-2, 1.2], 2e-3)):
         (found,) = judge("SIT306", design(array=None, target__size=4, target__offset=offset))
-        assert found.key == "target.offset" and found.measured == pytest.approx(over)
+        assert found.key == "target.offset" and found.measured == approx(over, rel=1e-6)
         assert "of coil C1 lies beside it" in found.message and "target.offset: [0, 0]" in found.hint
     assert judge("SIT306", design(array=None, target__size=8, target__offset=[1.9, -1.9])) == []
     assert len(judge("SIT306", design(array=None, target__size=8, target__offset=[2.1, 0]))) == 1
@@ -242,7 +246,7 @@ def test_a_target_offset_beside_its_coil_is_told(judge, design):
 
 def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
     (found,) = judge("SIT306", design(target__size=4.5, target__offset=[4, 0]))
-    assert "the middle of coil C1 lies beside it" in found.message and found.measured == pytest.approx(4e-3)
+    assert "the middle of coil C1 lies beside it" in found.message and found.measured == approx(4e-3, rel=1e-6)
     assert judge("SIT306", design(target__size=4.5, target__offset=[0.3, 0.2])) == []
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 5}
     (found,) = judge("SIT306", design(array=grid, target__size=8, target__offset=[0, -3]))
@@ -252,7 +256,7 @@ def test_a_target_offset_from_coils_that_it_would_reach_is_told(judge, design):
 def test_a_target_between_the_coils_is_told(judge, design):
     grid = {"pattern": "grid", "count": [2, 2], "pitch": 10}
     (found,) = judge("SIT306", design(array=grid, target__size=5))
-    assert "over none of them" in found.message and found.measured == pytest.approx(2.5e-3 * math.sqrt(2))
+    assert "over none of them" in found.message and found.measured == approx(2.5e-3 * math.sqrt(2), rel=1e-6)
     assert judge("SIT306", design(array=grid, target__size=9)) == []
 
 
@@ -262,7 +266,10 @@ def test_target_of_a_long_coil_covers_it_both_ways(judge, design):
     coil = {f"coil__{key}": value for key, value in long.items()}
     spec = design(array=None, **coil, target__shape="rectangle", target__size=[8, 4])
     (found,) = judge("SIT306", spec)
-    assert (found.measured, found.limit) == (pytest.approx(8e-3), pytest.approx(10e-3)) and "long" in found.message
+    assert (found.measured, found.limit) == (
+        approx(8e-3, rel=1e-6),
+        approx(10e-3, rel=1e-6),
+    ) and "long" in found.message
 
 
 def test_the_best_length_over_other_arrays_is_said_not_to_be_judged(verdicts, design):
@@ -290,12 +297,12 @@ def test_tail_bend(judge, verdicts, design, drawn):
     assert judge("SIT308", design(fpc__tail__bend="none")) == []
     assert judge("SIT308", design()) == []
     (note,) = judge("SIT308", with_jaw(design(), port_diameter=2.4e-3))
-    assert note.severity is Severity.NOTE and note.measured == pytest.approx(10 * 128e-6)
+    assert note.severity is Severity.NOTE and note.measured == approx(10 * 128e-6, rel=1e-6)
     (thick,) = judge("SIT308", design(fpc__tail__layers=4))
-    assert thick.severity is Severity.WARNING and thick.measured == pytest.approx(20 * 261e-6)
+    assert thick.severity is Severity.WARNING and thick.measured == approx(20 * 261e-6, rel=1e-6)
     dynamic = judge("SIT308", design(fpc__tail__bend="dynamic"))
     assert [f.severity for f in dynamic] == [Severity.WARNING, Severity.WARNING]
-    assert dynamic[1].measured == pytest.approx(40 * 128e-6)
+    assert dynamic[1].measured == approx(40 * 128e-6, rel=1e-6)
     many = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=4))
     assert many[0].severity is Severity.ERROR and many[0].measured == 4.0
     one = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))
@@ -310,7 +317,11 @@ def test_shield_gap(judge, design):
     spec = design()
     deep = replace(spec, shield=replace(spec.shield, gap=0.7e-3))
     (found,) = judge("SIT309", deep)
-    assert found.measured == pytest.approx(0.8e-3) and found.limit == pytest.approx(0.7e-3) and "100 um" in found.hint
+    assert (
+        found.measured == approx(0.8e-3, rel=1e-6)
+        and found.limit == approx(0.7e-3, rel=1e-6)
+        and "100 um" in found.hint
+    )
     assert judge("SIT309", spec) == []
 
 
@@ -319,7 +330,7 @@ def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judg
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 1.6}
     low = design(mount=jaw, shield__gap=1.5)
     (found,) = judge("SIT309", low)
-    assert found.severity is Severity.WARNING and found.measured < 4e-3 and found.limit == pytest.approx(4e-3)
+    assert found.severity is Severity.WARNING and found.measured < 4e-3 and found.limit == approx(4e-3, rel=1e-6)
     assert (
         judge("SIT309", design(mount__standoff=1.6, shield__gap=1.5, mount__kind="bench-plate", mount__jaw=None)) == []
     )
@@ -327,10 +338,10 @@ def test_a_shield_that_the_port_makes_narrower_than_the_coils_is_said_to_be(judg
 
 def test_target_rotation(judge, design):
     (found,) = judge("SIT310", design(elastomer__thickness=2))
-    assert found.severity is Severity.NOTE and found.measured == pytest.approx(2 / 4.5)
+    assert found.severity is Severity.NOTE and found.measured == approx(2 / 4.5, rel=1e-6)
     assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
     (small,) = judge("SIT310", design(elastomer__size=8, elastomer__thickness=2))
-    assert small.measured == pytest.approx(2 / 4.5) and "the target is wide" in small.message
+    assert small.measured == approx(2 / 4.5, rel=1e-6) and "the target is wide" in small.message
 
 
 def test_one_coil_alone_reads_tilt_as_force(judge, design):
@@ -365,8 +376,8 @@ def test_elastomer_shear(judge, verdicts, design):
     soft = design(elastomer=pad, target__size=4, encapsulation=None, requirements__normal_force="0.2 N")
     strained, found = judge("SIT312", soft)
     travel = soft_pad(soft).pose([[0.2, 1.0, 0.0]], is_held=True)[0, 0]
-    assert found.measured == pytest.approx(travel) and found.limit == pytest.approx(2.25e-3)
-    assert strained.measured == pytest.approx(travel / 2e-3)
+    assert found.measured == approx(travel, rel=1e-6) and found.limit == approx(2.25e-3, rel=1e-6)
+    assert strained.measured == approx(travel / 2e-3, rel=1e-6)
     plain = 1.0 / (soft.elastomer.material.shear_modulus * 16e-6)
     assert 0.8 < strained.measured / plain < 1.1  # bonded edges and bending soften, large shear hardens
     (lost,) = judge("SIT312", design(elastomer=pad, target__size=4, encapsulation=None))
@@ -420,14 +431,14 @@ def test_a_printed_piece_too_thin_to_be_made_is_refused(standoff, count, judge, 
     found = judge("SIT314", design(mount__standoff=standoff))
     assert len(found) == count
     for one in found:
-        assert one.severity is Severity.ERROR and one.measured == pytest.approx(standoff * 1e-3 - 0.7e-3)
+        assert one.severity is Severity.ERROR and one.measured == approx(standoff * 1e-3 - 0.7e-3, rel=1e-6)
         assert one.limit == 0.4e-3 and "mount.standoff: 0.7 lays the shield on the metal, 1.1 leaves" in one.hint
 
 
 def test_a_coarser_process_needs_thicker_pieces(judge, design):
     assert judge("SIT314", design(mount__process="resin")) == []
     (found,) = judge("SIT314", design(mount__process="powder"))
-    assert found.key == "shield.gap" and found.limit == 0.7e-3 and found.measured == pytest.approx(0.6e-3)
+    assert found.key == "shield.gap" and found.limit == 0.7e-3 and found.measured == approx(0.6e-3, rel=1e-6)
     assert judge("SIT314", design(mount={"kind": "bench-plate", "standoff": 2}, shield=None)) == []
 
 
@@ -435,19 +446,19 @@ def test_a_board_wider_than_the_jaw_s_true_face_is_told_and_held_by_its_seat(jud
     """4.712 mm on a face of 4.386 mm passed in silence, for the bar that the jaw is milled from is 4.8 mm wide."""
     jaw = {"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.7}
     (note,) = judge("SIT301", design(mount=jaw))
-    assert note.severity is Severity.NOTE and "4.386 mm wide" in note.message and note.limit == pytest.approx(0.6e-3)
+    assert note.severity is Severity.NOTE and "4.386 mm wide" in note.message and note.limit == approx(0.6e-3, rel=1e-6)
     (bare,) = judge("SIT301", design(mount=jaw | {"standoff": 0.1}, shield=None, elastomer__thickness=0.5))
-    assert bare.severity is Severity.ERROR and bare.limit == pytest.approx(0.1e-3) and bare.measured > bare.limit
+    assert bare.severity is Severity.ERROR and bare.limit == approx(0.1e-3, rel=1e-6) and bare.measured > bare.limit
 
 
 def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
     jaw = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 8, "recess": 1, "pocket": [18, 3.7]}
     mount = {"kind": "grasper-pad", "jaw": jaw, "standoff": 0.7}
     (found,) = judge("SIT301", design(mount=mount))
-    assert found.key == "mount.standoff" and found.limit == pytest.approx(3.5e-3) and "300 um below" in found.message
+    assert found.key == "mount.standoff" and found.limit == approx(3.5e-3, rel=1e-6) and "300 um below" in found.message
     assert judge("SIT301", design(mount=mount | {"standoff": 1})) == []
     (short,) = judge("SIT301", design(mount=mount | {"standoff": 1, "jaw": jaw | {"pocket": [9, 3.7]}}))
-    assert "9 mm" not in short.message and short.limit == pytest.approx(8.8e-3)
+    assert "9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
 
 
 @pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Severity
@@ -36,7 +37,7 @@ def test_the_default_joint_of_each_kind_can_be_made_in_resin(retention):
 
 def test_a_tongue_s_neck_is_its_width_less_both_flanks():
     (thin,) = joint("{kind: dovetail, width: 1.2, depth: 0.8}", jaw="{based_on: generic-10mm, height: 4}")
-    assert thin.measured == pytest.approx(1.2e-3 - 1.6e-3 / math.tan(math.radians(60.0)))
+    assert thin.measured == approx(1.2e-3 - 1.6e-3 / math.tan(math.radians(60.0)), rel=1e-6)
     assert thin.limit == print_limit("resin", "wall").value and "wide at its neck" in thin.message
     wider = float(thin.hint.split("width: ")[1].split(",")[0])
     retention = f"{{kind: dovetail, width: {wider}, depth: 0.8}}"
@@ -46,7 +47,9 @@ def test_a_tongue_s_neck_is_its_width_less_both_flanks():
 def test_flanks_that_cross_leave_no_tongue():
     crossed = joint("{kind: dovetail, width: 2, depth: 8}", jaw="{based_on: generic-10mm, height: 9}")
     (none,) = [each for each in crossed if "no tongue" in each.message]
-    assert none.measured == pytest.approx(8e-3) and none.limit == pytest.approx(math.tan(math.radians(60.0)) * 1e-3)
+    assert none.measured == approx(8e-3, rel=1e-6) and none.limit == approx(
+        math.tan(math.radians(60.0)) * 1e-3, rel=1e-6
+    )
 
 
 @pytest.mark.cad
@@ -85,13 +88,13 @@ def test_a_groove_leaves_metal_below_its_corners():
     room = print_limit("resin", "clearance").value + 30e-6
     half = 1.2e-3 + room * (1 / math.tan(math.radians(60.0)) + 1 / math.sin(math.radians(60.0)))
     at_corner = jaw.height - (2.5e-3 - math.sqrt(2.5e-3**2 - half**2))
-    assert deep.measured == pytest.approx(at_corner - 0.7e-3 - room)
+    assert deep.measured == approx(at_corner - 0.7e-3 - room, rel=1e-6)
     assert deep.severity is Severity.ERROR and "unverified" in deep.message
 
 
 def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
     (thin,) = joint("{kind: pins, diameter: 0.8}")
-    assert (thin.measured, thin.limit) == (pytest.approx(0.8e-3), print_limit("resin", "pin").value)
+    assert (thin.measured, thin.limit) == (approx(0.8e-3, rel=1e-6), print_limit("resin", "pin").value)
     (filament,) = joint("{kind: pins, diameter: 1}", process="filament", standoff=1)
     assert filament.limit == print_limit("filament", "pin").value
     (long,) = joint("{kind: pins, depth: 3}")
@@ -103,7 +106,7 @@ def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
     assert joint("{kind: pins, spacing: 12}", jaw=window) == []
     (close,) = joint("{kind: pins, spacing: 7}", jaw=window)
     room = print_limit("resin", "clearance").value + 30e-6
-    assert close.measured == pytest.approx(3.5e-3 - 0.5e-3 - room - 3e-3) and close.key == "mount.retention.spacing"
+    assert close.measured == approx(3.5e-3 - 0.5e-3 - room - 3e-3, rel=1e-6) and close.key == "mount.retention.spacing"
 
 
 def test_a_joint_needs_plastic_on_the_metal():
@@ -117,7 +120,11 @@ def test_small_holes_are_named_once():
         "{kind: bench-plate, process: PROCESS, holes: [{at: [20, 9], diameter: 1.6}, {at: [-20, 9], diameter: 1.6}]}"
     )
     (one,) = found(holes.replace("PROCESS", "filament"), "SIT316")
-    assert (one.measured, one.limit, one.severity) == (pytest.approx(1.6e-3), pytest.approx(2e-3), Severity.WARNING)
+    assert (one.measured, one.limit, one.severity) == (
+        approx(1.6e-3, rel=1e-6),
+        approx(2e-3, rel=1e-6),
+        Severity.WARNING,
+    )
     assert found(holes.replace("PROCESS", "resin"), "SIT316") == []
 
 

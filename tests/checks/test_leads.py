@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.design import Design
@@ -65,8 +66,8 @@ def test_what_is_named_is_what_the_estimate_has():
     estimates = estimate(layout)
     (found,) = [f for f in check(spec, layout, estimates).findings if f.rule == "SIT216"]
     shares = [coil.lead_parts["coupling"] / coil.winding_inductance for coil in estimates.coils]
-    assert found.measured == pytest.approx(max(map(abs, shares)))
-    assert drawn_closing(spec.coil, layout.coils[0]) == pytest.approx(-0.3, abs=0.01)
+    assert found.measured == approx(max(map(abs, shares)), rel=1e-6)
+    assert drawn_closing(spec.coil, layout.coils[0]) == approx(-0.3, abs=0.01)
 
 
 @pytest.mark.parametrize("shape, layers, turns, named", [
@@ -75,7 +76,7 @@ def test_what_is_named_is_what_the_estimate_has():
 ])  # fmt: skip
 def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
     spec = wound(shape, layers, turns)
-    assert [change.spec.coil.turns for change in whole_turns(spec)] == pytest.approx(named)
+    assert [change.spec.coil.turns for change in whole_turns(spec)] == approx(named, rel=1e-6)
     assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in whole_turns(spec))
 
 

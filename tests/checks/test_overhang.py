@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 from shapely import affinity
 from shapely.geometry import Point, Polygon, box
+from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
@@ -128,7 +129,7 @@ def test_sharp_corners_of_a_pad_as_large_as_the_body_hang_over_its_rounded_ones(
     plain["elastomer"] = {"shape": "rectangle", "size": [float(f"{side / MM:.6f}") for side in body], "thickness": 1}
     (found,) = judge("SIT307", loaded(plain))
     radius = 0.5 * MM
-    assert found.measured == pytest.approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "corners" in found.message
+    assert found.measured == approx((math.sqrt(2) - 1) * radius, abs=1e-6) and "corners" in found.message
 
 
 def test_the_film_round_a_pad_counts_with_it(judge):

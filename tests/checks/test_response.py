@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
@@ -86,7 +87,7 @@ def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     spec = design()
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (-29e-10, -29e-10)))
     assert "coils C1 and C2 hardly feel" in found.message and "finer step" in found.hint
-    assert found.measured == pytest.approx(29.0) and found.limit == FEWEST_STEPS
+    assert found.measured == approx(29.0, rel=1e-6) and found.limit == FEWEST_STEPS
     assert judge("SIT215", spec, None, answers(estimates, spec, (-31e-10, -31e-10))) == []
 
 
@@ -118,11 +119,11 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
     (signal,) = result.signals
     states = sitscad.estimate(sitscad.lay_out(spec)).coils[0].states
     before, after = (states[name].converter_inductance for name in ("rest", "pressed"))
-    assert signal.share == pytest.approx(after / before - 1.0)
+    assert signal.share == approx(after / before - 1.0, rel=1e-6)
     assert bool(found) is small is (abs(signal.share) < own_limits()["least_signal"].value)
     if small:
         (one,) = found
-        assert one.severity is Severity.WARNING and one.measured == pytest.approx(abs(signal.share))
+        assert one.severity is Severity.WARNING and one.measured == approx(abs(signal.share), rel=1e-6)
         assert "of full scale" in one.message and "steps of the converter" in one.message
         # a target over the whole coil and a mount without metal: neither makes the signal larger
         assert "a softer elastomer" in one.hint and "larger target" not in one.hint and "metal" not in one.hint
@@ -137,9 +138,9 @@ def test_json_gives_every_coils_signal():
     (signal,), coil = result.signals, sitscad.estimate(sitscad.lay_out(spec)).as_json("small.yaml")["coils"][0]
     assert entry["coil"] == "C1" and entry["force_N"] == 2.0 and entry["share"] == signal.share
     for key in ("inductance_H_per_N", "frequency_Hz_per_N", "sigma_inductance_H_per_N", "sigma_frequency_Hz_per_N"):
-        assert entry[key] == pytest.approx(coil[key])
-    assert entry["rest_inductance_H"] == pytest.approx(coil["states"]["rest"]["inductance_H"])
-    assert entry["steps"] == pytest.approx(signal.steps) and entry["frequency_share"] > 0.0
+        assert entry[key] == approx(coil[key], rel=1e-6)
+    assert entry["rest_inductance_H"] == approx(coil["states"]["rest"]["inductance_H"], rel=1e-6)
+    assert entry["steps"] == approx(signal.steps, rel=1e-6) and entry["frequency_share"] > 0.0
 
 
 def test_no_force_no_signal_and_no_verdict_on_it():

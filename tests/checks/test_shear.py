@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks import RULES
@@ -58,7 +59,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     felt = quick_performance(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
     for finding, other, axis in zip(found, "xy", (2, 1), strict=True):
         assert f"one degree about {other}" in finding.message and "(tried)" in finding.hint
-        assert finding.measured == pytest.approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)
+        assert finding.measured == approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)
         assert finding.limit == 3.0 < finding.measured
     mended = wide.replace({edit.key: edit.new for edit in found[0].fixes[0].edits})
     assert mended.target.size[0] < 0.014
@@ -96,7 +97,7 @@ def test_the_change_is_that_of_the_sensor_estimated_with_its_target_moved(shape,
         moved = replace(spec, target=replace(spec.target, offset=offset))
         for one, other in zip(before.coils, sitscad.estimate(replace(layout, spec=moved)).coils, strict=True):
             change = other.states["rest"].inductance - one.states["rest"].inductance
-            assert found[one.name][k] == pytest.approx(change, rel=0.08)
+            assert found[one.name][k] == approx(change, rel=0.08)
 
 
 def test_nothing_changes_without_a_target():

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks.board.steep_spiral import nearer_by
 from sitscad.layout import lay_out
@@ -50,7 +51,7 @@ def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
     spec = wide()
     found = judge("SIT108", spec, lay_out(spec))
     gap = min(finding.measured for finding in found)
-    assert gap == pytest.approx(nearest_turns(spec), abs=0.2e-6)
+    assert gap == approx(nearest_turns(spec), abs=0.2e-6)
     assert 0.0 < spec.coil.trace_spacing - gap <= nearer_by(spec)
 
 

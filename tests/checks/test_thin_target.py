@@ -6,6 +6,7 @@ import cmath
 import re
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks.own_limits import own_limits
@@ -41,9 +42,9 @@ def test_household_foil_is_not_refused():
     (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
     assert found.severity is Severity.NOTE and result.ok
     (mine, change, frequency), (thick, before, _) = numbers(foil()), numbers(foil("115 um"))
-    assert THICK * skin_depth(frequency, 35.4e6) == pytest.approx(114e-6, rel=0.02)
-    assert found.measured == pytest.approx(1.0 - mine / thick, abs=2e-3)
-    assert 0.05 < found.measured < 0.08 and change / before == pytest.approx(1.01, abs=0.01)
+    assert THICK * skin_depth(frequency, 35.4e6) == approx(114e-6, rel=0.02)
+    assert found.measured == approx(1.0 - mine / thick, abs=2e-3)
+    assert 0.05 < found.measured < 0.08 and change / before == approx(1.01, abs=0.01)
     assert re.search(r"kohm instead of [\d.]+ kohm \(-\d\.\d %\)", found.message) and "nH/N instead" in found.message
     assert found.limit == own_limits()["thin_target_resistance"].value
 
@@ -71,7 +72,7 @@ def test_what_is_hardly_thin_is_not_worked_out_again(monkeypatch, judge):
 def test_the_resistance_of_a_sheet(depths):
     """Against the impedance of an endless sheet with complex numbers."""
     ratio = ((1.0 + 1.0j) / cmath.tanh((1.0 + 1.0j) * depths)).real
-    assert _resistance_of_sheet(depths) == pytest.approx(ratio, rel=1e-9) and abs(ratio - 1.0) < 0.09
+    assert _resistance_of_sheet(depths) == approx(ratio, rel=1e-9) and abs(ratio - 1.0) < 0.09
 
 
 def judge_alone(judge, spec):
@@ -108,6 +109,6 @@ def test_every_limit_of_its_own_says_why():
 
 
 def test_skin_depth():
-    assert skin_depth(8e6, 58e6) == pytest.approx(23.4e-6, abs=0.05e-6)
-    assert skin_depth(3.1e6, 58e6) == pytest.approx(37e-6, rel=0.02)
+    assert skin_depth(8e6, 58e6) == approx(23.4e-6, abs=0.05e-6)
+    assert skin_depth(3.1e6, 58e6) == approx(37e-6, rel=0.02)
     assert skin_depth(5e6, 0.0) == float("inf")

@@ -8,6 +8,7 @@ import json
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 
 def test_json_is_the_contract_s(run, pair):
@@ -16,16 +17,16 @@ def test_json_is_the_contract_s(run, pair):
     assert (document["coils"], document["spec"]) == (["C1", "C2"], "pair.yaml")
     posed, loaded = document["points"]
     assert [point["at"] for point in document["performance"]] == ["rest", "half", "full"]
-    assert posed["pose"]["z_m"] == pytest.approx(-2e-4)
-    assert posed["strain"] == pytest.approx(0.1)
+    assert posed["pose"]["z_m"] == approx(-2e-4, rel=1e-6)
+    assert posed["strain"] == approx(0.1, rel=1e-6)
     assert posed["force_N"][2] < -0.1 and posed["force_N"][0] < 0.0
-    assert loaded["force_N"] == pytest.approx([0.0, 0.0, -2.0])
-    assert loaded["moment_Nm"] == pytest.approx([0.0, 0.0, 0.0])
+    assert loaded["force_N"] == approx([0.0, 0.0, -2.0], rel=1e-6, abs=1e-12)
+    assert loaded["moment_Nm"] == approx([0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
     for point in document["points"]:
         for name in ("inductance_H", "resistance_ohm", "target_resistance_ohm", "frequency_Hz", "counts"):
             assert len(point[name]) == 2
         change = np.array(point["target_change_H"])
-        assert change == pytest.approx(change.T)
+        assert change == approx(change.T, rel=1e-6)
         assert np.all(np.array(point["target_change_error"]) < 0.02)
 
 
@@ -41,7 +42,7 @@ def test_text_says_pose_reading_and_notes(run, pair):
 def test_csv_has_a_row_a_point(run, pair):
     done = run("response", pair, "--scan", "x=-1:1:3", "--frequency", "5MHz", "--format", "csv")
     rows = list(csv.DictReader(io.StringIO(done.out)))
-    assert [float(row["x_m"]) for row in rows] == pytest.approx([-1e-3, 0.0, 1e-3])
+    assert [float(row["x_m"]) for row in rows] == approx([-1e-3, 0.0, 1e-3], rel=1e-6, abs=1e-12)
     assert float(rows[0]["target_change_H.C1.C1"]) < float(rows[2]["target_change_H.C1.C1"]) < 0.0
     assert float(rows[1]["inductance_H.C1"]) > 0.0
 
@@ -56,8 +57,8 @@ def test_files_hold_the_same_numbers(run, pair, tmp_path):
     with np.load(tmp_path / "found.npz") as found:
         point = shown["points"][0]
         assert found["pose"].shape == (1, 6)
-        assert found["target_change_H"][0] == pytest.approx(np.array(point["target_change_H"]))
-        assert found["frequency_by_pose"][0] == pytest.approx(np.array(point["frequency_by_pose"]))
+        assert found["target_change_H"][0] == approx(np.array(point["target_change_H"]), rel=1e-6)
+        assert found["frequency_by_pose"][0] == approx(np.array(point["frequency_by_pose"]), rel=1e-6)
         # nearer is higher, and towards +x is towards the second coil
         assert found["frequency_by_pose"][0, 0, 2] < 0.0
         assert found["frequency_by_pose"][0, 0, 0] < 0.0 < found["frequency_by_pose"][0, 1, 0]
@@ -96,8 +97,8 @@ def test_load_cases_by_name(run, pair, tmp_path):
     done = run("response", "cases.yaml", "--case", "all", "--pose", "z=-0.1", "--jacobian", "--format", "json")
     points = json.loads(done.out)["points"]
     assert [point.get("case") for point in points] == [None, "press", "scissor", "edge"]
-    assert points[1]["force_N"] == pytest.approx([0.0, 0.0, -2.0], abs=1e-6)
-    assert points[2]["pose"]["ry_rad"] == pytest.approx(np.radians(10.0))
+    assert points[1]["force_N"] == approx([0.0, 0.0, -2.0], abs=1e-6)
+    assert points[2]["pose"]["ry_rad"] == approx(np.radians(10.0), rel=1e-6)
     text = run("response", "cases.yaml", "--case", "scissor", "--case", "edge").out
     assert "load case scissor: 1 N" in text and [line.split()[0] for line in text.splitlines()[2:7:2]] == [
         "case", "C2", "C2"]  # fmt: skip

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad import parts
 from sitscad.drawing.pictures.assembly import assembly_svg
@@ -48,12 +49,12 @@ def test_the_section_is_to_scale():
     centre, radius = port(root)
     scale = radius / 2.5
     board = extent(paths["section-board"])
-    assert (board[2] - board[0]) / scale == pytest.approx(4.4, abs=0.01)
-    assert (board[3] - board[1]) / scale == pytest.approx(0.2, abs=0.01)
+    assert (board[2] - board[0]) / scale == approx(4.4, abs=0.01)
+    assert (board[3] - board[1]) / scale == approx(0.2, abs=0.01)
     target = extent(paths["section-target"])
-    assert (board[1] - target[3]) / scale == pytest.approx(1.0, abs=0.01)
+    assert (board[1] - target[3]) / scale == approx(1.0, abs=0.01)
     jaws = [extent(paths[name]) for name in ("section-opposing-jaw", "section-jaw")]
-    assert centre == pytest.approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
+    assert centre == approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
 
 
 def test_a_pair_too_high_for_its_port_is_drawn_whole():

@@ -6,6 +6,7 @@ import json
 import math
 
 import pytest
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.values import PARTS
@@ -44,17 +45,17 @@ def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
     for column, (coil, drawn) in enumerate(zip(found.coils, layout.coils, strict=True), start=1):
         free = coil.states["free"]
         assert tuple(coil.inductance_parts) == PARTS
-        assert math.fsum(coil.inductance_parts.values()) == pytest.approx(free.inductance, rel=1e-12)
+        assert math.fsum(coil.inductance_parts.values()) == approx(free.inductance, rel=1e-12)
         assert coil.terminal_inductance == free.inductance
         assert frequency[column] == quantity(free.frequency, "Hz")
         # as printed, to what rounding of nine rows leaves
         printed = [nanohenries(row[column]) for row in rows]
-        assert math.fsum(printed) == pytest.approx(nanohenries(total[column]), abs=0.05)
+        assert math.fsum(printed) == approx(nanohenries(total[column]), abs=0.05)
         assert coil.inductance_parts["winding"] == coil.winding_inductance
         assert coil.inductance_parts["bends"] == coil.bend_inductance < 0.0
         assert coil.inductance_parts["crowding"] < 0.0
         parts = {name: coil.inductance_parts[name] for name in coil.lead_parts}
-        assert parts == coil.lead_parts and math.fsum(parts.values()) == pytest.approx(coil.lead_inductance)
+        assert parts == coil.lead_parts and math.fsum(parts.values()) == approx(coil.lead_inductance, rel=1e-6)
         tracks = [t for t in drawn.series if isinstance(t, Trace)]
         assert any(t.role is Role.TAIL for t in tracks) and coil.inductance_parts["tail"] > 0.5e-9
 
@@ -71,7 +72,7 @@ def test_what_crowding_takes_away_is_the_loss_s_own():
     geometry = winding_geometry(spec.coil, layout.coils[0])
     loss = winding_losses(spec.coil, layout.coils[0], geometry.spirals, conductivity_at(20.0), None)
     crowding = inductance_change(loss, coil.sensor_frequency) - loss.direct_change
-    assert coil.inductance_parts["crowding"] == pytest.approx(crowding, abs=3e-5 * coil.terminal_inductance)
+    assert coil.inductance_parts["crowding"] == approx(crowding, abs=3e-5 * coil.terminal_inductance)
     assert crowding < -1e-3 * coil.terminal_inductance
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates.circuit.drive import Swing, drive_codes
@@ -57,14 +58,14 @@ def test_states_and_current_are_those_of_the_code(unlike):
     for number, coil in enumerate(unlike.coils):
         for state in coil.states.values():
             code = unlike.readout.code_of(number)
-            assert state.amplitude == pytest.approx(ldc161x.amplitude(state.parallel_resistance, code))
+            assert state.amplitude == approx(ldc161x.amplitude(state.parallel_resistance, code), rel=1e-6)
             relative = state.spread.parallel_resistance / state.parallel_resistance
-            assert state.spread.amplitude == pytest.approx(relative * state.amplitude)
+            assert state.spread.amplitude == approx(relative * state.amplitude, rel=1e-6)
     readout = unlike.readout
     supply = ldc161x.supply_current(
         readout.drive_current, readout.rcount, readout.settle_count, readout.reference_frequency, 4
     )
-    assert readout.supply_current == pytest.approx(2 * supply)
+    assert readout.supply_current == approx(2 * supply, rel=1e-6)
 
 
 def test_a_code_that_the_spec_sets_is_taken_and_judged():
@@ -72,7 +73,7 @@ def test_a_code_that_the_spec_sets_is_taken_and_judged():
     found = sitscad.estimate(sitscad.lay_out(spec))
     assert found.readout.drive_code == 24 and found.readout.drive_codes == ()
     rest = found.coils[0].states["rest"]
-    assert rest.amplitude == pytest.approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance)
+    assert rest.amplitude == approx(4.0 / math.pi * 551e-6 * rest.parallel_resistance, rel=1e-6)
     told = [f for f in sitscad.check(spec, estimates=found).findings if f.rule == "SIT204"]
     (error,) = [f for f in told if f.severity.value == "error"]
     assert error.limit == 1.8 and "leave readout.drive_code out" in error.hint

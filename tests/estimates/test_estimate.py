@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.estimates import METHODS, estimate
@@ -52,11 +53,11 @@ def test_the_recommended_jaw_coil_holds_free_at_rest_and_pressed(mounted):
     assert list(mounted.coils[0].states) == ["free", "rest", "pressed"]
     for coil in mounted.coils:
         free, rest, pressed = coil.states.values()
-        assert coil.winding_inductance == pytest.approx(2.5e-6, rel=0.01)
-        assert free.frequency == pytest.approx(6.65e6, rel=0.02)
-        assert free.parallel_resistance == pytest.approx(2.2e3, rel=0.08)
+        assert coil.winding_inductance == approx(2.5e-6, rel=0.01)
+        assert free.frequency == approx(6.65e6, rel=0.02)
+        assert free.parallel_resistance == approx(2.2e3, rel=0.08)
         # 1.3 kohm while the currents in the tracks did not see their images (validation/test_near_metal.py)
-        assert rest.parallel_resistance == pytest.approx(1.5e3, rel=0.05)
+        assert rest.parallel_resistance == approx(1.5e3, rel=0.05)
         assert 1.4e3 <= pressed.parallel_resistance <= rest.parallel_resistance
         assert 1.1 <= pressed.amplitude <= rest.amplitude <= 1.8
         assert pressed.frequency <= 9.5e6
@@ -81,15 +82,15 @@ def test_identities_between_the_numbers(mounted):
         # SNOSCY9A equation 1, with its 5 ns
         root, q = math.sqrt(free.inductance * coil.capacitance), free.quality_factor
         expected = math.sqrt(1.0 - 1.0 / q**2 - 5e-9 / (q * root)) / (2.0 * math.pi * root)
-        assert free.frequency == pytest.approx(expected, rel=1e-3)
-        assert free.parallel_resistance == pytest.approx((omega * free.inductance) ** 2 / free.resistance, rel=5e-3)
-        assert free.quality_factor == pytest.approx(omega * free.inductance / free.resistance, rel=0.02)
+        assert free.frequency == approx(expected, rel=1e-3)
+        assert free.parallel_resistance == approx((omega * free.inductance) ** 2 / free.resistance, rel=5e-3)
+        assert free.quality_factor == approx(omega * free.inductance / free.resistance, rel=0.02)
         assert coil.terminal_inductance == free.inductance
         assert coil.resistance_ac > coil.resistance_dc
         assert coil.terminal_resistance_dc > coil.resistance_dc
         assert 1e-9 < coil.lead_inductance < 40e-9
-        assert coil.capacitance == pytest.approx(220e-12 + 4e-12 + coil.self_capacitance)
-        assert coil.lead_inductance == pytest.approx(math.fsum(coil.lead_parts.values()))
+        assert coil.capacitance == approx(220e-12 + 4e-12 + coil.self_capacitance, rel=1e-6)
+        assert coil.lead_inductance == approx(math.fsum(coil.lead_parts.values()), rel=1e-6)
         assert coil.self_capacitance > coil.winding_capacitance > 0.0
         assert coil.apparent_inductance > coil.terminal_inductance
     matrix = np.array(mounted.inductance_matrix)
@@ -119,7 +120,7 @@ def test_a_target_smaller_than_the_coils_counts_as_finite(mounted):
 def test_every_coil_has_its_own_share_of_the_target():
     text = MOUNTED.replace("CAP", "220 pF").replace("count: 2", "count: 3").replace("zif-0.5mm", "zif-0.3mm")
     outer, middle, other = (coil.states["rest"].inductance for coil in of(text).coils)
-    assert outer == pytest.approx(other, rel=0.01)
+    assert outer == approx(other, rel=0.01)
     assert middle < 0.97 * outer
 
 
@@ -133,17 +134,17 @@ def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
     corners = np.array(layout.coils[0].windings[0].path.flattened(1e-6)) - np.array(layout.coils[0].centre)
     x, y = corners.T
     swept = abs(0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
-    assert np.sum(math.pi * rings.radii**2 * rings.turns) / 2 == pytest.approx(swept, rel=0.03)
+    assert np.sum(math.pi * rings.radii**2 * rings.turns) / 2 == approx(swept, rel=0.03)
 
 
 def test_sensitivity_is_the_secant_from_rest_to_pressed(mounted):
     for coil, document in zip(mounted.coils, mounted.as_json("x")["coils"], strict=True):
         rest, pressed = coil.states["rest"], coil.states["pressed"]
-        assert document["inductance_H_per_N"] * 4.8 == pytest.approx(pressed.inductance - rest.inductance)
-        assert document["frequency_Hz_per_N"] * 4.8 == pytest.approx(pressed.frequency - rest.frequency)
+        assert document["inductance_H_per_N"] * 4.8 == approx(pressed.inductance - rest.inductance, rel=1e-6)
+        assert document["frequency_Hz_per_N"] * 4.8 == approx(pressed.frequency - rest.frequency, rel=1e-6)
         assert document["inductance_H_per_N"] < 0.0 < document["frequency_Hz_per_N"]
         read = pressed.converter_inductance - rest.converter_inductance
-        assert document["converter_inductance_H_per_N"] * 4.8 == pytest.approx(read)
+        assert document["converter_inductance_H_per_N"] * 4.8 == approx(read, rel=1e-6)
         # the formula's C lacks the coil's own capacitance, so it reads more than the contacts have
         assert document["converter_inductance_H_per_N"] < document["inductance_H_per_N"]
     assert of(BARE.replace("SHAPE", "circle")).as_json("x")["coils"][0]["inductance_H_per_N"] is None
@@ -167,13 +168,13 @@ def test_every_method_holds_its_bound_against_the_best(shape):
             coil = estimate(layout, method=method.name).coils[0]
             assert coil.method == method.name
             bound = coil.inductance_error + best.inductance_error
-            assert coil.winding_inductance == pytest.approx(best.winding_inductance, rel=bound)
+            assert coil.winding_inductance == approx(best.winding_inductance, rel=bound)
 
 
 def test_the_bench_coil_is_the_reference():
     # 60 um between the mid-planes, as flex-2l-35um has it
     coil = of(BARE.replace("SHAPE", "circle") + "fpc: {stackup: flex-2l-35um}\n").coils[0]
-    assert coil.winding_inductance == pytest.approx(2.523424e-6, rel=coil.inductance_error)
+    assert coil.winding_inductance == approx(2.523424e-6, rel=coil.inductance_error)
     assert coil.inductance_error <= 1e-4
 
 
@@ -195,13 +196,13 @@ def test_cross_checks_say_where_they_are_valid(mounted):
     check = mounted.cross_checks[0]
     assert check.method == "current-sheet"
     assert not check.is_valid
-    assert check.deviation == pytest.approx(check.inductance / mounted.coils[0].winding_inductance - 1.0)
+    assert check.deviation == approx(check.inductance / mounted.coils[0].winding_inductance - 1.0, rel=1e-6)
 
 
 def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
     found = of(MOUNTED.replace("CAP", "auto"))
     readout = found.readout
-    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values(ldc161x))
+    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(ldc161x))
     states = [state for coil in found.coils for name, state in coil.states.items() if name != "free"]
     assert max(state.frequency for state in states) <= 9.5e6
     assert max(state.amplitude for state in states) <= 1.8
@@ -238,11 +239,11 @@ def test_cable_and_capacitor_at_the_coil():
     plain = of(text.replace("WHERE", "converter")).coils[0]
     at_converter = of(text.replace("capacitor_at: WHERE", cable + "capacitor_at: converter")).coils[0]
     at_coil = of(text.replace("capacitor_at: WHERE", cable + "capacitor_at: coil")).coils[0]
-    assert at_converter.terminal_inductance == pytest.approx(plain.terminal_inductance, rel=1e-2)
+    assert at_converter.terminal_inductance == approx(plain.terminal_inductance, rel=1e-2)
     assert at_converter.sensor_frequency < at_coil.sensor_frequency < plain.sensor_frequency
-    assert at_coil.capacitance == pytest.approx(plain.capacitance + 30e-12)
+    assert at_coil.capacitance == approx(plain.capacitance + 30e-12, rel=1e-6)
     assert at_converter.states["free"].coil_amplitude < 0.95 * at_converter.states["free"].amplitude
-    assert at_coil.states["free"].coil_amplitude == pytest.approx(at_coil.states["free"].amplitude, rel=0.02)
+    assert at_coil.states["free"].coil_amplitude == approx(at_coil.states["free"].amplitude, rel=0.02)
 
 
 def test_json_is_the_contract(mounted):
@@ -276,7 +277,7 @@ def test_shield_before_the_jaw_and_jaw_alone():
     line = next(line for line in text.splitlines() if line.startswith("shield"))
     alone = assemble(load_text(text.replace(line + "\n", ""), "test.yaml")).states[1].below
     assert len(alone.plates) == 1
-    assert alone.distance == pytest.approx(spec.fpc.stackup.thickness + 1e-3 + 60e-6)
+    assert alone.distance == approx(spec.fpc.stackup.thickness + 1e-3 + 60e-6, rel=1e-6)
 
 
 TINY = """
@@ -315,10 +316,10 @@ def test_a_state_that_the_model_cannot_have_is_absent_and_says_why(monkeypatch):
 def test_times_of_a_channel_add_up(mounted):
     readout = mounted.readout
     parts = readout.settle_time + readout.conversion_time + readout.switch_time
-    assert parts == pytest.approx(readout.dwell_time)
-    assert readout.scan_rate == pytest.approx(0.5 / parts)
-    assert readout.readable_rate == pytest.approx(1.0 / ldc161x.read_back_time(2))
-    assert readout.supply_current == pytest.approx(2.1e-3 + readout.drive_current, rel=1e-3)
+    assert parts == approx(readout.dwell_time, rel=1e-6)
+    assert readout.scan_rate == approx(0.5 / parts, rel=1e-6)
+    assert readout.readable_rate == approx(1.0 / ldc161x.read_back_time(2), rel=1e-6)
+    assert readout.supply_current == approx(2.1e-3 + readout.drive_current, rel=1e-3)
 
 
 def test_what_one_count_means(mounted):
@@ -326,5 +327,5 @@ def test_what_one_count_means(mounted):
         for state in coil.states.values():
             step = ldc161x.frequency_quantum(state.frequency, mounted.readout.rcount)
             lower = state.inductance * (state.frequency / (state.frequency + step)) ** 2
-            assert state.inductance - lower == pytest.approx(state.quantum, rel=1e-3)
-            assert state.noise == pytest.approx(state.quantum / math.sqrt(12.0))
+            assert state.inductance - lower == approx(state.quantum, rel=1e-3)
+            assert state.noise == approx(state.quantum / math.sqrt(12.0), rel=1e-6)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from neumann import sampled_mutual_inductance
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.idle import idle_load, idle_neighbours
@@ -34,9 +34,9 @@ def test_one_neighbour_is_a_shorted_secondary():
     change, added = (float(part[0]) for part in found)
     loop = complex(4.0 + 20.0, omega * 2.5e-6)
     expected = (omega * mutual) ** 2 / loop
-    assert (change * omega, added) == pytest.approx((expected.imag, expected.real))
+    assert (change * omega, added) == approx((expected.imag, expected.real), rel=1e-6)
     assert change < 0.0 < added
-    assert change == pytest.approx(-(mutual**2) / 2.5e-6, rel=0.1)
+    assert change == approx(-(mutual**2) / 2.5e-6, rel=0.1)
 
 
 def test_two_neighbours_that_see_each_other():
@@ -45,7 +45,7 @@ def test_two_neighbours_that_see_each_other():
     found = idle_neighbours(1, [lambda f: ALONE] * 3, lambda i, j, f: matrix[i, j], wired(None))(SEVEN)
     loop = complex(24.0, omega * 2.5e-6)
     both = 2.0 * (omega * 80e-9) ** 2 / (loop + 1j * omega * -10e-9)
-    assert (found[0][0] * omega, found[1][0]) == pytest.approx((both.imag, both.real))
+    assert (found[0][0] * omega, found[1][0]) == approx((both.imag, both.real), rel=1e-6)
 
 
 def test_all_frequencies_at_once_are_each_alone():
@@ -62,7 +62,7 @@ def test_all_frequencies_at_once_are_each_alone():
 
 def test_the_load_is_two_pins_and_the_cable():
     assert idle_load(np.array([1e7]), wired(None))[0] == 20.0
-    assert idle_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == pytest.approx(20.3 + 1.8j)
+    assert idle_load(np.array([1e7]), wired(Cable(0.3, 180e-9, 30e-12, 0.3)))[0] == approx(20.3 + 1.8j, rel=1e-6)
 
 
 def ring(radius, centre, height, count=240):
@@ -78,7 +78,7 @@ def test_a_perfect_plate_adds_the_image_of_the_neighbour():
     spectrum = spiral_spectrum([layer], gap)
     (found,) = reflected_inductances(spectrum, np.array([5e6]), Reflector(gap, (Plate(1e18),)), None, (0.0, apart))
     image = -sampled_mutual_inductance(ring(1.995e-3, 0.0, 0.0), ring(1.995e-3, apart, 2 * gap))
-    assert found[1].real == pytest.approx(image, rel=2e-2)
+    assert found[1].real == approx(image, rel=2e-2)
     assert found[0].real < 0.0 < found[1].real
 
 
@@ -99,5 +99,5 @@ readout: {device: ldc1614, capacitance: 220 pF}
     share = (two.inductance_matrix[0][1] / two.inductance_matrix[0][0]) ** 2
     free = [e.coils[0].states["free"].inductance - e.coils[0].lead_inductance for e in (one, two)]
     rest = [e.coils[0].states["rest"].inductance - e.coils[0].lead_inductance for e in (one, two)]
-    assert free[1] == pytest.approx(free[0], rel=2e-4)
-    assert 1.0 - rest[1] / rest[0] == pytest.approx(share, rel=0.3)
+    assert free[1] == approx(free[0], rel=2e-4)
+    assert 1.0 - rest[1] / rest[0] == approx(share, rel=0.3)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.estimates.winding.inductance_bounds import UNFITTED, Crowding, error_bound
 
@@ -49,14 +50,14 @@ def test_it_does_not_go_by_the_scale(family, method, scale):
     scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
                       coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
                       coil.corner_radius * scale, coil.sides, coil.is_long)  # fmt: skip
-    assert error_bound(method, scaled) == pytest.approx(error_bound(method, coil), rel=1e-9)
+    assert error_bound(method, scaled) == approx(error_bound(method, coil), rel=1e-9)
 
 
 def test_tracks_thicker_than_wide_are_trusted_less():
     thick = replace(COIL, thickness=300e-6)
     square = replace(COIL, thickness=100e-6)
     gained = error_bound("spiral-neumann", thick) - error_bound("spiral-neumann", square)
-    assert gained == pytest.approx(8e-4)
+    assert gained == approx(8e-4, rel=1e-6)
 
 
 def test_no_bound_is_below_what_the_references_are_good_for():
@@ -67,9 +68,9 @@ def test_no_bound_is_below_what_the_references_are_good_for():
 
 def test_an_unfitted_number_of_sides_has_more_than_the_bounds_of_its_neighbours():
     bounds = {sides: error_bound("strands", replace(COIL, sides=sides)) for sides in (4, 5, 6, 7, 8, 11)}
-    assert bounds[5] == pytest.approx(UNFITTED * max(bounds[4], bounds[6]))
-    assert bounds[7] == pytest.approx(UNFITTED * max(bounds[6], bounds[8]))
-    assert bounds[11] == pytest.approx(UNFITTED * bounds[8])
+    assert bounds[5] == approx(UNFITTED * max(bounds[4], bounds[6]), rel=1e-6)
+    assert bounds[7] == approx(UNFITTED * max(bounds[6], bounds[8]), rel=1e-6)
+    assert bounds[11] == approx(UNFITTED * bounds[8], rel=1e-6)
 
 
 def test_a_method_that_does_not_serve_a_shape_is_named():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad import Design, NoResponse, SpecError, respond
 from sitscad.estimates.response.cases import load_cases, posed, push_of
@@ -44,8 +45,8 @@ def case(text, name="scissor"):
 def test_a_press_is_the_required_force_and_stays_level():
     spec = load_text(ALL)
     pose = posed(spec, load_cases(spec, ["press"])[0])[0]
-    assert pose[[0, 1, 3, 4, 5]] == pytest.approx(0.0, abs=1e-12)
-    assert soft_pad(spec).force(pose)[0, 2] == pytest.approx(-2.0, rel=1e-6)
+    assert pose[[0, 1, 3, 4, 5]] == approx(0.0, abs=1e-12)
+    assert soft_pad(spec).force(pose)[0, 2] == approx(-2.0, rel=1e-6)
 
 
 def test_every_case_is_held_by_the_force_that_it_names():
@@ -53,35 +54,35 @@ def test_every_case_is_held_by_the_force_that_it_names():
     pad = soft_pad(spec)
     for one in load_cases(spec, ["all"]):
         held, push = pad.force(posed(spec, one)[0])[0], push_of(one)
-        assert held[:3] == pytest.approx(push.force, abs=1e-7), one.name
+        assert held[:3] == approx(push.force, abs=1e-7), one.name
 
 
 def test_a_face_that_slides_pushes_along_its_own_normal_and_turns_the_target_flush():
     spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N, face: slides}}\n")
-    assert pose[4] == pytest.approx(math.radians(10.0))
+    assert pose[4] == approx(math.radians(10.0), rel=1e-6)
     held = soft_pad(spec).force(pose)[0]
-    assert held[0] / held[2] == pytest.approx(math.tan(math.radians(10.0)), rel=1e-6)
+    assert held[0] / held[2] == approx(math.tan(math.radians(10.0)), rel=1e-6)
     assert pose[0] < 0.0  # the jaws drive it out towards the tip
 
 
 def test_a_face_that_sticks_keeps_the_middle_of_the_outermost_face():
     spec, pose = case("loads: {scissor: {opening: 10 deg, normal: 1 N}}\n")
-    assert pose[0] == pytest.approx(-0.2e-3 * math.sin(pose[4]))
-    assert soft_pad(spec).force(pose)[0, 2] == pytest.approx(-1.0, rel=1e-6)
+    assert pose[0] == approx(-0.2e-3 * math.sin(pose[4]), rel=1e-6)
+    assert soft_pad(spec).force(pose)[0, 2] == approx(-1.0, rel=1e-6)
 
 
 def test_a_force_off_centre_brings_its_side_down():
     spec, pose = case("loads: {edge: {normal: 1 N, offset: [1, -0.5]}}\n", "edge")
     assert pose[4] > 0.0 and pose[3] > 0.0
     lever = soft_pad(spec).force(pose)[0]
-    assert lever[4] == pytest.approx(1e-3, rel=0.05) and lever[3] == pytest.approx(0.5e-3, rel=0.05)
+    assert lever[4] == approx(1e-3, rel=0.05) and lever[3] == approx(0.5e-3, rel=0.05)
 
 
 def test_a_shaft_s_pull_is_the_tip_s_force():
     found = push_of(load_text(ALL).loads[-1])
-    assert found.force[2] == pytest.approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
+    assert found.force[2] == approx(-0.4116 * 3.770 / 28.0 * 20.0, rel=1e-3)
     jaw = load_text((TEMPLATES / "grasper_3p5mm.yaml").read_text())
-    assert push_of(jaw.loads[-1]).force[2] == pytest.approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
+    assert push_of(jaw.loads[-1]).force[2] == approx(found.force[2], rel=1e-9)  # 20 mm of jaw and 8 to its pivot
 
 
 def test_ten_degrees_read_like_the_thesis_s_half_millimetre():
@@ -92,7 +93,7 @@ def test_ten_degrees_read_like_the_thesis_s_half_millimetre():
     pose[1, 0], pose[2, 4] = 0.5e-3, math.radians(10.0)
     found = respond(design, pose)
     _, moved, turned = found.target_change[:, 0, 0] - found.target_change[:, 1, 1]
-    assert 0.5 * turned / moved == pytest.approx(0.5, abs=0.06)
+    assert 0.5 * turned / moved == approx(0.5, abs=0.06)
 
 
 def test_cases_of_a_library():

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.leads import estimate_leads
@@ -52,7 +53,7 @@ def test_the_drawn_arcs_of_a_circle_lose_what_its_spirals_do():
     spirals = winding_geometry(layout.spec.coil, coil).spirals
     ideal = winding_loss(spirals, COPPER, resolution=Resolution(modes, 12, 20))
     for frequency in (1e6, 10e6):
-        assert drawn.resistance_ratio(frequency) == pytest.approx(ideal.resistance_ratio(frequency), rel=5e-3)
+        assert drawn.resistance_ratio(frequency) == approx(ideal.resistance_ratio(frequency), rel=5e-3)
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
@@ -60,13 +61,13 @@ def test_the_usual_tolerance_of_polygons_holds_against_the_fine_one(shape):
     layout = laid_out(shape)
     usual, fine = losses(layout), losses(layout, tolerance=1e-3)
     for frequency in (1e5, 1e6, 10e6):
-        assert usual.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.02)
+        assert usual.resistance_ratio(frequency) == approx(fine.resistance_ratio(frequency), rel=0.02)
 
 
 def test_more_corners_lose_more_like_a_circle():
     at = {shape: losses(laid_out(shape)).resistance_ratio(10e6) for shape in ("square", "hexagon", "octagon", "circle")}
     assert abs(at["octagon"] / at["circle"] - 1.0) < 0.08
-    assert at["square"] != pytest.approx(at["circle"], rel=0.02)
+    assert at["square"] != approx(at["circle"], rel=0.02)
 
 
 def test_direct_current_cuts_corners():
@@ -76,16 +77,16 @@ def test_direct_current_cuts_corners():
     corners = sum(len(w.path.segments) - 1 for w in coil.windings)
     thickness = coil.windings[0].thickness
     expected = (length + corners * bend_squares(math.pi / 2) * 100e-6) / (COPPER * 100e-6 * thickness)
-    assert winding_resistance(spec, coil, COPPER) == pytest.approx(expected, rel=1e-6)
+    assert winding_resistance(spec, coil, COPPER) == approx(expected, rel=1e-6)
 
 
 def test_warm_copper_resists_more_and_crowds_less():
     layout = laid_out()
     cold, warm = estimate(layout), estimate(layout, temperature=60.0)
     factor = 1.0 + 3.93e-3 * 40.0
-    assert conductivity_at(60.0) == pytest.approx(COPPER / factor)
+    assert conductivity_at(60.0) == approx(COPPER / factor, rel=1e-6)
     for before, after in zip(cold.coils, warm.coils, strict=True):
-        assert after.terminal_resistance_dc == pytest.approx(before.terminal_resistance_dc * factor, rel=1e-9)
+        assert after.terminal_resistance_dc == approx(before.terminal_resistance_dc * factor, rel=1e-9)
         ratio = after.resistance_ac / before.resistance_ac
         assert 1.0 < ratio < factor
     with pytest.raises(ValueError, match="out of range"):
@@ -103,10 +104,10 @@ elastomer: {size: 8, thickness: 1, material: ecoflex-00-30}
     warm = estimate(lay_out(load_text(text + "requirements: {temperature: 37 degC}\n")))
     factor = 1.0 + 3.93e-3 * 17.0
     assert (cold.temperature, warm.temperature) == (20.0, 37.0)
-    assert warm.coils[0].resistance_dc == pytest.approx(cold.coils[0].resistance_dc * factor, rel=1e-9)
+    assert warm.coils[0].resistance_dc == approx(cold.coils[0].resistance_dc * factor, rel=1e-9)
     # a thin sheet that is warm holds less of the field back
     assert warm.coils[0].states["rest"].inductance > cold.coils[0].states["rest"].inductance
-    assert warm.coils[0].states["free"].inductance == pytest.approx(cold.coils[0].states["free"].inductance, rel=1e-3)
+    assert warm.coils[0].states["free"].inductance == approx(cold.coils[0].states["free"].inductance, rel=1e-3)
 
 
 def test_thicker_plating_lowers_the_barrels_resistance():
@@ -123,15 +124,15 @@ def test_the_tail_runs_in_pairs():
     leads = estimate_leads(laid_out().coils[0], laid_out().spec.fpc.stackup, COPPER)
     paired = [strip for strip in leads.strips if strip.beside]
     assert sum(s.resistance for s in paired) > 0.5 * sum(s.resistance for s in leads.strips)
-    assert sum(s.resistance for s in leads.strips) + leads.via_resistance == pytest.approx(leads.resistance)
+    assert sum(s.resistance for s in leads.strips) + leads.via_resistance == approx(leads.resistance, rel=1e-6)
     for strip in paired:
-        assert resistance_at(strip, 1e3) == pytest.approx(strip.resistance, rel=1e-5)
+        assert resistance_at(strip, 1e3) == approx(strip.resistance, rel=1e-5)
         # above each other they draw the current to the facing sides and away from the edges: no worse than alone
         alone = resistance_at(Strip(strip.resistance, strip.width, strip.thickness), 10e6)
-        assert resistance_at(strip, 10e6) == pytest.approx(alone, rel=0.1)
+        assert resistance_at(strip, 10e6) == approx(alone, rel=0.1)
     frequencies = np.array([1e3, 10e6])
     expected = [sum(resistance_at(strip, f) for strip in leads.strips) + leads.via_resistance for f in frequencies]
-    assert leads.resistances_at(frequencies, COPPER) == pytest.approx(expected, rel=1e-12)
+    assert leads.resistances_at(frequencies, COPPER) == approx(expected, rel=1e-12)
 
 
 def resistance_at(strip, frequency):
@@ -157,10 +158,10 @@ def test_corners_rounded_by_less_than_the_track_is_wide_have_numbers(radius):
     rounded = SPEC.replace("SHAPE", "square").replace("trace_width: 100", f"corner_radius: {radius}, trace_width: 100")
     sharp = estimate(laid_out("square")).coils[0]
     found = estimate(lay_out(load_text(rounded, "test.yaml"))).coils[0]
-    assert found.resistance_ac == pytest.approx(sharp.resistance_ac, rel=0.02)
-    assert found.terminal_inductance == pytest.approx(sharp.terminal_inductance, rel=0.01)
+    assert found.resistance_ac == approx(sharp.resistance_ac, rel=0.02)
+    assert found.terminal_inductance == approx(sharp.terminal_inductance, rel=0.01)
     whole = [coil.winding_inductance + coil.bend_inductance for coil in (found, sharp)]
-    assert whole[0] == pytest.approx(whole[1], rel=5e-3)
+    assert whole[0] == approx(whole[1], rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +182,7 @@ def test_a_turned_coil_loses_what_it_did(coil):
         layout = lay_out(load_text(f"sitscad: 1\nname: turned\ncoil: {coil}\narray: {array}", "test.yaml"))
         loss = losses(layout)
         found.append([(loss.resistance_ratio(f), inductance_change(loss, f)) for f in (1e6, 1e7)])
-    assert np.array(found) == pytest.approx(np.array(found[:1] * 5), rel=1e-6)
+    assert np.array(found) == approx(np.array(found[:1] * 5), rel=1e-6)
     assert found[0][1][0] < 1.6
 
 
@@ -193,7 +194,7 @@ def test_slightly_rounded_octagons_lose_little_more_than_sharp_ones():
             "outer_diameter: 5", "outer_diameter: 7"
         )
         ratios.append(losses(lay_out(load_text(spec, "test.yaml"))).resistance_ratio(1e7))
-    assert np.array(ratios) == pytest.approx(ratios[0], rel=0.06)
+    assert np.array(ratios) == approx(ratios[0], rel=0.06)
 
 
 @pytest.mark.parametrize("radius", [0.0005, 0.01, 0.049])
@@ -223,8 +224,8 @@ def test_a_rounded_coil_of_layers_loses_what_its_mirror_image_does(turns):
     """Half of the sides once stood for all: 1.41 ohm, and 1.55 ohm for the same coil wound clockwise."""
     found = [rounded_coil("square", turns, 1, sense) for sense in ("counter-clockwise", "clockwise")]
     resistance = [loss.direct * loss.resistance_ratio(9e6) for loss in found]
-    assert resistance[0] == pytest.approx(resistance[1], rel=1e-6)
-    assert [inductance_change(loss, 9e6) for loss in found] == pytest.approx([inductance_change(found[0], 9e6)] * 2)
+    assert resistance[0] == approx(resistance[1], rel=1e-6)
+    assert [inductance_change(loss, 9e6) for loss in found] == approx([inductance_change(found[0], 9e6)] * 2, rel=1e-6)
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
@@ -236,8 +237,8 @@ def test_a_corner_opens_steadily_with_its_radius(shape):
     assert np.all(np.diff(resistance) < 3e-3 * resistance[0])
     inductance = np.array([inductance_change(loss, 9e6) for loss in found])
     for before, after in ((1, 2), (4, 5)):  # where one model passes into the other
-        assert resistance[after] == pytest.approx(resistance[before], rel=1e-3)
-        assert inductance[after] == pytest.approx(inductance[before], rel=2e-3)
+        assert resistance[after] == approx(resistance[before], rel=1e-3)
+        assert inductance[after] == approx(inductance[before], rel=2e-3)
 
 
 def test_sides_too_short_for_open_arcs_stay_corners():
@@ -258,7 +259,7 @@ def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radi
     coil = "{shape: octagon, outer_diameter: 5, turns: 1.75, trace_width: 0.8, trace_spacing: 0.3, corner_radius: R}"
     coil = coil.replace("R}", f"{radius}}}")
     found = estimate(lay_out(load_text(f"sitscad: 1\nname: short\ncoil: {coil}", "test.yaml"))).coils[0]
-    assert found.winding_inductance == pytest.approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
+    assert found.winding_inductance == approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
 
 
 @pytest.mark.parametrize("shape", ["circle", "square"])
@@ -268,6 +269,6 @@ def test_the_error_that_metal_adds_does_not_jump_with_its_distance(shape):
     gaps = [0.02e-3 * 1.005**k for k in range(1000)]
     errors = [near_metal_error(spec, gap) for gap in gaps]
     assert all(0.0 <= before - after < 1e-3 for before, after in pairwise(errors))
-    assert errors[-1] == pytest.approx(0.03)
-    assert errors[0] == pytest.approx(0.04 if shape == "circle" else 0.06)
+    assert errors[-1] == approx(0.03, rel=1e-6)
+    assert errors[0] == approx(0.04 if shape == "circle" else 0.06, rel=1e-6)
     assert near_metal_error(spec, 0.2e-3) >= 0.04

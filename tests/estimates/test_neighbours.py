@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.circuit.neighbours import inductance_matrix
 from sitscad.estimates.winding.methods import WindingGeometry
@@ -49,7 +50,7 @@ def test_far_coils_reach_the_dipole_limit(made):
     geometry, area = made()
     distance = 0.3
     matrix, _ = inductance_matrix(1e-6, 1e-4, [(placed(0.0), geometry), (placed(distance), geometry)])
-    assert matrix[0, 1] == pytest.approx(-MU0 * area**2 / (4 * math.pi * distance**3), rel=2e-3)
+    assert matrix[0, 1] == approx(-MU0 * area**2 / (4 * math.pi * distance**3), rel=2e-3)
 
 
 def test_equal_displacements_have_equal_inductance_and_the_matrix_is_positive():

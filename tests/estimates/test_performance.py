@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design
@@ -47,7 +48,7 @@ def test_resolution_is_the_converter_s_noise_through_the_map(bench):
     noise = ldc161x.measured_noise(float(reading.frequency.mean()), readout.rcount)
     for axis in point.axes.values():
         by_hand = noise / math.sqrt(2.0) / np.mean(np.abs(axis.sensitivity))
-        assert axis.resolution == pytest.approx(by_hand, rel=0.02)
+        assert axis.resolution == approx(by_hand, rel=0.02)
         assert axis.errors["noise"] == axis.resolution
 
 
@@ -55,7 +56,7 @@ def test_sensitivity_is_the_slope_of_the_readings(bench):
     point = bench.performance[2]
     loads = np.array([[point.load[0] - 0.05, 0.0, 0.0], [point.load[0] + 0.05, 0.0, 0.0]])
     low, high = bench.response.under(loads).frequency
-    assert point.axes["normal"].sensitivity == pytest.approx((high - low) / 0.1, rel=3e-3)
+    assert point.axes["normal"].sensitivity == approx((high - low) / 0.1, rel=3e-3)
     one, other = point.axes["shear_x"].sensitivity
     assert one < 0.0 < other, "towards +x is towards the second coil"
 
@@ -77,12 +78,12 @@ def test_the_error_by_tilt_is_what_a_load_case_with_that_tilt_reads():
     level, tilted = (sitscad.respond(design, case=name).frequency[0, 0] for name in ("press", "scissor"))
     full = design.performance[-1]
     read = abs(tilted - level) / full.axes["normal"].sensitivity[0]
-    assert full.tilt == pytest.approx(math.radians(2.0))
-    assert full.tilt_error["normal"]["ry"] == pytest.approx(read, rel=0.02)
-    assert full.tilt_error["normal"]["rx"] == pytest.approx(read, rel=0.1)
+    assert full.tilt == approx(math.radians(2.0), rel=1e-6)
+    assert full.tilt_error["normal"]["ry"] == approx(read, rel=0.02)
+    assert full.tilt_error["normal"]["rx"] == approx(read, rel=0.1)
     assert read > 5.0 * full.tilt * abs(full.tilt_slope["normal"]["ry"])
     degree = full.axes["normal"].errors["tilt of 1 degree"]
-    assert degree == pytest.approx(math.sqrt(2.0) * read / 4.0, rel=0.2), "it goes with the square"
+    assert degree == approx(math.sqrt(2.0) * read / 4.0, rel=0.2), "it goes with the square"
 
 
 def test_tilt_about_y_is_read_as_shear_along_x(bench):
@@ -146,7 +147,7 @@ def test_warm_pads_read_less_and_every_cause_is_there(bench):
     causes = {name: row["normal"] for name, row in point.temperature_causes.items()}
     assert causes["expansion of the pad"] < 0.0 and causes["modulus of the pad"] < 0.0
     known = math.fsum(value for name, value in causes.items() if name != "capacitors")
-    assert point.temperature_error["normal"] == pytest.approx(math.hypot(known, causes["capacitors"]))
+    assert point.temperature_error["normal"] == approx(math.hypot(known, causes["capacitors"]), rel=1e-6)
 
 
 def test_what_copper_does_is_what_two_temperatures_read(bench):
@@ -155,9 +156,7 @@ def test_what_copper_does_is_what_two_temperatures_read(bench):
     drift = [math.log(b.states["rest"].frequency / a.states["rest"].frequency) for a, b in pairs]
     point = bench.performance[1]
     slope = np.mean(point.axes["normal"].sensitivity) / bench.estimates.coils[0].states["rest"].frequency
-    assert point.temperature_causes["copper and other metal"]["normal"] == pytest.approx(
-        np.mean(drift) / slope, rel=0.1
-    )
+    assert point.temperature_causes["copper and other metal"]["normal"] == approx(np.mean(drift) / slope, rel=0.1)
 
 
 def test_a_capacitor_of_another_value_leaves_ratios_to_the_tare_as_they_were(bench):
@@ -165,7 +164,7 @@ def test_a_capacitor_of_another_value_leaves_ratios_to_the_tare_as_they_were(ben
     wanted = bench.spec.replace("readout.capacitance", f"{1.03e12 * bench.estimates.readout.capacitance:.3f} pF")
     loads = np.array([[0.0, 0.0, 0.0], [bench.spec.requirements.normal_force, 0.3, 0.0]])
     found = [np.log(np.divide(*design.response.under(loads).frequency[::-1])) for design in (bench, Design(wanted))]
-    assert found[1] == pytest.approx(found[0], rel=2e-3)
+    assert found[1] == approx(found[0], rel=2e-3)
 
 
 def test_two_loads_of_one_reading_are_found():
@@ -174,7 +173,7 @@ def test_two_loads_of_one_reading_are_found():
     folded = fitted(x, x - x**2, 2)
     for pair in _alike(folded, np.array([1.0]), ("normal",)):
         one, other = np.sort(np.concatenate(pair))
-        assert other - one > 0.05 and one + other == pytest.approx(1.0, abs=2e-3)
+        assert other - one > 0.05 and one + other == approx(1.0, abs=2e-3)
     assert not list(_alike(fitted(x, x + 0.2 * x**2, 2), np.array([1.0]), ("normal",)))
 
 
@@ -208,7 +207,7 @@ def test_the_grid_feels_shear_alike_along_both_axes():
     """Four coils on a square under a square target: what one axis is off by, the other is (0.30 and 0.08 N of 2 N)."""
     full = Design(sitscad.load(Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml")).performance[2]
     x, y = (full.axes[name].errors["manufacture, after calibration"] for name in ("shear_x", "shear_y"))
-    assert x == pytest.approx(y, rel=0.1)
+    assert x == approx(y, rel=0.1)
     assert x < 0.02 * full.axes["shear_x"].full_scale
 
 
@@ -217,8 +216,8 @@ def test_a_polynomial_gives_back_what_it_was_fitted_to():
     values = np.stack([points[:, 0] * points[:, 1] ** 2 + 2.0 * points[:, 0], points[:, 1] ** 3], axis=1)
     found = best_fitted(points[:40], values[:40], (points[40:], values[40:]), 5)
     assert found.degree == 3
-    assert found(points) == pytest.approx(values, abs=1e-9)
-    assert found.slope(points[:1])[0, 0, 0] == pytest.approx(points[0, 1] ** 2 + 2.0, rel=1e-4)
+    assert found(points) == approx(values, abs=1e-9)
+    assert found.slope(points[:1])[0, 0, 0] == approx(points[0, 1] ** 2 + 2.0, rel=1e-4)
 
 
 def test_a_document_is_json(bench):

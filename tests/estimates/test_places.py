@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.states.assembly import assemble
 from sitscad.estimates.states.finite_target import target_shares
@@ -53,8 +54,8 @@ def test_a_target_turned_over_an_array_is_that_array_turned_back_under_it():
     oblique = replace(straight, target=replace(straight.target, rotation=angle))
     ours, same = shares(oblique), shares(turned(straight, -angle))
     for name in ours:
-        assert ours[name] == pytest.approx(same[name], rel=1e-3)
-    assert ours["C2"] != pytest.approx(shares(straight)["C2"], rel=0.02)
+        assert ours[name] == approx(same[name], rel=1e-3)
+    assert ours["C2"] != approx(shares(straight)["C2"], rel=0.02)
 
 
 def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
@@ -65,7 +66,7 @@ def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
         alone = replace(place, centre=(0.0, 0.0))
         moved = replace(spec, array=replace(spec.array, placements=(alone,)),
                         target=replace(spec.target, offset=(1.2 * MM - x, 0.7 * MM - y)))  # fmt: skip
-        assert shares(moved)[place.name] == pytest.approx(ours[place.name], rel=1e-3)
+        assert shares(moved)[place.name] == approx(ours[place.name], rel=1e-3)
     assert len({round(share, 6) for share, _ in ours.values()}) == 3
 
 
@@ -77,8 +78,8 @@ def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
 def test_quarter_turns_and_turned_discs_are_what_they_look_like(one, other):
     one, other = sensor(TRIANGLE, one), sensor(TRIANGLE, other)
     for name, share in shares(one).items():
-        assert share == pytest.approx(shares(other)[name], rel=1e-3)
-    assert pressed(one).strain == pytest.approx(pressed(other).strain, rel=1e-9)
+        assert share == approx(shares(other)[name], rel=1e-3)
+    assert pressed(one).strain == approx(pressed(other).strain, rel=1e-9)
 
 
 def test_a_single_coil_feels_a_target_less_the_farther_it_stands_aside():
@@ -98,25 +99,25 @@ def test_over_one_centre_the_loaded_face_is_the_one_of_the_mechanics(target, pad
     spec = sensor("", target, pad)
     over, under = (mechanics.Face(*plate.size, plate.shape == "circle") for plate in (spec.target, spec.elastomer))
     expected, (face, beside) = mechanics.loaded_face(under, over), loaded_face(spec)
-    assert (face.width_x, face.width_y, face.area) == pytest.approx(
+    assert (face.width_x, face.width_y, face.area) == approx(
         (expected.width_x, expected.width_y, expected.area), rel=1e-9
     )
-    assert beside == pytest.approx(0.0, abs=1e-12)
+    assert beside == approx(0.0, abs=1e-12)
 
 
 def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():
     spec = sensor("", "size: 4, offset: [3, 0]", "size: 6, shape: square")
     face, beside = loaded_face(spec)
-    assert face.area == pytest.approx(8e-6) and beside == pytest.approx(1e-3)
+    assert face.area == approx(8e-6, rel=1e-6) and beside == approx(1e-3, rel=1e-6)
     found = pressed(spec)
-    assert not found.valid and "it tilts" in found.note and found.loaded_share == pytest.approx(8 / 36)
+    assert not found.valid and "it tilts" in found.note and found.loaded_share == approx(8 / 36, rel=1e-6)
     assert found.strain > pressed(sensor("", "size: 4", "size: 6, shape: square")).strain
 
 
 def test_a_turned_target_within_its_pad_loads_all_of_itself():
     spec = sensor("", "shape: rectangle, size: [5, 3], rotation: 30 deg, offset: [1, 0.5]")
     face, beside = loaded_face(spec)
-    assert (face.width_x, face.width_y) == pytest.approx((5e-3, 3e-3)) and beside == pytest.approx(0.0, abs=1e-12)
+    assert (face.width_x, face.width_y) == approx((5e-3, 3e-3), rel=1e-6) and beside == approx(0.0, abs=1e-12)
     assert "tilts" not in pressed(spec).note
 
 
@@ -124,7 +125,7 @@ def test_a_pad_of_no_stated_size_carries_a_target_that_is_turned_or_offset():
     spec = sensor(TRIANGLE, "size: 4, rotation: 45 deg, offset: [0.5, -0.2]", "thickness: 1")
     pad, target = footprint(spec, spec.elastomer), footprint(spec, spec.target)
     assert target.hangs_over(pad.outline()) <= 1e-9
-    assert pad.centre == pytest.approx(Point(0.0, 0.0), abs=1e-12)
+    assert pad.centre == approx(Point(0.0, 0.0), abs=1e-12)
 
 
 JAW_COIL = CoaxialRings(

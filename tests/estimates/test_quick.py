@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design
@@ -26,14 +27,14 @@ def both(request):
 def test_resolutions_are_within_three_per_cent(both):
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
-        assert point.noise == pytest.approx([axis.resolution for axis in other.axes.values()], rel=0.03)
+        assert point.noise == approx([axis.resolution for axis in other.axes.values()], rel=0.03)
 
 
 def test_slopes_by_tilt_are_within_a_quarter_of_the_largest(both):
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
         tilts = np.array([list(row.values()) for row in other.tilt_slope.values()])[:, :2]
-        assert point.tilts[:, :2] == pytest.approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
+        assert point.tilts[:, :2] == approx(tilts, abs=0.25 * np.abs(tilts).max() + 0.02)
 
 
 def test_errors_by_a_degree_of_tilt_are_within_four_per_cent_of_the_largest(both):
@@ -41,7 +42,7 @@ def test_errors_by_a_degree_of_tilt_are_within_four_per_cent_of_the_largest(both
     quick, whole = both
     for point, other in zip(quick.points, whole, strict=True):
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.04 * errors.max())
+        assert point.tilt_errors(other.tilt) == approx(errors, abs=0.04 * errors.max())
 
 
 STEEL = """
@@ -63,9 +64,9 @@ def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
     """By inductance alone the noise in newtons was 18, 72 and 117 % off, and a tilt's errors by half."""
     quick = quick_performance(steel.layout, steel.estimates)
     for point, other in zip(quick.points, steel.performance, strict=True):
-        assert point.noise == pytest.approx([axis.resolution for axis in other.axes.values()], rel=0.02)
+        assert point.noise == approx([axis.resolution for axis in other.axes.values()], rel=0.02)
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
-        assert point.tilt_errors(other.tilt) == pytest.approx(errors, abs=0.03 * errors.max())
+        assert point.tilt_errors(other.tilt) == approx(errors, abs=0.03 * errors.max())
 
 
 def test_the_law_of_the_tanks_is_that_of_the_states(steel):
@@ -73,13 +74,13 @@ def test_the_law_of_the_tanks_is_that_of_the_states(steel):
     rest, pressed = coil.states["rest"], coil.states["pressed"]
     lost = (pressed.resistance - rest.resistance) / (2.0 * np.pi * rest.frequency)
     said = law.logarithms(np.array([complex(pressed.inductance - rest.inductance, -lost)]))[0]
-    assert said == pytest.approx(np.log(pressed.frequency / rest.frequency), rel=1e-3)
+    assert said == approx(np.log(pressed.frequency / rest.frequency), rel=1e-3)
     assert np.abs(law.logarithms(np.zeros((3, 1), dtype=complex))).max() < 1e-12
 
 
 def test_temperature_is_within_a_tenth(both):
     quick, whole = both
-    assert quick.warmed.temperature == pytest.approx(list(whole[-1].temperature_error.values()), rel=0.1)
+    assert quick.warmed.temperature == approx(list(whole[-1].temperature_error.values()), rel=0.1)
 
 
 def test_both_say_the_same_of_loads_that_read_alike(both):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design, NoResponse, respond
@@ -61,13 +62,11 @@ def test_at_rest_and_pressed_it_is_what_the_states_say(name, request):
     for k, coil in enumerate(estimates.coils):
         for pose, state in enumerate(coil.states[name] for name in ("rest", "pressed")):
             change = abs(found.target_change[pose, k, k])
-            assert found.inductance[pose, k] == pytest.approx(state.inductance, abs=0.05 * change)
-            assert found.resistance[pose, k] == pytest.approx(
-                state.resistance, abs=0.1 * found.target_resistance[pose, k]
-            )
-            assert found.frequency[pose, k] == pytest.approx(state.frequency, rel=0.025 * change / state.inductance)
-            assert found.parallel_resistance[pose, k] == pytest.approx(state.parallel_resistance, rel=0.01)
-            assert found.amplitude[pose, k] == pytest.approx(state.amplitude, rel=0.01)
+            assert found.inductance[pose, k] == approx(state.inductance, abs=0.05 * change)
+            assert found.resistance[pose, k] == approx(state.resistance, abs=0.1 * found.target_resistance[pose, k])
+            assert found.frequency[pose, k] == approx(state.frequency, rel=0.025 * change / state.inductance)
+            assert found.parallel_resistance[pose, k] == approx(state.parallel_resistance, rel=0.01)
+            assert found.amplitude[pose, k] == approx(state.amplitude, rel=0.01)
 
 
 POSE = np.array([0.4, -0.3, -0.2, 0.05, -0.08, 0.2]) * [MM, MM, MM, 1, 1, 1]
@@ -77,7 +76,7 @@ def test_the_matrix_is_reciprocal_metal_lowers_l_and_loses(plain, grasper, squar
     for design in (plain, grasper, squares):
         found = respond(design, [POSE])
         change = found.target_change[0]
-        assert change == pytest.approx(change.T, rel=1e-9)
+        assert change == approx(change.T, rel=1e-9)
         assert np.linalg.eigvalsh(change).max() < 0.0
         assert np.all(found.target_resistance > 0.0)
 
@@ -97,23 +96,23 @@ def test_a_large_target_is_an_endless_sheet():
         endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
         own, mutual = endless.real
         scale = 0.01 * wound.winding.inductance
-        assert change[0, 0] == pytest.approx(own, rel=5e-3)
-        assert change[0, 1] == pytest.approx(mutual, abs=0.02 * scale)
+        assert change[0, 0] == approx(own, rel=5e-3)
+        assert change[0, 1] == approx(mutual, abs=0.02 * scale)
 
 
 def test_numbers_at_a_frequency_are_those_of_the_tank_there(plain):
     usual = respond(plain, [POSE])
     at = respond(plain, [POSE], frequency=float(usual.frequency[0, 0]))
-    assert at.inductance[0, 0] == pytest.approx(usual.inductance[0, 0], rel=1e-6)
-    assert at.resistance[0, 0] == pytest.approx(usual.resistance[0, 0], rel=1e-3)
-    assert at.target_resistance[0, 0] == pytest.approx(usual.target_resistance[0, 0], rel=2e-3)
-    assert at.frequency == pytest.approx(usual.frequency)
+    assert at.inductance[0, 0] == approx(usual.inductance[0, 0], rel=1e-6)
+    assert at.resistance[0, 0] == approx(usual.resistance[0, 0], rel=1e-3)
+    assert at.target_resistance[0, 0] == approx(usual.target_resistance[0, 0], rel=2e-3)
+    assert at.frequency == approx(usual.frequency, rel=1e-6)
 
 
 def test_counts_are_the_converter_s(plain):
     found, readout = respond(plain, [POSE]), plain.estimates.readout
     back = found.counts / 2.0**28 * readout.input_divider * readout.reference_frequency
-    assert back == pytest.approx(found.frequency, rel=1e-7)
+    assert back == approx(found.frequency, rel=1e-7)
 
 
 def test_tilting_one_side_nearer_is_seen_by_its_coil(grasper):
@@ -124,10 +123,10 @@ def test_tilting_one_side_nearer_is_seen_by_its_coil(grasper):
 def test_loads_move_the_target_as_the_pad_gives_way(plain):
     estimates = plain.estimates
     found = respond(plain, loads=[[2.0, 0.0, 0.0], [2.0, 0.3, -0.1]])
-    assert found.poses[0, 2] == pytest.approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
-    assert found.strain[0] == pytest.approx(estimates.compression.strain, rel=1e-9)
+    assert found.poses[0, 2] == approx(estimates.gaps["pressed"] - estimates.gaps["rest"], rel=1e-9)
+    assert found.strain[0] == approx(estimates.compression.strain, rel=1e-9)
     assert found.poses[1, 0] > 0.0 > found.poses[1, 1]
-    assert found.force[1] == pytest.approx([0.3, -0.1, -2.0], rel=1e-6)
+    assert found.force[1] == approx([0.3, -0.1, -2.0], rel=1e-6)
     # a dead load on the outermost face: its lever is the target, so the moment is small and turns with the shear
     assert found.moment[1, 1] > 0.0 and found.moment[1, 0] > 0.0
     assert found.poses[1, 4] > 0.0 and found.poses[1, 3] > 0.0
@@ -139,7 +138,7 @@ def test_a_pose_and_the_load_that_holds_it_are_one(plain):
     found = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
     assert np.isfinite(found.force).all() and np.isfinite(found.moment).all()
     pad = soft_pad(plain.spec)
-    assert np.hstack([found.force, found.moment]) == pytest.approx(pad.force(found.poses), rel=1e-12)
+    assert np.hstack([found.force, found.moment]) == approx(pad.force(found.poses), rel=1e-12)
     level = plain.response.under(np.array([[2.0, 0.3, -0.1]]), np.array([True]))
     free = plain.response.under(np.array([[2.0, 0.3, -0.1]]))
     assert not level.poses[0, 3:].any() and free.poses[0, 0] > 1.02 * level.poses[0, 0]
@@ -161,7 +160,7 @@ def test_a_map_of_many_poses_is_what_each_of_them_is(plain):
     scale = 0.01 * plain.response.wound.winding.inductance
     apart = np.abs(many.target_change[some] - few.target_change)
     assert np.all(apart <= many.target_change_error[some] * np.maximum(np.abs(few.target_change), scale))
-    assert many.frequency[some] == pytest.approx(few.frequency, rel=1e-4)
+    assert many.frequency[some] == approx(few.frequency, rel=1e-4)
 
 
 def test_what_a_map_cannot_follow_is_worked_out_pose_by_pose():
@@ -180,9 +179,9 @@ def test_changes_follow_the_skin_depth():
     one = np.full((2, 1, 1, 1), 1.0, dtype=complex)
     one[1] = 2.0
     found = Changes((1e6, 4e6), one, one)
-    assert found.complex_at(np.array([1e6]))[0, 0, 0] == pytest.approx(1.0)
-    assert found.complex_at(np.array([4e6]))[0, 0, 0] == pytest.approx(2.0)
-    assert found.at(np.array([[16e6]]))[0][0, 0, 0] == pytest.approx(2.5)
+    assert found.complex_at(np.array([1e6]))[0, 0, 0] == approx(1.0, rel=1e-6)
+    assert found.complex_at(np.array([4e6]))[0, 0, 0] == approx(2.0, rel=1e-6)
+    assert found.at(np.array([[16e6]]))[0][0, 0, 0] == approx(2.5, rel=1e-6)
 
 
 @pytest.mark.parametrize("metal, thickness", [("stainless-17-4ph", 0.3), ("stainless-304", 0.05), ("copper", 0.02)])
@@ -206,7 +205,7 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
 def test_curves_go_through_smooth_functions():
     found = curves(1e6, 4e6, lambda at: (np.sqrt(at) + 1j * at)[:, None])
     at = np.array([1.1e6, 2.7e6, 3.9e6])
-    assert found(at)[:, 0] == pytest.approx(np.sqrt(at) + 1j * at, rel=1e-5)
+    assert found(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
 
 
 @pytest.mark.parametrize("at_coil", [True, False])
@@ -216,8 +215,8 @@ def test_many_tanks_swing_like_one(at_coil):
     frequency, parallel = tank_frequencies(network, inductance, resistance, 5e-9)
     for k in range(2):
         one = oscillate(network, inductance[k], resistance[k], 5e-9)
-        assert frequency[k] == pytest.approx(one.frequency, rel=1e-9)
-        assert parallel[k] == pytest.approx(one.parallel_resistance, rel=1e-6)
+        assert frequency[k] == approx(one.frequency, rel=1e-9)
+        assert parallel[k] == approx(one.parallel_resistance, rel=1e-6)
     assert math.isnan(frequency[2])
 
 
@@ -276,15 +275,15 @@ def test_a_large_steel_target_is_an_endless_sheet():
     sheet = Reflector(gap, (Plate(metal.conductivity, metal.relative_permeability, 0.3 * MM),))
     own = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0,))[0, 0]
     change, lost = found.target_change[0, 0, 0], found.target_resistance[0, 0] / (2.0 * math.pi * at)
-    assert change == pytest.approx(own.real, abs=0.01 * abs(own))
-    assert lost == pytest.approx(-own.imag, abs=0.01 * abs(own))
+    assert change == approx(own.real, abs=0.01 * abs(own))
+    assert lost == approx(-own.imag, abs=0.01 * abs(own))
 
 
 def test_a_ferrite_target_draws_the_field_in_wherever_it_is():
     found = respond(magnetic("ferrite", 7), [[0.0] * 6, [2.0 * MM, 0.0, 0.0, 0.0, 0.0, 0.0], POSE])
     assert np.all(np.einsum("pcc->pc", found.target_change) > 0.0)
     assert found.target_change[1, 1, 1] > found.target_change[1, 0, 0]
-    assert found.target_change == pytest.approx(np.swapaxes(found.target_change, 1, 2), rel=1e-6)
+    assert found.target_change == approx(np.swapaxes(found.target_change, 1, 2), rel=1e-6)
     assert found.target_change_error.max() < 0.05
 
 
@@ -318,9 +317,9 @@ def test_states_of_elongated_coils_are_what_the_response_says(shape, size, targe
     by_shares = estimated(design.layout, is_solved=False)
     (note,) = (note for note in by_shares.notes if "each share is known within" in note)
     stated = float(note.split("known within ")[1].split(" %")[0]) / 100.0
-    assert by_shares.coils[0].states["rest"].inductance - free == pytest.approx(change, rel=stated)
+    assert by_shares.coils[0].states["rest"].inductance - free == approx(change, rel=stated)
     assert design.estimates.is_solved
-    assert rest - free == pytest.approx(change, rel=1e-3)
+    assert rest - free == approx(change, rel=1e-3)
 
 
 def test_no_pose_is_answered_that_no_target_can_have(plain):

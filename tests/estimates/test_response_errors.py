@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design
@@ -24,7 +25,7 @@ def test_finer_surfaces_change_less_than_is_stated():
     usual, fine = model.respond(some), replace(model, finer=1.4, solved={}).respond(some)
     size = np.maximum(np.abs(fine.target_change), 0.01 * model.wound.winding.inductance)
     assert np.all(np.abs(usual.target_change - fine.target_change) < usual.target_change_error * size)
-    assert usual.target_resistance == pytest.approx(fine.target_resistance, rel=0.01)
+    assert usual.target_resistance == approx(fine.target_resistance, rel=0.01)
 
 
 JAW = "mount: {kind: grasper-pad, jaw: generic-5mm, standoff: 0.7}\n"

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design
@@ -39,11 +40,11 @@ def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
 def test_it_holds_what_the_spec_says(grasper):
     """The template asks 50 um of pad and placement; a band that is evenly filled has its half over the root of 3."""
     found = _sigmas(grasper)
-    assert found[scatter.THICKNESS] == pytest.approx(50e-6 / math.sqrt(3.0))
-    assert found[scatter.OFFSET_X] == found[scatter.OFFSET_Y] == pytest.approx(50e-6 / math.sqrt(3.0))
-    assert found[scatter.YAW] == pytest.approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0))
+    assert found[scatter.THICKNESS] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
+    assert found[scatter.OFFSET_X] == found[scatter.OFFSET_Y] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
+    assert found[scatter.YAW] == approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0), rel=1e-6)
     assert found[scatter.MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
-    assert found[CAPACITOR] == pytest.approx(0.05 / math.sqrt(3.0))
+    assert found[CAPACITOR] == approx(0.05 / math.sqrt(3.0), rel=1e-6)
 
 
 def test_coils_scatter_as_the_estimate_says(grasper):
@@ -55,8 +56,8 @@ def test_coils_scatter_as_the_estimate_says(grasper):
 def test_it_follows_the_spec(grasper):
     looser = Design(replace(grasper.spec, assembly=replace(grasper.spec.assembly, tolerances=())), grasper.layout,
                     grasper.estimates)  # fmt: skip
-    assert _sigmas(looser)[scatter.OFFSET_X] == pytest.approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X])
-    assert _sigmas(looser)[scatter.THICKNESS] == pytest.approx(3.0 * _sigmas(grasper)[scatter.THICKNESS])
+    assert _sigmas(looser)[scatter.OFFSET_X] == approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X], rel=1e-6)
+    assert _sigmas(looser)[scatter.THICKNESS] == approx(3.0 * _sigmas(grasper)[scatter.THICKNESS], rel=1e-6)
 
 
 def test_a_coil_alone_has_no_target_and_no_pad():
@@ -69,20 +70,20 @@ def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
     found, estimates = _sigmas(grasper), grasper.estimates
     glue = found[scatter.GLUE]
     assert glue == uncertainty.sigmas(grasper.spec)[scatter.GLUE] > 0.0
-    assert estimates.gap_sigmas["rest"] == pytest.approx(math.hypot(found[scatter.THICKNESS], glue))
-    assert estimates.gap_sigmas["pressed"] == pytest.approx(math.hypot(estimates.compression_scatter.gap, glue))
+    assert estimates.gap_sigmas["rest"] == approx(math.hypot(found[scatter.THICKNESS], glue), rel=1e-6)
+    assert estimates.gap_sigmas["pressed"] == approx(math.hypot(estimates.compression_scatter.gap, glue), rel=1e-6)
     for coil in estimates.coils:
         for state in ("rest", "pressed"):
             by_glue, by_pad = (coil.states[state].spread.shifts[one][0] for one in (scatter.GLUE, scatter.THICKNESS))
             assert by_glue < 0.0, "from thick to thin: nearer metal takes inductance away"
             if state == "rest":  # an unloaded pad and glue are heights alike
-                assert by_glue / by_pad == pytest.approx(glue / found[scatter.THICKNESS], rel=0.05)
+                assert by_glue / by_pad == approx(glue / found[scatter.THICKNESS], rel=0.05)
 
 
 def test_a_target_without_a_pad_has_one_line_of_glue(grasper):
     bare = replace(grasper.spec, elastomer=None)
     two, one = (uncertainty.sigmas(spec)[scatter.GLUE] for spec in (grasper.spec, bare))
-    assert one == pytest.approx(two / math.sqrt(2.0))
+    assert one == approx(two / math.sqrt(2.0), rel=1e-6)
     assert uncertainty.sigmas(replace(bare, target=None))[scatter.GLUE] == 0.0
 
 
@@ -93,9 +94,9 @@ def test_the_states_and_the_pad_take_the_spec_s_own_tolerance(band):
     tolerances = (("elastomer", 1e-6 * float(band.split()[0])), ("elastomer_size", 0.1e-3))
     design = Design(replace(spec, assembly=replace(spec.assembly, tolerances=tolerances)))
     found = _sigmas(design)
-    assert found[scatter.THICKNESS] == pytest.approx(tolerances[0][1] / math.sqrt(3.0))
-    assert design.estimates.gap_sigmas["rest"] == pytest.approx(
-        math.hypot(found[scatter.THICKNESS], found[scatter.GLUE])
+    assert found[scatter.THICKNESS] == approx(tolerances[0][1] / math.sqrt(3.0), rel=1e-6)
+    assert design.estimates.gap_sigmas["rest"] == approx(
+        math.hypot(found[scatter.THICKNESS], found[scatter.GLUE]), rel=1e-6
     )
     assert uncertainty.sigmas(design.spec)[scatter.SIZE] == found[scatter.SIZE]
     assert not any("elastomer size" in note for note in design.estimates.notes)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 from wound_boards import of
 
 from sitscad.estimates.circuit.leads import between_layers
@@ -23,15 +24,15 @@ def test_polygons_hold_about_as_much_as_their_area_says(shape):
     round_one, _, _ = of(BENCH, "flex-2l-35um")
     area = {"square": 4.0 / math.pi, "hexagon": 6 * math.tan(math.pi / 6) / math.pi,
             "octagon": 8 * math.tan(math.pi / 8) / math.pi}[shape]  # fmt: skip
-    assert own == pytest.approx(round_one * area, rel=0.05)
+    assert own == approx(round_one * area, rel=0.05)
 
 
 def test_turn_lengths_add_up_to_the_track():
     layout = lay_out(load_text(f"sitscad: 1\nname: c\ncoil: {BENCH}\n", "c.yaml"))
     turns = layout.spec.coil.turns
     lengths = turn_lengths(layout.coils[0], layout.spec, turns * (np.arange(12) + 0.5) / 12)
-    assert lengths.mean() * turns == pytest.approx(layout.coils[0].windings[0].path.length)
-    assert lengths[0] == pytest.approx(2 * math.pi * (3.45e-3 - 0.1e-3), rel=1e-3)
+    assert lengths.mean() * turns == approx(layout.coils[0].windings[0].path.length, rel=1e-6)
+    assert lengths[0] == approx(2 * math.pi * (3.45e-3 - 0.1e-3), rel=1e-3)
 
 
 def test_more_layers_of_one_build_hold_less_than_two():
@@ -53,7 +54,7 @@ def test_the_tail_pair_s_formula_against_the_whole_stackup(stackup, width, monke
     stack = load_text(text, "c.yaml").fpc.stackup
     width *= 1e-6
     whole = -capacitance.strip_layers(slabs(stack, [1, 2]), width, 12 * width, 0.05)[0, 1] * 12 * width
-    assert capacitance.stacked_strips(width, *between_layers(stack, 1, 2)) == pytest.approx(whole, rel=0.06)
+    assert capacitance.stacked_strips(width, *between_layers(stack, 1, 2)) == approx(whole, rel=0.06)
 
 
 @pytest.mark.parametrize(
@@ -68,4 +69,4 @@ def test_a_millionth_more_of_the_turns_changes_nothing(one, other):
         text = f"sitscad: 1\nname: c\ncoil: {coil.replace('7.75', turns)}\n"
         layout = lay_out(load_text(text, "c.yaml"))
         found.append(self_capacitance(layout.coils[0], layout.spec))
-    assert found[0] == pytest.approx(found[1], rel=1e-5, abs=0.0) and found[0] != found[1]
+    assert found[0] == approx(found[1], rel=1e-5, abs=0.0) and found[0] != found[1]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.tank import SmoothCurve, preferred_values
@@ -31,8 +32,8 @@ def test_the_curve_is_the_function_that_it_stands_for():
     curve = SmoothCurve(exact, 1e6, 11e6)
     for frequency in (1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6):
         inductance, resistance = exact(np.array([frequency]))
-        assert curve(frequency)[0] == pytest.approx(inductance[0], rel=1e-5)
-        assert curve(frequency)[1] == pytest.approx(resistance[0], rel=5e-4)
+        assert curve(frequency)[0] == approx(inductance[0], rel=1e-5)
+        assert curve(frequency)[1] == approx(resistance[0], rel=5e-4)
 
 
 @pytest.mark.parametrize("capacitance", ["47 pF", "3300 pF"])
@@ -46,7 +47,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
         )))  # fmt: skip
         coil = found.coils[0]
         free = coil.states["free"]
-        assert free.resistance == pytest.approx(coil.resistance_ac, rel=0.4)
+        assert free.resistance == approx(coil.resistance_ac, rel=0.4)
         assert free.resistance > coil.resistance_ac * (1.0 - 1e-3)
         plain = 1.0 / (2.0 * math.pi * math.sqrt(free.inductance * coil.capacitance))
         # the drive's 5 ns matter most where the tank is fast and poor
@@ -56,7 +57,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
 def test_a_chosen_capacitor_says_what_its_tolerance_does():
     text = "sitscad: 1\nname: t\ncoil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, "
     readout = estimate(lay_out(load_text(text + "trace_spacing: 100 um}\n", "t.yaml"))).readout
-    assert any(readout.capacitance == pytest.approx(value) for value in preferred_values(ldc161x))
+    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(ldc161x))
     assert readout.capacitor_tolerance == 0.05
     assert "+-2.5 % of frequency" in readout.capacitance_reason
 

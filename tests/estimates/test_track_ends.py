@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 from probe_spots import touched
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates.circuit.track_ends import spared_squares
@@ -54,7 +55,7 @@ def test_teardrops_lower_the_resistance_at_the_contacts_alone():
     assert laid_out(2, "auto").teardrops
     assert dropped.resistance_dc == plain.resistance_dc
     assert 0.97 < dropped.terminal_resistance_dc / plain.terminal_resistance_dc < 1.0
-    assert dropped.terminal_inductance == pytest.approx(plain.terminal_inductance, rel=1e-9)
+    assert dropped.terminal_inductance == approx(plain.terminal_inductance, rel=1e-9)
 
 
 WIDE = """
@@ -75,9 +76,9 @@ def test_a_neck_narrower_than_the_lead_begins_where_it_leaves_the_lead_s_round_e
     coil = layout.coils[0]
     tracks = [item for item in coil.series if isinstance(item, Trace) and item.layer == 2]
     lead, neck = next(pair for pair in pairwise(tracks) if pair[1].role is Role.TAIL)
-    assert (lead.width, neck.width) == pytest.approx((0.5e-3, 0.1e-3))
+    assert (lead.width, neck.width) == approx((0.5e-3, 0.1e-3), rel=1e-6)
     alone = replace(coil, series=(lead, neck))
-    assert spared_squares(alone, layout) == {2: pytest.approx(-step_squares(5.0))}
+    assert spared_squares(alone, layout) == {2: approx(-step_squares(5.0), rel=1e-6)}
 
 
 def test_a_neck_shorter_than_the_lead_is_wide_does_not_vanish():
@@ -90,7 +91,7 @@ def test_a_neck_shorter_than_the_lead_is_wide_does_not_vanish():
         if pair[1].role is Role.TAIL
     )
     broad = replace(coil, series=(replace(lead, width=30 * neck.path.length), neck))
-    assert spared_squares(broad, layout) == {2: pytest.approx(0.9 * neck.path.length / neck.width)}
+    assert spared_squares(broad, layout) == {2: approx(0.9 * neck.path.length / neck.width, rel=1e-6)}
 
 
 @pytest.mark.slow
@@ -107,4 +108,4 @@ def test_wide_and_narrow_leads_have_the_resistance_of_their_copper(tmp_path, wid
     thickness, depths = zip(*((foil.thickness, foil.z) for foil in stackup.copper), strict=True)
     plating = stackup.plating_thickness
     found = copper_resistance(net, start, end, thickness, depths=depths, plating=plating, fineness=4.0)
-    assert sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc == pytest.approx(found, rel=within)
+    assert sitscad.estimate(layout, tolerance=1e-2).coils[0].terminal_resistance_dc == approx(found, rel=within)

@@ -14,6 +14,7 @@ from dataclasses import is_dataclass
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.spec import templates
@@ -62,8 +63,8 @@ def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
 def test_a_coil_in_a_field_program(monkeypatch, capsys):
     found = run("field.py", monkeypatch)
     # its filaments have no width: 0.2 % of the mutual inductance; the mean distance leaves 0.4 % of the own
-    assert found["own"] == pytest.approx(found["own_here"], rel=6e-3)
-    assert found["mutual"] == pytest.approx(found["mutual_here"], rel=6e-3)
+    assert found["own"] == approx(found["own_here"], rel=6e-3)
+    assert found["mutual"] == approx(found["mutual_here"], rel=6e-3)
     assert 1e-6 < found["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tolerance import approx
 
 from sitscad.extraction.intent import Mark, Source, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356, read_marks
 from tests.extraction.conftest import HEADER, NETLIST, pad, record, track, via
@@ -22,7 +23,7 @@ def test_draws_and_flashes_carry_their_net():
 
 def test_a_pad_carries_its_pin_and_function():
     (mark,) = marks_of_gerber(HEAD + pad("C1", "J1-2", 1, -1, "C1.B") + "M02*\n", layer=2)
-    assert mark == Mark("C1", 2, pytest.approx(1e-3), pytest.approx(-1e-3), Source.X2, "J1-2", "C1.B")
+    assert mark == Mark("C1", 2, approx(1e-3, rel=1e-6), approx(-1e-3, rel=1e-6), Source.X2, "J1-2", "C1.B")
 
 
 def test_attributes_end_where_they_are_deleted():
@@ -57,7 +58,7 @@ def test_netlist_records_by_their_columns():
         ("C2", 1, "J1-3", False),
         ("C2", 1, "J1-4", False),
     ]
-    assert (marks[2].x, marks[2].y) == pytest.approx((5e-3, 0.0))
+    assert (marks[2].x, marks[2].y) == approx((5e-3, 0.0), rel=1e-6, abs=1e-12)
 
 
 def test_netlist_units_and_aliases():
@@ -66,7 +67,7 @@ def test_netlist_units_and_aliases():
     )
     (mark,) = marks_of_ipc_d_356(text)
     assert mark.net == "a-name-that-is-longer-than-the-column"
-    assert (mark.layer, mark.x) == (2, pytest.approx(1000 * 2.54e-6))
+    assert (mark.layer, mark.x) == (2, approx(1000 * 2.54e-6, rel=1e-6))
 
 
 def test_netlist_lines_out_of_their_columns_are_refused():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tolerance import approx
 
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
@@ -31,7 +32,7 @@ def test_the_copper_area_is_the_one_drawn(two_nets, tmp_path):
     """C2 on the top layer: two pads 0.6 x 0.4 mm and 4.4 mm of a 0.1 mm track between them."""
     top = float(extract(two_nets.write(tmp_path)).artwork.copper[0].area)
     two_tracks_and_their_via_pads = 2 * (0.24 + (4.7 - 0.15) * 0.1 + math.pi * 0.15**2 + chord_area(0.15, 0.05))
-    assert top * 1e6 == pytest.approx(2 * 0.24 + 4.4 * 0.1 + two_tracks_and_their_via_pads, rel=2e-4)
+    assert top * 1e6 == approx(2 * 0.24 + 4.4 * 0.1 + two_tracks_and_their_via_pads, rel=2e-4)
 
 
 def chord_area(radius: float, half_width: float) -> float:
@@ -75,14 +76,14 @@ def test_a_winding_that_is_bypassed_leads_nowhere(two_nets, tmp_path):
     two_nets.layers[1] = via("C1", 5, 0) + via("C1", 5, 2) + track("C1", (5, 0), (5, 1))
     (found,) = compare(extract(two_nets.write(tmp_path)))
     assert (found.kind, found.nets, found.layer) == (Kind.DEAD_END, ("C1",), 2)
-    assert found.x == pytest.approx(5e-3, abs=6e-5) and 0.1e-3 < found.y < 1.1e-3
+    assert found.x == approx(5e-3, abs=6e-5) and 0.1e-3 < found.y < 1.1e-3
 
 
 def test_a_missing_hole_is_named_and_opens_the_net(two_nets, tmp_path):
     del two_nets.holes[1]
     differences = compare(extract(two_nets.write(tmp_path)))
     assert [d.kind for d in differences] == [Kind.OPEN, Kind.NO_HOLE]
-    assert (differences[1].x, differences[1].y) == pytest.approx((5e-3, 2e-3))
+    assert (differences[1].x, differences[1].y) == approx((5e-3, 2e-3), rel=1e-6)
 
 
 @pytest.mark.parametrize(("x", "complaint"), [(4.9, "breaks out of its pad"), (7.0, "has no pad")])
@@ -106,7 +107,7 @@ def test_turns_that_touch_are_a_loop(two_nets, tmp_path):
     two_nets.layers[0] += track("C2", (5, 3), (8, 3), (8, 3.3), (6, 3.3), (6, 3.05))
     (loop,) = extract(two_nets.write(tmp_path)).net("C2").loops
     assert loop.layer == 1
-    assert loop.area == pytest.approx(1.9e-3 * 0.2e-3, rel=1e-3)
+    assert loop.area == approx(1.9e-3 * 0.2e-3, rel=1e-3)
     assert kinds(two_nets, tmp_path) == [Kind.LOOP]
 
 
@@ -121,7 +122,7 @@ def test_turns_that_almost_touch_are_a_loop_once_the_copper_is_grown(two_nets, t
 def test_a_second_way_through_the_layers_is_a_loop(two_nets, tmp_path):
     two_nets.layers[0] += track("C1", (5, 0), (5, 2))
     (loop,) = extract(two_nets.write(tmp_path)).net("C1").loops
-    assert (loop.layer, loop.x) == (None, pytest.approx(5e-3))
+    assert (loop.layer, loop.x) == (None, approx(5e-3, rel=1e-6))
 
 
 def test_three_stitching_holes_between_two_tracks_are_two_loops(tmp_path):
@@ -155,7 +156,7 @@ def test_an_opening_over_copper_that_is_no_contact_is_found(two_nets, tmp_path):
     whole = ((0, 0), (0, 2), (0, 3), (5, 3))
     two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (2.5, 3)))
     (difference,) = compare(extract(two_nets.write(tmp_path)))
-    assert (difference.kind, difference.x) == (Kind.EXPOSED, pytest.approx(2.5e-3, abs=0.3e-3))
+    assert (difference.kind, difference.x) == (Kind.EXPOSED, approx(2.5e-3, abs=0.3e-3))
 
 
 def test_the_netlist_must_name_the_same_nets(two_nets, tmp_path):
@@ -189,8 +190,8 @@ def test_an_annulus_drawn_by_arcs_and_by_regions_has_its_area(tmp_path):
     disc += "G01*\nX6000000Y-1000000D01*\nG37*\n"
     board = extract(Board([ring + disc]).write(tmp_path))
     areas = {net.names: net.pieces[0].shape.area * 1e6 for net in board.nets}
-    assert areas["C1",] == pytest.approx(2 * math.pi * 2.0 * 0.1, rel=1e-5)
-    assert areas["C2",] == pytest.approx(math.pi / 2, rel=1e-4)
+    assert areas["C1",] == approx(2 * math.pi * 2.0 * 0.1, rel=1e-5)
+    assert areas["C2",] == approx(math.pi / 2, rel=1e-4)
     assert len(board.net("C1").loops) == 1
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 pytest.importorskip("gmsh", reason="gmsh is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("scipy", reason="scipy is not installed: pip install 'sitscad[all]' brings it")
@@ -33,7 +34,7 @@ def net(shapes, a, b, holes=()) -> ExtractedNet:
 def test_a_straight_bar_is_exact():
     bar = box(-1e-3, 0, 11e-3, 0.1e-3)
     a, b = contact("J1-1", box(-1e-3, -1e-3, 0, 1e-3)), contact("J1-2", box(10e-3, -1e-3, 11e-3, 1e-3))
-    assert copper_resistance(net([bar], a, b), a, b, [THICKNESS]) == pytest.approx(100 * SQUARE, rel=1e-9)
+    assert copper_resistance(net([bar], a, b), a, b, [THICKNESS]) == approx(100 * SQUARE, rel=1e-9)
 
 
 def ring_sector(inner: float, outer: float, start: float, end: float, chords: int) -> Polygon:
@@ -66,7 +67,7 @@ def test_a_square_corner_is_0_559_squares():
     shape = Polygon([(-arm, 0), (w, 0), (w, w + arm), (0, w + arm), (0, w), (-arm, w)])
     a, b = contact("J1-1", box(-2 * arm, -w, -arm, 2 * w)), contact("J1-2", box(-w, w + arm, 2 * w, 2 * arm))
     squares = copper_resistance(net([shape], a, b), a, b, [THICKNESS], fineness=24) / SQUARE
-    assert squares - 20.0 == pytest.approx(1.0 - 2.0 * math.log(2.0) / math.pi, rel=1e-2)
+    assert squares - 20.0 == approx(1.0 - 2.0 * math.log(2.0) / math.pi, rel=1e-2)
 
 
 def test_two_layers_and_a_barrel_in_series():
@@ -78,9 +79,9 @@ def test_two_layers_and_a_barrel_in_series():
     perfect = copper_resistance(board, a, b, [THICKNESS] * 2)
     plated = copper_resistance(board, a, b, [THICKNESS] * 2, depths=[0.0, -1e-3], plating=20e-6)
     wall = math.pi * (0.2e-3 - 20e-6) * 20e-6
-    assert plated - perfect == pytest.approx(COPPER_RESISTIVITY * 1e-3 / wall, rel=1e-4)
+    assert plated - perfect == approx(COPPER_RESISTIVITY * 1e-3 / wall, rel=1e-4)
     halves = copper_resistance(board, a, b, [THICKNESS, 2 * THICKNESS])
-    assert halves / perfect == pytest.approx(0.75, rel=1e-3)
+    assert halves / perfect == approx(0.75, rel=1e-3)
 
 
 def test_a_board_out_of_its_files(two_nets, tmp_path):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from probe_spots import touched
+from tolerance import approx
 
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
@@ -70,7 +71,7 @@ def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
     for path in sorted((folder / "fpc").iterdir()):
         text = path.read_text(encoding="utf-8")
         for aperture, diameter in re.findall(r"(%ADD\d+C,)([0-9.]+)\*%", text):
-            if float(diameter) * 1e-3 == pytest.approx(spec.trace_width):
+            if float(diameter) * 1e-3 == approx(spec.trace_width, rel=1e-6):
                 text = text.replace(f"{aperture}{diameter}*%", f"{aperture}{wider * 1e3:.6f}*%")
                 found += 1
         (tmp_path / path.name).write_text(text, encoding="utf-8")
@@ -98,4 +99,4 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
             plating=layout.spec.fpc.stackup.plating_thickness or None,
             fineness=1.0,
         )
-        assert found == pytest.approx(estimates[coil.name].terminal_resistance_dc, rel=0.006)
+        assert found == approx(estimates[coil.name].terminal_resistance_dc, rel=0.006)

@@ -7,9 +7,9 @@ import warnings
 from dataclasses import replace
 
 import layouts
-import pytest
 from gerber_shapes import function_of, read
 from gerbonara import ExcellonFile
+from tolerance import approx
 
 from sitscad.formats import excellon
 from sitscad.formats.gerber import layers as gerber
@@ -32,7 +32,7 @@ def parsed(text: bytes) -> ExcellonFile:
 def test_holes_are_where_the_vias_are(board):
     holes = [(hole.x, hole.y, hole.tool.diameter, hole.plated) for hole in parsed(drill(board)).drills()]
     assert holes == [
-        pytest.approx((via.centre.x / MM, via.centre.y / MM, via.drill / MM, True), abs=1e-6) for via in board.vias
+        approx((via.centre.x / MM, via.centre.y / MM, via.drill / MM, True), abs=1e-6) for via in board.vias
     ]
 
 
@@ -49,7 +49,7 @@ def test_one_tool_a_diameter_small_ones_first():
     )
     text = drill(replace(board, vias=vias))
     assert re.findall(rb"^T\d+C.*$", text, re.M) == [b"T1C0.200", b"T2C0.300"]
-    assert [hole.x for hole in parsed(text).drills()] == pytest.approx([-1.234568, 0.0, -2.469136], abs=1e-9)
+    assert [hole.x for hole in parsed(text).drills()] == approx([-1.234568, 0.0, -2.469136], abs=1e-9)
 
 
 def test_header_says_what_the_file_is(board):

@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.spec import templates
@@ -61,10 +62,10 @@ def test_every_region_has_its_volume():
     }
     said = json.loads(made()["json"])["regions"]
     for name, volume in expected.items():
-        assert said[name]["volume_m3"] == pytest.approx(volume, rel=1e-6), name
-        assert volumes(points, groups[name]).sum() == pytest.approx(volume, rel=0.02), name
+        assert said[name]["volume_m3"] == approx(volume, rel=1e-6), name
+        assert volumes(points, groups[name]).sum() == approx(volume, rel=0.02), name
     every = np.concatenate([volumes(points, groups[name]) for name in (*expected, "air")])
-    assert every.min() > 0.0 and every.sum() == pytest.approx(np.prod(np.ptp(points, axis=0)), rel=1e-9)
+    assert every.min() > 0.0 and every.sum() == approx(np.prod(np.ptp(points, axis=0)), rel=1e-9)
 
 
 def test_regions_share_their_faces_and_each_is_named_once():

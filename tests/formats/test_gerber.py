@@ -15,6 +15,7 @@ import pytest
 from gerber_shapes import area_of, function_of, image, net_of, read
 from shapely.geometry import LineString, Point, box
 from shapely.ops import unary_union
+from tolerance import approx
 
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import job as gerber_job
@@ -79,7 +80,7 @@ def test_copper_area_agrees_with_the_layout(board):
     for layer, name in ((1, "F_Cu.gbr"), (board.copper_layers, "B_Cu.gbr")):
         expected = drawn_copper(board, layer)
         found = image(read(files_of(board)[name]))
-        assert found.area == pytest.approx(expected.area, rel=1e-4)
+        assert found.area == approx(expected.area, rel=1e-4)
         assert found.symmetric_difference(expected).area < 1e-4 * expected.area
 
 
@@ -90,7 +91,7 @@ def test_winding_area_agrees_with_its_length():
     alone = replace(board, traces=(winding,), vias=(), pads=())
     length = sum(math.pi * (1.7 - 0.05 - 0.1 * i + 0.0) for i in range(9))
     expected = length * 0.1 + math.pi * 0.05**2
-    assert image(read(files_of(alone)["F_Cu.gbr"])).area == pytest.approx(expected, rel=1e-4)
+    assert image(read(files_of(alone)["F_Cu.gbr"])).area == approx(expected, rel=1e-4)
 
 
 def test_every_object_has_its_net_and_function(board):
@@ -127,8 +128,8 @@ def test_contacts_name_component_pin_and_function(board):
     ]
     for item in flashes:
         pad = board.pads[int(item.attrs[".P"][1]) - 1]
-        assert (item.x, item.y) == pytest.approx((pad.centre.x / MM, pad.centre.y / MM), abs=1e-6)
-        assert (item.aperture.w, item.aperture.h) == pytest.approx((3.0, 0.3))
+        assert (item.x, item.y) == approx((pad.centre.x / MM, pad.centre.y / MM), abs=1e-6)
+        assert (item.aperture.w, item.aperture.h) == approx((3.0, 0.3), rel=1e-6)
 
 
 def test_solder_pads_are_not_connector_pads():
@@ -140,10 +141,10 @@ def test_solder_pads_are_not_connector_pads():
 
 def test_openings_and_stiffener(board):
     files = files_of(board)
-    assert image(read(files["F_Mask.gbr"])).area == pytest.approx(3.3 * 2.5, rel=1e-9)
+    assert image(read(files["F_Mask.gbr"])).area == approx(3.3 * 2.5, rel=1e-9)
     assert read(files["B_Mask.gbr"]).objects == []
     plate = image(read(files["B_Stiffener.gbr"]))
-    assert plate.area == pytest.approx(board.stiffener.outline.area * 1e6, rel=1e-4)
+    assert plate.area == approx(board.stiffener.outline.area * 1e6, rel=1e-4)
     assert len(plate.interiors) == 1
 
 
@@ -151,7 +152,7 @@ def test_layers_that_the_tail_has_not_end_with_the_body():
     board = layouts.thin_tail(layouts.two_coils(4))
     extent = read(files_of(board)["Body_Layers.gbr"])
     assert extent.file_attrs[".FileFunction"] == ("Other", "Extent_of_L3_to_L4")
-    assert image(extent).bounds == pytest.approx(tuple(c / MM for c in board.body))
+    assert image(extent).bounds == approx(tuple(c / MM for c in board.body), rel=1e-6)
 
 
 def test_outline_is_closed_on_the_grid_and_encloses_the_board(board):
@@ -164,7 +165,7 @@ def test_outline_is_closed_on_the_grid_and_encloses_the_board(board):
         if hasattr(item, "clockwise"):
             radius, sweep = math.dist(item.p1, item.center), item.sweep_angle()
             doubled += (-1 if item.clockwise else 1) * radius**2 / 2 * (sweep - math.sin(sweep))
-    assert doubled == pytest.approx(enclosed_area(board.outline) * 1e6, rel=1e-6)
+    assert doubled == approx(enclosed_area(board.outline) * 1e6, rel=1e-6)
 
 
 def test_no_coverlay_no_file():
@@ -197,11 +198,11 @@ def test_arcs_keep_one_radius_after_rounding():
 def test_arcs_keep_their_shape_after_rounding():
     for arc in layouts.rotated_arcs():
         pieces = arcs_in(drawing(layouts.two_coils(), arc))
-        assert sum(piece.sweep_angle() for piece in pieces) == pytest.approx(abs(arc.sweep), abs=1e-4)
+        assert sum(piece.sweep_angle() for piece in pieces) == approx(abs(arc.sweep), abs=1e-4)
         for piece in pieces:
             assert piece.clockwise == (not arc.ccw)
             assert math.dist(piece.center, (arc.centre.x / MM, arc.centre.y / MM)) < 1e-5
-            assert math.dist(piece.p1, piece.center) == pytest.approx(arc.radius / MM, abs=1e-5)
+            assert math.dist(piece.p1, piece.center) == approx(arc.radius / MM, abs=1e-5)
 
 
 def test_no_arc_is_a_full_circle():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 import layouts
-import pytest
 from gerber_shapes import read
+from tolerance import approx
 
 from sitscad.formats import excellon
 from sitscad.formats.gerber import job as gerber_job
@@ -33,7 +33,7 @@ def test_stackup_has_every_layer_with_its_thickness(board):
     rows, layers = job_of(board)["MaterialStackup"], board.spec.fpc.stackup.layers
     kinds = {"coverlay": "SolderMask", "copper": "Copper", "dielectric": "Dielectric"}
     assert [(row["Type"], row["Thickness"]) for row in rows] == [
-        (kinds[layer.kind], pytest.approx(layer.thickness * 1e3)) for layer in layers
+        (kinds[layer.kind], approx(layer.thickness * 1e3, rel=1e-6)) for layer in layers
     ]
     assert rows[0]["Name"] == "Top coverlay" and rows[-1]["Name"] == "Bottom coverlay"
     dielectric = next(row for row in rows if row["Type"] == "Dielectric")
@@ -43,8 +43,10 @@ def test_stackup_has_every_layer_with_its_thickness(board):
 def test_general_specs(board):
     specs = job_of(board)["GeneralSpecs"]
     assert specs["LayerNumber"] == board.copper_layers
-    assert specs["Size"] == {"X": pytest.approx(20.4), "Y": pytest.approx(4.7)}
-    assert specs["BoardThickness"] == pytest.approx(sum(row["Thickness"] for row in job_of(board)["MaterialStackup"]))
+    assert specs["Size"] == {"X": approx(20.4, rel=1e-6), "Y": approx(4.7, rel=1e-6)}
+    assert specs["BoardThickness"] == approx(
+        sum(row["Thickness"] for row in job_of(board)["MaterialStackup"]), rel=1e-6
+    )
 
 
 def test_identifier_follows_from_the_name_alone():

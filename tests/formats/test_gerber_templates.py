@@ -12,6 +12,7 @@ from gerbonara.ipc356 import Netlist
 from layouts import order_set
 from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
+from tolerance import approx
 
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import layers as gerber
@@ -56,7 +57,7 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
         drops = [drop.outline for drop in layout.teardrops if drop.layer == layer]
         shapes += [Polygon([(p.x / MM, p.y / MM) for p in outline.flattened(1e-8)]) for outline in drops]
         expected = unary_union(shapes)
-        assert image(file).area == pytest.approx(expected.area, rel=5e-4)
+        assert image(file).area == approx(expected.area, rel=5e-4)
         assert image(file).symmetric_difference(expected).area < 1e-3 * expected.area
 
 

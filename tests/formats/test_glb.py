@@ -8,6 +8,7 @@ from io import BytesIO
 import handmade
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.formats import glb, mesh_3mf
 
@@ -24,11 +25,11 @@ def test_every_piece_is_there_in_metres_with_y_upwards():
     for solid in solids:
         bounds, mesh = solid.shape.bounding_box(), scene.geometry[solid.name]
         low, high = mesh.bounds
-        assert low * 1e3 == pytest.approx((bounds.min.X, bounds.min.Z, -bounds.max.Y), abs=0.021), solid.name
-        assert high * 1e3 == pytest.approx((bounds.max.X, bounds.max.Z, -bounds.min.Y), abs=0.021), solid.name
+        assert low * 1e3 == approx((bounds.min.X, bounds.min.Z, -bounds.max.Y), abs=0.021), solid.name
+        assert high * 1e3 == approx((bounds.max.X, bounds.max.Z, -bounds.min.Y), abs=0.021), solid.name
         merged = trimesh.Trimesh(mesh.vertices, mesh.faces)
         merged.merge_vertices()
-        assert merged.volume == pytest.approx(solid.volume, rel=0.02), solid.name
+        assert merged.volume == approx(solid.volume, rel=0.02), solid.name
 
 
 def test_the_file_is_gltf_2_and_the_same_twice():
@@ -53,5 +54,5 @@ def test_the_3mf_of_all_pieces_is_in_place_and_in_millimetres():
     assert scene.units == "millimeter" and len(scene.geometry) == len(solids)
     low = np.min([tuple(s.shape.bounding_box().min) for s in solids], axis=0)
     high = np.max([tuple(s.shape.bounding_box().max) for s in solids], axis=0)
-    assert scene.bounds[0] == pytest.approx((0.0, 0.0, 0.0), abs=0.021)
-    assert scene.bounds[1] == pytest.approx(high - low, abs=0.045)
+    assert scene.bounds[0] == approx((0.0, 0.0, 0.0), abs=0.021)
+    assert scene.bounds[1] == approx(high - low, abs=0.045)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import layouts
 import pytest
+from tolerance import approx
 
 from sitscad.formats import ipc356
 
@@ -33,12 +34,12 @@ def test_records_are_the_contacts_and_vias(board):
     contacts = [(r.net_name, r.ref_des, r.pin) for r in records if not r.is_via]
     assert contacts == [(pad.net, "J1", str(pad.number)) for pad in board.pads]
     assert [(r.x, r.y, r.w, r.h) for r in records if not r.is_via] == [
-        pytest.approx((pad.centre.x / MM, pad.centre.y / MM, 3.0, 0.3)) for pad in board.pads
+        approx((pad.centre.x / MM, pad.centre.y / MM, 3.0, 0.3), rel=1e-6) for pad in board.pads
     ]
     vias = sorted(board.vias, key=lambda via: via.net)
     assert [r.net_name for r in records if r.is_via] == [via.net for via in vias]
     assert [(r.x, r.y, r.w, r.hole_dia) for r in records if r.is_via] == [
-        pytest.approx((via.centre.x / MM, via.centre.y / MM, 0.35, 0.15)) for via in vias
+        approx((via.centre.x / MM, via.centre.y / MM, 0.35, 0.15), rel=1e-6) for via in vias
     ]
     assert all(r.is_plated and r.is_middle for r in records if r.is_via)
     assert {r.pad_type for r in records if r.is_via} == {PadType.THROUGH_HOLE}

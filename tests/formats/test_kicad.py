@@ -14,6 +14,7 @@ from pathlib import Path
 import layouts
 import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
+from tolerance import approx
 
 from sitscad.formats.kicad import project as kicad
 from sitscad.formats.kicad.sexpr import curve, is_straight, length, millimetres, quoted
@@ -143,11 +144,11 @@ def test_plots_are_the_layouts_copper(copper, tmp_path):
     for number, name in enumerate(copper_names(copper), 1):
         drawn = shapes.image(shapes.GerberFile.open(files[name.replace(".", "_")]))
         wanted = drawn_copper(layout, number)
-        assert drawn.area == pytest.approx(wanted.area, rel=1e-5)
+        assert drawn.area == approx(wanted.area, rel=1e-5)
         assert drawn.symmetric_difference(wanted).area < 2e-4 * wanted.area
     mask = shapes.image(shapes.GerberFile.open(files["F_Mask"]))
-    assert mask.area == pytest.approx(layout.top_openings[0].area * 1e6, rel=1e-6)
-    assert mask.bounds == pytest.approx([v * 1e3 for v in bounding_box([layout.top_openings[0].outline])], abs=1e-6)
+    assert mask.area == approx(layout.top_openings[0].area * 1e6, rel=1e-6)
+    assert mask.bounds == approx([v * 1e3 for v in bounding_box([layout.top_openings[0].outline])], abs=1e-6)
 
 
 def drawn_copper(layout, number):
@@ -175,7 +176,7 @@ def test_drill_file_has_the_layouts_holes(tmp_path):
     file = gerbonara.ExcellonFile.open(plots(write(kicad.render(layout), tmp_path))["drill"])
     found = sorted((round(o.x, 4), round(o.y, 4), round(o.aperture.diameter, 4)) for o in file.objects)
     wanted = sorted((round(v.centre.x * 1e3, 4), round(v.centre.y * 1e3, 4), v.drill * 1e3) for v in layout.vias)
-    assert found == [pytest.approx(hole, abs=2e-3) for hole in wanted]
+    assert found == [approx(hole, abs=2e-3) for hole in wanted]
 
 
 # --- what the files say
@@ -193,13 +194,13 @@ def test_board_setup_follows_the_design_rules(board):
     rules = board.spec.fpc.rules
     project = json.loads(kicad.render(board)[f"kicad/{board.spec.name}.kicad_pro"])
     setup = project["board"]["design_settings"]["rules"]
-    assert setup["min_clearance"] == pytest.approx(rules.trace_spacing * 1e3)
-    assert setup["min_track_width"] == pytest.approx(rules.trace_width * 1e3)
-    assert setup["min_through_hole_diameter"] == pytest.approx(rules.via_drill * 1e3)
-    assert setup["min_via_annular_width"] == pytest.approx(rules.annular_ring * 1e3)
-    assert setup["min_copper_edge_clearance"] == pytest.approx(rules.copper_to_edge * 1e3)
-    assert setup["min_hole_to_hole"] == pytest.approx(rules.hole_to_hole * 1e3)
-    assert setup["min_hole_clearance"] == pytest.approx(rules.drill_to_copper * 1e3)
+    assert setup["min_clearance"] == approx(rules.trace_spacing * 1e3, rel=1e-6)
+    assert setup["min_track_width"] == approx(rules.trace_width * 1e3, rel=1e-6)
+    assert setup["min_through_hole_diameter"] == approx(rules.via_drill * 1e3, rel=1e-6)
+    assert setup["min_via_annular_width"] == approx(rules.annular_ring * 1e3, rel=1e-6)
+    assert setup["min_copper_edge_clearance"] == approx(rules.copper_to_edge * 1e3, rel=1e-6)
+    assert setup["min_hole_to_hole"] == approx(rules.hole_to_hole * 1e3, rel=1e-6)
+    assert setup["min_hole_clearance"] == approx(rules.drill_to_copper * 1e3, rel=1e-6)
     patterns = project["net_settings"]["netclass_patterns"]
     assert [row["pattern"] for row in patterns] == list(board.nets)
 
@@ -216,7 +217,7 @@ def test_every_rule_of_the_file_carries_its_source():
 def test_stackup_adds_up(board):
     text = stackup_section(board.spec.fpc.stackup, "enig")
     total = sum(float(value) for value in re.findall(r"\(thickness ([\d.]+)\)", text))
-    assert total == pytest.approx(board.spec.fpc.stackup.thickness * 1e3, abs=1e-9)
+    assert total == approx(board.spec.fpc.stackup.thickness * 1e3, abs=1e-9)
     assert f"(thickness {length(board.spec.fpc.stackup.thickness)})" in board_text(board)
 
 
@@ -237,7 +238,7 @@ def test_copper_layers_stand_in_order_from_the_top(copper, names, unused):
     text = stackup_section(layouts.stackup(copper), "enig")
     assert re.findall(r'layer "([FIB]\w*\.Cu)"', text) == names
     total = sum(float(value) for value in re.findall(r"\(thickness ([\d.]+)\)", text))
-    assert total == pytest.approx(layouts.stackup(copper).thickness * 1e3)
+    assert total == approx(layouts.stackup(copper).thickness * 1e3, rel=1e-6)
 
 
 def test_pads_carry_net_number_and_pin(board):
@@ -289,7 +290,7 @@ def test_the_board_lies_in_the_middle_of_the_sheet(board):
     ((ox, oy),) = _numbers(text, "aux_axis_origin")
     assert [(ox, oy)] == _numbers(text, "grid_origin") and ox == int(ox) and oy == int(oy)
     x0, y0, x1, y1 = (value / MM for value in bounding_box([board.outline]))
-    assert (ox + (x0 + x1) / 2, oy - (y0 + y1) / 2) == pytest.approx((148.5, 105), abs=0.51)
+    assert (ox + (x0 + x1) / 2, oy - (y0 + y1) / 2) == approx((148.5, 105), abs=0.51)
     for name in ("start", "end", "mid", "xy"):
         rows = [line for line in text.splitlines() if "\tfp_" not in line and "(fp_" not in line]
         for x, y, *_ in _numbers("\n".join(rows), name):
@@ -347,7 +348,7 @@ def test_three_points_stand_on_the_mirrored_arc(arc):
     assert kind == "arc"
     for x, y in _points(text).values():
         there = Point(x * MM, -y * MM)
-        assert there.distance(arc.centre) == pytest.approx(arc.radius, abs=1e-9)
+        assert there.distance(arc.centre) == approx(arc.radius, abs=1e-9)
         assert arc.distance(there) < 1e-9
     middle = Point(_points(text)["mid"][0] * MM, -_points(text)["mid"][1] * MM)
     assert middle.distance(arc.at(0.5)) < 1e-9

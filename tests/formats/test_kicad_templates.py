@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from kicad_oracle import needs_kicad, plots, rule_check, write
+from tolerance import approx
 
 from sitscad.formats.gerber import layers as gerber
 from sitscad.formats.kicad import project as kicad
@@ -40,5 +41,5 @@ def test_plots_show_what_our_gerber_files_show(template, tmp_path):
         ending = name.replace(".", "_")
         one = shapes.image(shapes.read(ours[f"{template.spec.name}-{ending}.gbr"]))
         other = shapes.image(shapes.GerberFile.open(theirs[ending]))
-        assert other.area == pytest.approx(one.area, rel=1e-4), name
+        assert other.area == approx(one.area, rel=1e-4), name
         assert one.symmetric_difference(other).area < 1e-3 * one.area, name

@@ -16,6 +16,7 @@ from pathlib import Path
 import handmade
 import layouts
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.drawing.svg import path_data
@@ -57,10 +58,10 @@ def nominal_area(shape, size) -> float:
 def test_outside_grows_and_holes_shrink_by_half_a_kerf(shape, size, kerf):
     sheet = laser_sheets(layout_with(shape, size, kerf))[0]
     grown = (size[0] + kerf, size[1] + kerf)
-    assert sheet.cut.area * 1e6 == pytest.approx(nominal_area(shape, grown))
-    assert sheet.on(CutLayer.REF)[0].area * 1e6 == pytest.approx(nominal_area(shape, size))
-    assert sheet.on(CutLayer.CUT_INNER)[0].area == pytest.approx((COUPON_HOLE - kerf) ** 2)
-    assert sheet.on(CutLayer.CUT_OUTER)[1].area == pytest.approx((COUPON_SIZE + kerf) ** 2)
+    assert sheet.cut.area * 1e6 == approx(nominal_area(shape, grown), rel=1e-6)
+    assert sheet.on(CutLayer.REF)[0].area * 1e6 == approx(nominal_area(shape, size), rel=1e-6)
+    assert sheet.on(CutLayer.CUT_INNER)[0].area == approx((COUPON_HOLE - kerf) ** 2, rel=1e-6)
+    assert sheet.on(CutLayer.CUT_OUTER)[1].area == approx((COUPON_SIZE + kerf) ** 2, rel=1e-6)
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
@@ -79,9 +80,9 @@ def test_what_the_beam_leaves_is_the_nominal_part(shape, size):
     assert left.symmetric_difference(outline).area < 1e-3 * outline.area
     ring = coupon.difference(hole).difference(beam)
     x0, _, x1, _ = ring.bounds
-    assert x1 - x0 == pytest.approx(COUPON_SIZE * 1e3, abs=1e-6)
+    assert x1 - x0 == approx(COUPON_SIZE * 1e3, abs=1e-6)
     inner = ring.interiors[0].bounds
-    assert inner[2] - inner[0] == pytest.approx(COUPON_HOLE * 1e3, abs=1e-6)
+    assert inner[2] - inner[0] == approx(COUPON_HOLE * 1e3, abs=1e-6)
     assert left.distance(ring) > 3.0
 
 
@@ -117,8 +118,8 @@ def test_coil_marks_lie_as_the_coils_do():
     for path in crosses:
         arms[round(path.length * 1e3, 6)].append(path.segments[0].at(0.5))
     left, right = sorted(arms[1.0])
-    assert right.x - left.x == pytest.approx(layouts.COIL_PITCH)
-    assert (left.x + right.x) / 2 == pytest.approx(sheet.on(CutLayer.REF)[0].path.segments[0].at(0.5).x)
+    assert right.x - left.x == approx(layouts.COIL_PITCH, rel=1e-6)
+    assert (left.x + right.x) / 2 == approx(sheet.on(CutLayer.REF)[0].path.segments[0].at(0.5).x, rel=1e-6)
 
 
 def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
@@ -127,12 +128,12 @@ def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
     turned = replace(layout.spec.target, offset=(1 * MM, 0.5 * MM), rotation=math.radians(90.0))
     sheet = laser_sheets(replace(layout, spec=replace(layout.spec, target=turned)))[1]
     crosses = [c.path for c in sheet.on(CutLayer.REF)[1:] if abs(c.path.start.y - c.path.end.y) < 1e-9]
-    marks = [p.segments[0].at(0.5) for p in crosses if p.length == pytest.approx(1e-3)]
+    marks = [p.segments[0].at(0.5) for p in crosses if p.length == approx(1e-3, rel=1e-6)]
     marks.sort(key=lambda mark: mark.y)
     centre = (sheet.on(CutLayer.CUT_OUTER)[0].centre.x, sheet.on(CutLayer.REF)[0].path.start.y + 2 * MM)
     half = layouts.COIL_PITCH / 2
     assert [(m.x - centre[0], m.y - centre[1]) for m in marks] == [
-        pytest.approx((-0.5 * MM, y), abs=1e-9) for y in sorted((1 * MM + half, 1 * MM - half))
+        approx((-0.5 * MM, y), abs=1e-9) for y in sorted((1 * MM + half, 1 * MM - half))
     ]
     assert "centre [1, 0.5] mm from the coils' mean, turned by 90 deg" in [text for _, text in sheet.notes]
 
@@ -157,7 +158,7 @@ def test_a_part_without_kerf_says_so():
     assert not any("kerf =" in text or "if right" in text or "0 mm added" in text for text in texts)
     assert target.on(CutLayer.ENGRAVE) == ()
     assert len(target.on(CutLayer.CUT_OUTER)) == 2, "the coupon is still cut: it shows what the beam takes"
-    assert target.cut.area == pytest.approx(target.on(CutLayer.REF)[0].area)
+    assert target.cut.area == approx(target.on(CutLayer.REF)[0].area, rel=1e-6)
 
 
 # --- DXF, read by ezdxf
@@ -199,7 +200,7 @@ def test_dxf_areas_are_the_intended(shape, size):
         space = document.modelspace()
         for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
             found = [entity_area(e) for e in space.query(f'*[layer=="{layer}"]')]
-            assert found == pytest.approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-6)
+            assert found == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-6)
         kind = "CIRCLE" if shape == "circle" else "LWPOLYLINE"
         assert space.query('*[layer=="CUT_OUTER"]').first.dxftype() == kind
 
@@ -229,9 +230,9 @@ def test_dxf_arcs_are_bulges():
     contour = Contour(CutLayer.CUT_OUTER, rounded(corners, 1 * MM))
     vertices = list(laser_dxf.bulged_vertices(contour.path))
     bulges = [bulge for _, bulge in vertices if bulge]
-    assert bulges == pytest.approx([math.tan(math.pi / 8)] * 4)
+    assert bulges == approx([math.tan(math.pi / 8)] * 4, rel=1e-6)
     reverse = [bulge for _, bulge in laser_dxf.bulged_vertices(contour.path.reversed()) if bulge]
-    assert reverse == pytest.approx([-math.tan(math.pi / 8)] * 4)
+    assert reverse == approx([-math.tan(math.pi / 8)] * 4, rel=1e-6)
 
 
 @pytest.mark.needs("ezdxf")
@@ -292,7 +293,7 @@ def test_svg_areas_are_the_intended(shape, size):
         for layer in (CutLayer.CUT_INNER, CutLayer.CUT_OUTER):
             group = next(g for g in tree.iter(f"{SVG}g") if g.get("id") == layer)
             found = [abs(path.area(chord_length=1e-2)) for path in drawn(group)]
-            assert found == pytest.approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
+            assert found == approx([c.area * 1e6 for c in sheet.on(layer)], rel=1e-5)
 
 
 def test_svg_is_in_millimetres_with_hairlines_and_a_colour_a_step():
@@ -317,7 +318,7 @@ def test_svg_keeps_arcs_and_turns_them_the_right_way():
     for path in (rounded(corners, 1 * MM), rounded(corners, 1 * MM).reversed()):
         data = path_data(path.mapped(lambda p: Point(p.x * 1e3, p.y * 1e3)), 10.0, 6)
         assert data.count("A") == 4
-        assert abs(tools.parse_path(data).area(chord_length=1e-2)) == pytest.approx(40 - (4 - math.pi), rel=1e-5)
+        assert abs(tools.parse_path(data).area(chord_length=1e-2)) == approx(40 - (4 - math.pi), rel=1e-5)
 
 
 def test_svg_and_dxf_show_the_same_points():
@@ -431,8 +432,8 @@ def test_a_shield_has_a_sheet_as_wide_as_the_port_leaves_it(kerf):
     layout = handmade.jaw_sensor(shield=Shield(COPPER, 0.1 * MM, 0.5 * MM, kerf))
     (sheet,) = [sheet for sheet in sheets(layout) if sheet.part == "shield"]
     x0, y0, x1, y1 = bounding_box((shield(layout).outline(),))
-    assert sheet.size == pytest.approx((x1 - x0, y1 - y0)) and y1 - y0 < layout.body_size[1]
-    assert sheet.cut.area == pytest.approx((x1 - x0 + kerf) * (y1 - y0 + kerf))
+    assert sheet.size == approx((x1 - x0, y1 - y0), rel=1e-6) and y1 - y0 < layout.body_size[1]
+    assert sheet.cut.area == approx((x1 - x0 + kerf) * (y1 - y0 + kerf), rel=1e-6)
     assert f"laser/{layout.spec.name}-shield.dxf" in laser_dxf.render(layout)
     assert "goes under the board, 0.5 mm below its lower face" in [text for _, text in sheet.notes]
     readme = laser_notes.render(layout)["laser/readme.txt"].decode()

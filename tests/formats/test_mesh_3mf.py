@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.formats import mesh_3mf
 
@@ -40,7 +41,7 @@ def test_the_model_is_in_millimetres_named_and_coloured(files):
     assert model.find(f".//{CORE}object").get("name") == "mount"
     assert model.find(f".//{CORE}base").get("displaycolor") == "#DFE6E9FF"
     heights = [float(vertex.get("z")) for vertex in model.iter(f"{CORE}vertex")]
-    assert (min(heights), max(heights)) == pytest.approx((0.0, 1.2), abs=1e-6)
+    assert (min(heights), max(heights)) == approx((0.0, 1.2), abs=1e-6)
 
 
 @pytest.mark.needs("networkx", "lxml")
@@ -52,7 +53,7 @@ def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
         if data is not None:
             body = trimesh.load(BytesIO(data), file_type="3mf", force="mesh")
             assert body.is_watertight
-            assert body.volume == pytest.approx(solid.shape.volume, rel=2e-3)
+            assert body.volume == approx(solid.shape.volume, rel=2e-3)
 
 
 @pytest.mark.clients("prusa-slicer")

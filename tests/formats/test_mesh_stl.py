@@ -9,6 +9,7 @@ from io import BytesIO
 import handmade
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.formats import mesh_stl
 from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
@@ -34,10 +35,10 @@ def test_meshes_are_watertight_with_the_solid_s_volume_and_stand_on_the_bed(sens
     for name, data in files.items():
         body = trimesh.load(BytesIO(data), file_type="stl")
         assert body.is_watertight, name
-        assert body.volume == pytest.approx(solids[name].shape.volume, rel=2e-3)
-        assert body.bounds[0] == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+        assert body.volume == approx(solids[name].shape.volume, rel=2e-3)
+        assert body.bounds[0] == approx((0.0, 0.0, 0.0), abs=1e-6)
         size = solids[name].shape.bounding_box().size
-        assert body.bounds[1] == pytest.approx(tuple(size), abs=0.005)
+        assert body.bounds[1] == approx(tuple(size), abs=0.005)
 
 
 @pytest.mark.clients("admesh")

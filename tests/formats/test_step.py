@@ -7,6 +7,7 @@ from pathlib import Path
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.formats import step
 
@@ -42,19 +43,19 @@ def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files,
     assert [child.label for child in whole.children] == [solid.name for solid in wanted]
     for child, solid in zip(whole.children, wanted, strict=True):
         assert child.is_valid
-        assert child.volume == pytest.approx(solid.shape.volume, rel=1e-6)
+        assert child.volume == approx(solid.shape.volume, rel=1e-6)
         ours, theirs = solid.shape.bounding_box(), child.bounding_box()
-        assert tuple(theirs.min) == pytest.approx(tuple(ours.min), abs=1e-5)
-        assert tuple(theirs.max) == pytest.approx(tuple(ours.max), abs=1e-5)
+        assert tuple(theirs.min) == approx(tuple(ours.min), abs=1e-5)
+        assert tuple(theirs.max) == approx(tuple(ours.max), abs=1e-5)
         linear = tuple(child.color)[:3]
-        assert tuple(_display(value) for value in linear) == pytest.approx(solid.rgb, abs=0.01)
+        assert tuple(_display(value) for value in linear) == approx(solid.rgb, abs=0.01)
 
 
 def test_a_part_is_its_solid(files, tmp_path):
     solid = next(s for s in handmade.solids("jaw") if s.name == "mount")
     found = read(files["mount/hand-made-mount.step"], tmp_path)
     assert found.is_valid
-    assert found.volume == pytest.approx(solid.shape.volume, rel=1e-6)
+    assert found.volume == approx(solid.shape.volume, rel=1e-6)
     assert b"SI_UNIT(.MILLI.,.METRE.)" in files["mount/hand-made-mount.step"]
 
 
@@ -64,7 +65,7 @@ def test_cadquery_reads_the_assembly_too(files, tmp_path):
     path = tmp_path / "assembly.step"
     path.write_bytes(files["mount/assembly.step"])
     volumes = sorted(solid.Volume() for solid in cq.importers.importStep(str(path)).solids().vals())
-    assert volumes == pytest.approx(sorted(s.shape.volume for s in handmade.solids("jaw")), rel=1e-6)
+    assert volumes == approx(sorted(s.shape.volume for s in handmade.solids("jaw")), rel=1e-6)
 
 
 def test_files_do_not_depend_on_what_was_written_before(files):

@@ -12,6 +12,7 @@ from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set, thin_tail, two_coils
 from shapely import Polygon
 from shapely import box as shapely_box
+from tolerance import approx
 
 import sitscad
 from sitscad.extraction import compare, extract
@@ -135,9 +136,9 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
     assert f"TF.FileFunction,Other,Tail_Coverlay_L{last}*".encode() in text
     area, box = image(read(text)), bounding_box([thin.outline])
     x0, _, x1, _ = area.bounds
-    assert (x0, x1) == pytest.approx(((thin.body[2] - lap) / MM, box[2] / MM), abs=1e-5)
+    assert (x0, x1) == approx(((thin.body[2] - lap) / MM, box[2] / MM), abs=1e-5)
     whole = Polygon([(p.x / MM, p.y / MM) for p in thin.outline.flattened(1e-6)])
-    assert area.area == pytest.approx(whole.intersection(shapely_box(x0, -1e3, 1e3, 1e3)).area, rel=1e-4)
+    assert area.area == approx(whole.intersection(shapely_box(x0, -1e3, 1e3, 1e3)).area, rel=1e-4)
     words = " ".join(files["fpc/readme.txt"].decode().split())
     assert f"The tail has a coverlay of its own under copper {last}" in words
     assert "laps 500 um into the body" in words and "the bottom coverlay goes on" not in words

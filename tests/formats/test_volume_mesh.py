@@ -5,6 +5,7 @@ from __future__ import annotations
 import handmade
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.formats.tetrahedra import pad as volume_mesh
 
@@ -54,12 +55,12 @@ def mesh(sensor: str) -> Msh:
 def test_a_square_pad_in_metres_with_its_bonded_faces():
     found = mesh("jaw")
     assert set(found.groups) == {"bonded_bottom", "bonded_top", "free", "elastomer"}
-    assert found.area("bonded_bottom") == pytest.approx(16e-6, rel=1e-9)
-    assert found.area("bonded_top") == pytest.approx(16e-6, rel=1e-9)
-    assert found.area("free") == pytest.approx(16e-6, rel=1e-9)
+    assert found.area("bonded_bottom") == approx(16e-6, rel=1e-9)
+    assert found.area("bonded_top") == approx(16e-6, rel=1e-9)
+    assert found.area("free") == approx(16e-6, rel=1e-9)
     assert found.heights("bonded_bottom") == (0.0, 0.0)
-    assert found.heights("bonded_top") == pytest.approx((1e-3, 1e-3))
-    assert found.volumes().sum() == pytest.approx(16e-9, rel=1e-9)
+    assert found.heights("bonded_top") == approx((1e-3, 1e-3), rel=1e-6)
+    assert found.volumes().sum() == approx(16e-9, rel=1e-9)
     assert found.volumes().min() > 0.0
     assert 1000 < len(found.groups["elastomer"]) < 50_000
 
@@ -67,25 +68,25 @@ def test_a_square_pad_in_metres_with_its_bonded_faces():
 def test_what_overhangs_the_board_or_the_target_is_free():
     """The bench pad, 8 mm square, stands on a board 7.6 mm wide; the jaw's target reaches over its pad along x only."""
     bench = mesh("bench")
-    assert bench.area("bonded_bottom") == pytest.approx(8e-3 * 7.6e-3, rel=1e-6)
-    assert bench.area("free") == pytest.approx(4 * 8e-3 * 2e-3 + 8e-3 * 0.4e-3, rel=1e-6)
+    assert bench.area("bonded_bottom") == approx(8e-3 * 7.6e-3, rel=1e-6)
+    assert bench.area("free") == approx(4 * 8e-3 * 2e-3 + 8e-3 * 0.4e-3, rel=1e-6)
     jaw = mesh("overhanging")
-    assert jaw.area("bonded_top") == pytest.approx(3e-3 * 2.4e-3, rel=1e-6)
-    assert jaw.volumes().sum() == pytest.approx(9e-9, rel=1e-9)
+    assert jaw.area("bonded_top") == approx(3e-3 * 2.4e-3, rel=1e-6)
+    assert jaw.volumes().sum() == approx(9e-9, rel=1e-9)
 
 
 def test_a_round_pad_under_a_smaller_round_target():
     found = mesh("round")
-    assert found.area("bonded_top") == pytest.approx(np.pi * 1.5e-3**2, rel=0.02)
-    assert found.area("bonded_bottom") == pytest.approx(np.pi * 2e-3**2, rel=0.02)
-    assert found.volumes().sum() == pytest.approx(np.pi * 2e-3**2 * 1e-3, rel=0.02)
+    assert found.area("bonded_top") == approx(np.pi * 1.5e-3**2, rel=0.02)
+    assert found.area("bonded_bottom") == approx(np.pi * 2e-3**2, rel=0.02)
+    assert found.volumes().sum() == approx(np.pi * 2e-3**2 * 1e-3, rel=0.02)
 
 
 def test_a_finer_mesh_has_more_elements_and_the_same_volume():
     solids = handmade.solids("jaw")
     coarse, fine = (Msh(volume_mesh.elastomer_meshes(solids, size)["msh"]) for size in (0.5e-3, 0.25e-3))
     assert len(fine.groups["elastomer"]) > 3 * len(coarse.groups["elastomer"])
-    assert fine.volumes().sum() == pytest.approx(coarse.volumes().sum(), rel=1e-9)
+    assert fine.volumes().sum() == approx(coarse.volumes().sum(), rel=1e-9)
 
 
 def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
@@ -131,7 +132,7 @@ def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     assert len(nodes) == worth["second_order"]["nodes"] > 4 * worth["first_order"]["nodes"]
     points = np.array([[float(value) for value in line.split(",")[1:]] for line in nodes])
     bounds = next(s for s in handmade.solids("bench") if s.name == "elastomer").shape.bounding_box()
-    assert points.max(axis=0) == pytest.approx(np.array(tuple(bounds.max)) * 1e-3, abs=1e-9)
+    assert points.max(axis=0) == approx(np.array(tuple(bounds.max)) * 1e-3, abs=1e-9)
     for order in ("first_order", "second_order"):
         assert worth[order]["least_quality"] > 0.1 and worth[order]["share_below_0.1"] == 0.0
     assert elastomer_meshes(handmade.solids("bench"))["inp"] == made["inp"]

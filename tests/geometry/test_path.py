@@ -3,9 +3,9 @@
 import math
 from itertools import pairwise
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.geometry.path import (
     Arc,
@@ -36,9 +36,9 @@ def arc(start: float, sweep: float, ccw: bool, radius: float = 1e-3, centre: Poi
 @given(angles, sweeps, st.booleans())
 def test_an_arc_knows_its_sweep_and_length(start, sweep, ccw):
     piece = arc(start, sweep, ccw)
-    assert piece.sweep == pytest.approx(sweep if ccw else -sweep, abs=1e-9)
-    assert piece.length == pytest.approx(1e-3 * sweep, rel=1e-9)
-    assert piece.reversed().sweep == pytest.approx(-piece.sweep, abs=1e-9)
+    assert piece.sweep == approx(sweep if ccw else -sweep, abs=1e-9)
+    assert piece.length == approx(1e-3 * sweep, rel=1e-9)
+    assert piece.reversed().sweep == approx(-piece.sweep, abs=1e-9)
 
 
 @given(angles, sweeps, st.booleans(), coordinates, coordinates)
@@ -46,7 +46,7 @@ def test_the_distance_to_an_arc_is_that_to_its_nearest_point(start, sweep, ccw, 
     piece, point = arc(start, sweep, ccw), Point(x, y)
     nearest = min(point.distance(piece.at(i / 2000)) for i in range(2001))
     assert piece.distance(point) <= nearest + 1e-12
-    assert piece.distance(point) == pytest.approx(nearest, abs=1e-3 * sweep / 2000)
+    assert piece.distance(point) == approx(nearest, abs=1e-3 * sweep / 2000)
 
 
 @given(angles, sweeps, st.booleans())
@@ -56,14 +56,14 @@ def test_the_box_of_an_arc_holds_it_tightly(start, sweep, ccw):
     box = piece.box
     sampled = (min(p.x for p in points), min(p.y for p in points), max(p.x for p in points), max(p.y for p in points))
     for given_side, side in zip(box, sampled, strict=True):
-        assert given_side == pytest.approx(side, abs=2e-9)
+        assert given_side == approx(side, abs=2e-9)
 
 
 def test_flattening_converges_at_second_order():
     piece = arc(0.3, 2.5, True)
     lengths = [sum(a.distance(b) for a, b in pairwise(p)) for p in (piece.flattened(1e-6), piece.flattened(0.25e-6))]
     errors = [piece.length - length for length in lengths]
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+    assert errors[0] / errors[1] == approx(4.0, rel=0.15)
 
 
 @given(st.floats(1e-8, 1e-5))
@@ -75,10 +75,10 @@ def test_flattened_chords_stay_within_the_tolerance(tolerance):
 
 
 def test_area_counts_arcs_exactly():
-    assert enclosed_area(circle(Point(1e-3, 2e-3), 0.5e-3)) == pytest.approx(math.pi * 0.25e-6, rel=1e-12)
-    assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3)) == pytest.approx(2e-6, rel=1e-12)
+    assert enclosed_area(circle(Point(1e-3, 2e-3), 0.5e-3)) == approx(math.pi * 0.25e-6, rel=1e-12)
+    assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3)) == approx(2e-6, rel=1e-12)
     r = 0.2e-3
-    assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3, r)) == pytest.approx(2e-6 - (4 - math.pi) * r * r, rel=1e-12)
+    assert enclosed_area(rectangle(0, 0, 2e-3, 1e-3, r)) == approx(2e-6 - (4 - math.pi) * r * r, rel=1e-12)
 
 
 def test_rounding_keeps_the_path_closed_and_tangent():
@@ -103,15 +103,15 @@ def test_an_open_polyline_keeps_its_ends_when_rounded():
 def test_moving_a_path_changes_no_length(angle, dx, dy):
     path = closed_polygon([Point(0, 0), Point(1e-3, 0), Point(0, 2e-3)]) + Path((arc(0.2, 1.0, False),))
     moved = path.rotated(angle).shifted(dx, dy)
-    assert moved.length == pytest.approx(path.length, rel=1e-9)
-    assert path.reversed().length == pytest.approx(path.length, rel=1e-12)
+    assert moved.length == approx(path.length, rel=1e-9)
+    assert path.reversed().length == approx(path.length, rel=1e-12)
 
 
 def test_a_mirror_image_turns_arcs_the_other_way():
     path = Path((arc(0.2, 1.0, True),)).mapped(lambda p: Point(p.x, -p.y), flips=True)
-    assert path.segments[0].sweep == pytest.approx(-1.0)
+    assert path.segments[0].sweep == approx(-1.0, rel=1e-6)
 
 
 def test_the_bounding_box_of_several_paths():
     box = bounding_box([circle(Point(0, 0), 1e-3), polyline([Point(2e-3, 0), Point(2e-3, 3e-3)])])
-    assert box == pytest.approx((-1e-3, -1e-3, 2e-3, 3e-3))
+    assert box == approx((-1e-3, -1e-3, 2e-3, 3e-3), rel=1e-6)

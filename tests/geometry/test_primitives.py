@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.geometry.path import Arc, Line, Path, Point, polar
 from sitscad.geometry.primitives import Primitives, distances, from_rows, line_row, nearest_pairs, path_rows
@@ -52,7 +52,7 @@ def test_distance_is_that_of_dense_samples(one: Line | Arc, other: Line | Arc) -
     found = float(distances(primitives(one), primitives(other))[0])
     expected, slack = brute_force(one, other)
     assert expected - slack - 1e-9 <= found <= expected + 1e-9
-    assert found == pytest.approx(float(distances(primitives(other), primitives(one))[0]), abs=1e-9)
+    assert found == approx(float(distances(primitives(other), primitives(one))[0]), abs=1e-9)
 
 
 def test_known_distances() -> None:
@@ -67,7 +67,7 @@ def test_known_distances() -> None:
         (inner, Line(Point(0, 0.5), Point(0, 2)), 0.0),
     ]
     for one, other, distance in cases:
-        assert distances(primitives(one), primitives(other))[0] == pytest.approx(distance, abs=1e-12)
+        assert distances(primitives(one), primitives(other))[0] == approx(distance, abs=1e-12)
 
 
 @given(arcs())
@@ -75,18 +75,18 @@ def test_boxes_hold_the_arc_and_no_more(arc: Arc) -> None:
     x0, y0, x1, y1 = primitives(arc).boxes[0]
     points = sampled(arc)
     sagitta = arc.length**2 / (8 * arc.radius * 400**2) + 1e-12
-    assert points[:, 0].min() == pytest.approx(x0, abs=sagitta) and points[:, 0].max() == pytest.approx(x1, abs=sagitta)
-    assert points[:, 1].min() == pytest.approx(y0, abs=sagitta) and points[:, 1].max() == pytest.approx(y1, abs=sagitta)
+    assert points[:, 0].min() == approx(x0, abs=sagitta) and points[:, 0].max() == approx(x1, abs=sagitta)
+    assert points[:, 1].min() == approx(y0, abs=sagitta) and points[:, 1].max() == approx(y1, abs=sagitta)
 
 
 @given(arcs(), st.floats(0, 1), st.floats(0, 1))
 def test_trimming_keeps_to_the_arc(arc: Arc, a: float, b: float) -> None:
     first, last = min(a, b), max(a, b)
     part = primitives(arc).trimmed(np.array([first]), np.array([last]))
-    assert part.start[0] == pytest.approx(
+    assert part.start[0] == approx(
         np.array(polar(arc.radius, arc.start_angle + first * arc.sweep, arc.centre)), abs=1e-9
     )
-    assert part.sweep[0] == pytest.approx((last - first) * arc.sweep)
+    assert part.sweep[0] == approx((last - first) * arc.sweep, rel=1e-6)
 
 
 def test_pruning_finds_every_near_pair() -> None:
@@ -117,4 +117,4 @@ def test_collinear_lines_do_not_cross_by_rounding():
     ]
     pieces = from_rows([line_row(*ends) for ends in along])
     (gap,) = distances(pieces.take(np.array([0])), pieces.take(np.array([1])))
-    assert gap == pytest.approx(math.hypot(0.000226, 0.000226), rel=1e-9)
+    assert gap == approx(math.hypot(0.000226, 0.000226), rel=1e-9)

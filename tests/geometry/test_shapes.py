@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimated
@@ -37,7 +38,7 @@ def test_a_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     found = {name: estimated(in_shape(name)).coils[0].winding_inductance for name in ("octagon", dodecagon, "circle")}
     # of equal inscribed circles the one with more corners lies nearer to it
     assert found["octagon"] > found[dodecagon] > 0.97 * found["circle"]
-    assert found[dodecagon] == pytest.approx(found["octagon"], rel=0.05)
+    assert found[dodecagon] == approx(found["octagon"], rel=0.05)
 
 
 def test_a_new_outline_is_drawn_where_its_boundary_says(dodecagon):
@@ -48,7 +49,7 @@ def test_a_new_outline_is_drawn_where_its_boundary_says(dodecagon):
         assert len(edge.segments) == 13
         for winding in coil.windings:
             inside = winding.path.shifted(-coil.centre.x, -coil.centre.y)
-            assert min(edge.distance(s.start) for s in inside) == pytest.approx(width / 2, rel=1e-6)
+            assert min(edge.distance(s.start) for s in inside) == approx(width / 2, rel=1e-6)
 
 
 def test_features_of_outlines():
@@ -56,8 +57,8 @@ def test_features_of_outlines():
     assert {name: row.ends for name, row in SHAPES.items()} == {
         "circle": None, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2,
     }  # fmt: skip
-    assert SHAPES["hexagon"].area == pytest.approx(math.sqrt(3) / 2)
-    assert SHAPES["octagon"].shrinks == pytest.approx(16 * math.tan(math.pi / 8))
+    assert SHAPES["hexagon"].area == approx(math.sqrt(3) / 2, rel=1e-6)
+    assert SHAPES["octagon"].shrinks == approx(16 * math.tan(math.pi / 8), rel=1e-6)
 
 
 def test_the_nearest_numbers_of_sides():

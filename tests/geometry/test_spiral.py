@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.geometry.path import Arc, Point, polar
 from sitscad.geometry.shapes import SHAPES
@@ -57,7 +58,7 @@ def test_polygon_sides_lie_on_their_flats(shape, corners, sense):
         middle = side.at(0.5)
         dx, dy = side.end.x - side.start.x, side.end.y - side.start.y
         distance = abs(dx * side.start.y - dy * side.start.x) / math.hypot(dx, dy)
-        assert distance == pytest.approx((diameter - width) / 2 - pitch * (m // corners), abs=1e-12)
+        assert distance == approx((diameter - width) / 2 - pitch * (m // corners), abs=1e-12)
         normal = math.atan2(dx * sense, -dy * sense)
         flat = math.remainder(normal, 2 * math.pi / corners)
         assert min(abs(flat), abs(abs(flat) - 2 * math.pi / corners)) < 1e-9
@@ -80,14 +81,14 @@ def test_a_polygon_winds_one_way_to_its_end(shape, width, spread, sides, inside)
     path = SHAPES[name].wind(size, 0.0)
     along = [math.atan2(line.end.y - line.start.y, line.end.x - line.start.x) for line in path]
     for one, other in pairwise(along):
-        assert math.remainder(other - one, 2 * math.pi) == pytest.approx(2 * math.pi / corners)
+        assert math.remainder(other - one, 2 * math.pi) == approx(2 * math.pi / corners, rel=1e-6)
     assert round(turns * corners) - len(path.segments) in ((0, 1) if (turns * corners) % corners == 0 else (0,))
 
 
 def test_a_rectangle_is_longer_one_way():
     path = SHAPES["rectangle"].wind(SpiralDimensions((6 * MM, 3 * MM), 0.1 * MM, 0.2 * MM, 1.0), 0.0)
     assert path.start.distance(Point(2.95 * MM, -1.45 * MM)) < 1e-12
-    assert path.segments[1].length == pytest.approx(5.9 * MM)
+    assert path.segments[1].length == approx(5.9 * MM, rel=1e-6)
 
 
 def test_mirrored_layers_are_mirror_images():
@@ -99,10 +100,10 @@ def test_mirrored_layers_are_mirror_images():
 
 def test_corner_angle_is_the_last_corner_at_or_before_in_the_direction_of_winding():
     assert SHAPES["circle"].start(0.3, 1) == 0.3
-    assert SHAPES["square"].start(0.0, 1) == pytest.approx(-math.pi / 4)
-    assert SHAPES["square"].start(0.0, -1) == pytest.approx(math.pi / 4)
-    assert SHAPES["square"].start(math.pi / 4, 1) == pytest.approx(math.pi / 4)
-    assert SHAPES["hexagon"].start(0.0, 1) == pytest.approx(-math.pi / 6)
+    assert SHAPES["square"].start(0.0, 1) == approx(-math.pi / 4, rel=1e-6)
+    assert SHAPES["square"].start(0.0, -1) == approx(math.pi / 4, rel=1e-6)
+    assert SHAPES["square"].start(math.pi / 4, 1) == approx(math.pi / 4, rel=1e-6)
+    assert SHAPES["hexagon"].start(0.0, 1) == approx(-math.pi / 6, rel=1e-6)
 
 
 def test_rounded_corners_keep_the_ends():
@@ -117,7 +118,7 @@ def test_the_outer_boundary_surrounds_the_coil_at_its_offset(shape):
     ring = SHAPES[shape].boundary((4 * MM, 4 * MM), 0.2 * MM)
     assert ring.is_closed
     distances = [math.hypot(*segment.at(0.5)) for segment in ring]
-    assert min(distances) == pytest.approx(2.2 * MM, rel=1e-3 if shape == "circle" else 0.3)
+    assert min(distances) == approx(2.2 * MM, rel=1e-3 if shape == "circle" else 0.3)
     assert ring.start.distance(Point(2.2 * MM, 0)) < 1e-12
 
 
@@ -132,9 +133,9 @@ def test_the_racetrack_of_the_contract():
     assert path.start.distance(Point(2 * MM, 2.45 * MM)) < 1e-12
     assert path.segments[0].end.distance(Point(-2 * MM, 2.45 * MM)) < 1e-12
     first, other, third = (s for s in path if isinstance(s, Arc))
-    assert first.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and first.radius == pytest.approx(2.45 * MM)
-    assert other.centre.distance(Point(2 * MM, -0.1 * MM)) < 1e-12 and other.radius == pytest.approx(2.35 * MM)
-    assert third.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and third.radius == pytest.approx(2.25 * MM)
+    assert first.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and first.radius == approx(2.45 * MM, rel=1e-6)
+    assert other.centre.distance(Point(2 * MM, -0.1 * MM)) < 1e-12 and other.radius == approx(2.35 * MM, rel=1e-6)
+    assert third.centre.distance(Point(-2 * MM, 0.0)) < 1e-12 and third.radius == approx(2.25 * MM, rel=1e-6)
 
 
 @pytest.mark.parametrize("quadrant", range(4))
@@ -151,7 +152,7 @@ def test_a_racetrack_is_smooth_and_spaced_from_every_junction(quadrant, sense, t
         assert abs(math.hypot(a.x - b.x, a.y - b.y) - a.distance(one.end) - b.distance(one.end)) < 1e-12
     for one, inner in zip(path.segments, path.segments[4:], strict=False):
         for fraction in (0.1, 0.5, 0.9):
-            assert inner.distance(one.at(fraction)) == pytest.approx(0.2 * MM, rel=1e-9)
+            assert inner.distance(one.at(fraction)) == approx(0.2 * MM, rel=1e-9)
     assert all((s.sweep > 0) == (sense > 0) for s in path if isinstance(s, Arc))
 
 

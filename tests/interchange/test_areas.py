@@ -10,6 +10,7 @@ from itertools import combinations
 
 import handmade
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.interchange import areas, as_build123d, as_cadquery, as_cadquery_assembly, copper_solids
@@ -29,7 +30,7 @@ def test_copper_of_different_nets_keeps_apart_and_inside_the_board(name):
         if one.layer == other.layer:
             assert one.polygon.distance(other.polygon) > 50e-6
     thickness = layout.spec.fpc.stackup.copper[0].thickness
-    assert all(area.upper - area.lower == pytest.approx(thickness) for area in copper if area.layer == 1)
+    assert all(area.upper - area.lower == approx(thickness, rel=1e-6) for area in copper if area.layer == 1)
     assert all(area.upper < 0.0 for area in copper)
 
 
@@ -39,14 +40,18 @@ def test_the_area_of_a_coil_is_its_length_times_its_width():
     (found,) = (area for area in areas(layout) if area.layer == 2 and area.net == coil.net)
     tracks = [trace for trace in layout.on_layer(2) if trace.net == coil.net]
     drawn = math.fsum(trace.path.length * trace.width for trace in tracks)
-    assert found.polygon.area == pytest.approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
+    assert found.polygon.area == approx(drawn, rel=0.03)  # pads and teardrops come on top, holes go off
 
 
 def test_the_plates_are_where_the_scene_has_them():
     found = {area.what: area for area in areas(LAYOUTS["jaw_5x20"])}
     spec = LAYOUTS["jaw_5x20"].spec
-    assert found["target"].polygon.area == pytest.approx(math.prod(spec.target.size), rel=1e-6)
-    assert found["target"].lower == pytest.approx(found["elastomer"].upper) == pytest.approx(spec.elastomer.thickness)
+    assert found["target"].polygon.area == approx(math.prod(spec.target.size), rel=1e-6)
+    assert (
+        found["target"].lower
+        == approx(found["elastomer"].upper, rel=1e-6)
+        == approx(spec.elastomer.thickness, rel=1e-6)
+    )
 
 
 def test_without_shapely_it_is_said_how_to_get_it(monkeypatch):
@@ -65,11 +70,11 @@ def test_solid_copper_has_the_volume_of_its_area():
     solids = copper_solids(layout, 20e-6)
     flat = [area for area in areas(layout, 20e-6) if area.what == "copper"]
     drawn = math.fsum(area.polygon.area * (area.upper - area.lower) for area in flat)
-    assert math.fsum(solid.volume for solid in solids) == pytest.approx(drawn, rel=1e-6)
+    assert math.fsum(solid.volume for solid in solids) == approx(drawn, rel=1e-6)
     assert all(solid.shape.is_valid and solid.shape.bounding_box().max.Z < 0.0 for solid in solids)
     pytest.importorskip("cadquery")
     volumes = {name: sum(s.Volume() for s in work.vals()) for name, work in as_cadquery(solids).items()}
-    assert math.fsum(volumes.values()) * 1e-9 == pytest.approx(drawn, rel=1e-6)
+    assert math.fsum(volumes.values()) * 1e-9 == approx(drawn, rel=1e-6)
 
 
 @pytest.mark.cad
@@ -95,5 +100,5 @@ def test_both_cad_programs_get_the_same_shapes_named_and_coloured(tmp_path):
         text = (tmp_path / name).read_text(encoding="ascii")
         colours = {tuple(map(float, c.split(","))) for c in re.findall(r"COLOUR_RGB\('',([\d.,E+-]+)\)", text)}
         for solid in single.values():
-            assert any(c == pytest.approx(solid.rgb, abs=1e-6) for c in colours), (name, solid.name)
+            assert any(c == approx(solid.rgb, abs=1e-6) for c in colours), (name, solid.name)
             assert f"PRODUCT('{solid.name}'" in text, (name, solid.name)

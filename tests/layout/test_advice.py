@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import RULES
 from sitscad.checks.rules import outcomes
@@ -42,7 +43,7 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
     (finding,) = advised(spec)
     assert finding.rule == "SIT112" and "it was tried" in finding.hint
     more = micrometres(finding)
-    assert finding.limit - finding.measured == pytest.approx(more)
+    assert finding.limit - finding.measured == approx(more, rel=1e-6)
     assert not [s for s in lay_out(room.larger_coils(spec, more).spec).shortfalls if s.what is Missing.INNER_ROOM]
 
 
@@ -61,7 +62,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     (finding,) = advised(spec)
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
     near = room.nearest_distance(spec)
-    assert finding.key == "array.centres" and finding.measured == pytest.approx(near)
+    assert finding.key == "array.centres" and finding.measured == approx(near, rel=1e-6)
     assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
 
 
@@ -100,7 +101,7 @@ def test_the_least_amount_is_found_between_what_failed_and_what_works():
 def test_a_first_amount_that_is_enough_is_halved_where_the_search_may_be_long(is_fine, within):
     more, _ = room.least(object(), lambda _, amount: Fix((), amount), lambda a: a >= 0.08e-3, 0.61e-3, is_fine)
     assert 0.08e-3 <= more <= 0.08e-3 + within
-    assert is_fine() or more == pytest.approx(0.61e-3)
+    assert is_fine() or more == approx(0.61e-3, rel=1e-6)
 
 
 def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(sensor):
@@ -116,7 +117,7 @@ def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(senso
 
 def test_start_angles_of_polygons_are_their_corners(sensor):
     tried = [fix.spec.coil.start_angle for fix in room.other_start_angles(sensor(shape="hexagon"))]
-    assert tried == pytest.approx([k * math.pi / 3 for k in range(1, 6)])
+    assert tried == approx([k * math.pi / 3 for k in range(1, 6)], rel=1e-6)
 
 
 def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(sensor):

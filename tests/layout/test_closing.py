@@ -5,6 +5,7 @@ from functools import cache
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.circuit import leads
 from sitscad.estimates.circuit.leads import estimate_leads
@@ -97,7 +98,7 @@ def test_what_cannot_be_spared_is_what_all_turns_lack_of_a_whole_number(layers, 
     from .conftest import sensor
 
     coil = sensor(turns=turns, layers=layers).coil
-    assert least_closing(coil) == pytest.approx(least, abs=1e-9)
+    assert least_closing(coil) == approx(least, abs=1e-9)
 
 
 def test_an_arc_that_runs_on_is_cheaper_than_one_that_runs_back():
@@ -105,7 +106,7 @@ def test_an_arc_that_runs_on_is_cheaper_than_one_that_runs_back():
 
     for clockwise in (False, True):
         coil, half = sensor(clockwise=clockwise).coil, -math.pi if clockwise else math.pi
-        assert closing_turns(coil, 0.0, half) == closing_turns(coil, -half, 0.0) == pytest.approx(0.5)
+        assert closing_turns(coil, 0.0, half) == closing_turns(coil, -half, 0.0) == approx(0.5, rel=1e-6)
         assert closing_cost(0.5, 4e-3) < closing_cost(-0.5, 4e-3) < closing_cost(0.6, 4e-3)
 
 
@@ -128,4 +129,4 @@ def test_the_winding_is_sampled_finely_enough_for_its_leads(case, monkeypatch):
     found = shares_of(layout)
     monkeypatch.setattr(leads, "SAMPLED", 0.5e-6)
     monkeypatch.setattr(leads, "LONGEST", 0.05e-3)
-    assert found == pytest.approx(shares_of(layout), abs=1e-4)
+    assert found == approx(shares_of(layout), abs=1e-4)

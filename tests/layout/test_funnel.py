@@ -5,6 +5,7 @@ import random
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
@@ -63,7 +64,7 @@ def test_a_track_with_room_ahead_bends_at_once():
 
 def test_the_follower_waits_for_as_much_as_its_distance_lacks():
     ahead, behind = descents(0.0, [Point(0.0, 4.0), Point(0.0, 4.2)], [0.0, 0.5], 0.2)
-    assert ahead.bend == 0.0 and behind.bend == pytest.approx((math.sqrt(2.0) - 1.0) * 0.2)
+    assert ahead.bend == 0.0 and behind.bend == approx((math.sqrt(2.0) - 1.0) * 0.2, rel=1e-6)
 
 
 SQUARE = "{shape: square, outer_diameter: 8 mm, turns: 2, layers: 2, trace_width: 0.5 mm, trace_spacing: 0.5 mm}"
@@ -104,5 +105,5 @@ def test_what_comes_too_near_at_the_contacts_is_not_drawn():
     fpc = "{rules: osh-park-flex, tail: {length: 30, connector: zif-0.3mm}}"
     layout = lay_out(spec_of(coil, "{pattern: line, count: 2, pitch: 9}", fpc))
     (lack,) = layout.shortfalls
-    assert lack.what is Missing.TAIL_ROOM and lack.need > lack.have == pytest.approx(0.3e-3)
+    assert lack.what is Missing.TAIL_ROOM and lack.need > lack.have == approx(0.3e-3, rel=1e-6)
     assert layout.pads == () and not any(coil.is_closed_circuit for coil in layout.coils)

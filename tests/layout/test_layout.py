@@ -6,6 +6,7 @@ import random
 from itertools import combinations, pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Missing
@@ -120,7 +121,7 @@ def test_the_current_circulates_one_way_through_all_layers(layout):
                 )
                 for a, b in pairwise(points)
             )
-            assert swept == pytest.approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
+            assert swept == approx(sense * 2 * math.pi * layout.spec.coil.turns, abs=0.35)
 
 
 def test_all_copper_keeps_away_from_the_edge(layout):
@@ -141,7 +142,7 @@ def test_pairs_lie_above_each_other_where_the_tail_has_two_layers(sensor):
         leads = [piece for piece in coil.series if isinstance(piece, Trace) and piece.role is Role.TAIL]
         assert {trace.layer for trace in leads} == {1, 2}
         longest = {layer: max(t.path.length for t in leads if t.layer == layer) for layer in (1, 2)}
-        assert longest[1] == pytest.approx(longest[2], abs=5e-3)
+        assert longest[1] == approx(longest[2], abs=5e-3)
 
 
 def test_layers_are_joined_where_the_angle_says(sensor):
@@ -150,7 +151,7 @@ def test_layers_are_joined_where_the_angle_says(sensor):
     centre = layout.coils[0].centre
     inner = [via.centre for via in layout.vias if via.centre.distance(centre) < 0.7e-3]
     angles = sorted(math.degrees(math.atan2(p.y - centre.y, p.x - centre.x)) % 360 for p in inner)
-    assert angles == pytest.approx([90, 270], abs=8)
+    assert angles == approx([90, 270], abs=8)
 
 
 @pytest.mark.parametrize("extra", [0.0, 2e-6])
@@ -219,7 +220,7 @@ def test_random_designs_are_sound_or_say_why_not():
 def test_names_and_points_are_what_they_say(sensor):
     layout = lay_out(sensor())
     assert layout.nets == ("C1", "C2") and layout.coils[0].centre == Point(-2.25e-3, 0.0)
-    assert layout.body_size[1] == pytest.approx(4.712e-3, abs=1e-6)
+    assert layout.body_size[1] == approx(4.712e-3, abs=1e-6)
 
 
 def test_an_array_in_rows_needs_two_layers_in_the_tail(sensor):
@@ -254,9 +255,9 @@ def test_where_vias_need_more_than_the_contacts_pitch_the_tail_is_wider_and_draw
     layout = lay_out(with_fine_connector(spec, 8e-3))
     assert_sound(layout)
     contacts = sorted((pad.centre.y for pad in layout.pads), reverse=True)
-    assert [a - b for a, b in pairwise(contacts)] == pytest.approx([0.3e-3] * (2 * coils - 1))
+    assert [a - b for a, b in pairwise(contacts)] == approx([0.3e-3] * (2 * coils - 1), rel=1e-6)
     low, high = layout.reach_at(layout.pads[0].centre.x)
-    assert high - low == pytest.approx(0.3e-3 * (2 * coils + 1))
+    assert high - low == approx(0.3e-3 * (2 * coils + 1), rel=1e-6)
     assert layout.bend_zone[1] <= bounding_box([layout.stiffener.outline.outline])[0] + 1e-9
 
 
@@ -280,7 +281,7 @@ def test_a_fabricators_edge_distance_is_kept_down_to_the_contacts(sensor, edge, 
     half = layout.spec.fpc.tail.connector.width(4) / 2 if tail else None
     if half:
         end = max(point.x for point in layout.outline.flattened(1e-6))
-        assert max(abs(p.y) for p in layout.outline.flattened(1e-6) if p.x > end - 1e-9) == pytest.approx(half)
+        assert max(abs(p.y) for p in layout.outline.flattened(1e-6) if p.x > end - 1e-9) == approx(half, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.geometry.path import Arc, Line, enclosed_area
@@ -123,7 +124,7 @@ def test_a_body_without_room_for_the_corner_becomes_as_wide_as_its_tail():
     layout = lay_out(board(**BOARDS["body too short for the corner"]))
     x0, y0, _, y1 = layout.body
     low, high = layout.reach_at(x0 + 1.0 * MM)
-    assert len(inner_corners(layout.outline)) == 2 and pytest.approx((y0, y1)) == (low, high)
+    assert len(inner_corners(layout.outline)) == 2 and approx((y0, y1), rel=1e-6) == (low, high)
     narrow = lay_out(board(**BOARDS["body too short for the corner"] | {"radius": "0.1 mm"}))
     assert narrow.body[3] < y1 and len(inner_corners(narrow.outline)) == 4
 
@@ -140,14 +141,14 @@ def test_a_taper_has_room_for_both_its_roundings(near, far, inner):
         return
     (first, _), (second, _) = corners
     assert first.distance(second) >= taper.reach_before + taper.reach_beyond - 1e-12
-    assert sorted(radius for _, radius in corners) == pytest.approx([0.25 * MM, inner * MM])
+    assert sorted(radius for _, radius in corners) == approx([0.25 * MM, inner * MM], rel=1e-6)
     outer = first if near > far else second
-    assert outer.x == pytest.approx(5 * MM if near > far else 5 * MM + step)
+    assert outer.x == approx(5 * MM if near > far else 5 * MM + step, rel=1e-6)
     assert taper.length >= step - 1e-12 and taper.angle <= math.pi / 4 + 1e-12
 
 
 def test_the_radius_follows_the_profile():
     """The same board from two fabricators differs in its inner corners, and nowhere in its copper."""
     one, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
-    assert [min(inner_corners(each.outline)) for each in (one, other)] == pytest.approx([1 * MM, 2 * MM])
+    assert [min(inner_corners(each.outline)) for each in (one, other)] == approx([1 * MM, 2 * MM], rel=1e-6)
     assert one.traces == other.traces and one.body == other.body

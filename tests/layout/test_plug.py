@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
@@ -45,7 +46,7 @@ def test_the_tail_has_the_contacts_of_a_connector_that_is_made(plugged):
     assert len(used) == 2 * len(plugged.coils) and used == [*range(used[0], used[0] + len(used))]
     assert (len(plugged.pads) - used[-1]) - (used[0] - 1) in (0, 1)
     _, edge = plugged.reach_at(plugged.pads[0].centre.x)
-    assert 2 * edge == pytest.approx(connector.width(len(plugged.pads)))
+    assert 2 * edge == approx(connector.width(len(plugged.pads)), rel=1e-6)
     steps = {round(a.centre.y - b.centre.y, 9) for a, b in zip(plugged.pads, plugged.pads[1:], strict=False)}
     assert steps == {round(connector.pitch, 9)}
 
@@ -56,12 +57,12 @@ def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip
     _, edge = plugged.reach_at(plugged.pads[0].centre.x)
     tip = bounding_box([plugged.outline])[2]
     both = rules.registration + rules.outline_tolerance
-    assert y1 == pytest.approx(edge + both) and y0 == pytest.approx(-edge - both)
-    assert x1 == pytest.approx(tip + both)
+    assert y1 == approx(edge + both, rel=1e-6) and y0 == approx(-edge - both, rel=1e-6)
+    assert x1 == approx(tip + both, rel=1e-6)
     for pad in plugged.pads:
         begin, end = pad.centre.x - pad.size[0] / 2, pad.centre.x + pad.size[0] / 2
-        assert end - x0 == pytest.approx(connector.contact_length + rules.registration)
-        assert x0 - begin == pytest.approx(rules.finger_lap)  # so far the finger goes on under the coverlay
+        assert end - x0 == approx(connector.contact_length + rules.registration, rel=1e-6)
+        assert x0 - begin == approx(rules.finger_lap, rel=1e-6)  # so far the finger goes on under the coverlay
 
 
 def test_the_checks_find_nothing_wrong_with_it(plugged):
@@ -77,7 +78,7 @@ def test_what_is_judged_at_the_contacts_is_what_is_there(plugged):
     """No coverlay on top: all films below the first, and the stiffener."""
     layers = plugged.spec.fpc.stackup.layers
     there = sum(layer.thickness for layer in layers[1:]) + plugged.stiffener.thickness
-    assert finished_thickness(plugged, Where.CONTACT).nominal == pytest.approx(there)
+    assert finished_thickness(plugged, Where.CONTACT).nominal == approx(there, rel=1e-6)
 
 
 def test_a_connector_of_another_number_is_written():
@@ -110,7 +111,7 @@ def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
             x0, y0, x1, y1 = bounding_box([opening.outline])
             (w, h), (x, y) = pad.size, pad.centre
             rims = (x0 - (x - w / 2), x + w / 2 - x1, y0 - (y - h / 2), y + h / 2 - y1)
-            assert rims == pytest.approx((lap,) * 4)
+            assert rims == approx((lap,) * 4, rel=1e-6)
 
 
 def test_a_tighter_outline_needs_no_word_about_the_width():
@@ -160,7 +161,7 @@ def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connecto
     layout = board(1, connector, fpc=f", stackup: {stackup}")
     plate, wanted = layout.stiffener, presets.connector(connector)
     stock = [film + glue for film, glue in presets.stock_stiffeners()]
-    assert plate.thickness == pytest.approx(min(stock, key=lambda t: abs(t - plate.thickness)))
+    assert plate.thickness == approx(min(stock, key=lambda t: abs(t - plate.thickness)), rel=1e-6)
     assert plate.adhesive in {glue for _, glue in presets.stock_stiffeners()}
     have = finished_thickness(layout, Where.CONTACT).nominal
     assert all(
@@ -186,5 +187,5 @@ def test_a_stiffener_that_is_not_in_stock_is_a_question():
     made = sitscad.lay_out(spec)
     (asked,) = [f for f in sitscad.check(spec, made).findings if f.rule == "SIT129"]
     assert asked.severity.value == "warning" and "ask the fabricator" in asked.hint
-    assert finished_thickness(made, Where.CONTACT).nominal == pytest.approx(0.6 * MM)
+    assert finished_thickness(made, Where.CONTACT).nominal == approx(0.6 * MM, rel=1e-6)
     assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
@@ -28,20 +29,20 @@ def test_it_passes_a_corner_on_both_sides(sensor, rotation):
     first, second = square.facing(corner)
     assert first < math.pi / 4 + rotation < second
     for angle in (first, second):
-        assert square.at(angle).distance(corner) == pytest.approx(0.2e-3)
+        assert square.at(angle).distance(corner) == approx(0.2e-3, rel=1e-6)
 
 
 def test_it_passes_a_long_side_straight_above_a_point(sensor):
     long = ring(sensor, shape="racetrack", size=(10e-3, 4e-3))
     point = Point(1e-3 + 2e-3, 2e-3 + 2e-3)
     first, second = long.facing(point)
-    assert first == pytest.approx(second)
-    assert long.at(first).x == pytest.approx(point.x) and long.at(first).y == pytest.approx(point.y + 0.2e-3)
+    assert first == approx(second, rel=1e-6)
+    assert long.at(first).x == approx(point.x, rel=1e-6) and long.at(first).y == approx(point.y + 0.2e-3, rel=1e-6)
 
 
 def test_a_circle_is_passed_straight_outwards(sensor):
     round_ring = ring(sensor)
-    assert round_ring.facing(Point(1e-3, 5e-3)) == pytest.approx((math.pi / 2, math.pi / 2))
+    assert round_ring.facing(Point(1e-3, 5e-3)) == approx((math.pi / 2, math.pi / 2), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -96,5 +97,5 @@ def test_a_long_coil_is_left_at_its_end(sensor):
 
 def test_rotation_turns_the_ring(sensor):
     straight, turned = ring(sensor, shape="hexagon"), ring(sensor, 0.3, shape="hexagon")
-    assert turned.at(1.3).distance(turned.centre) == pytest.approx(straight.at(1.0).distance(straight.centre))
+    assert turned.at(1.3).distance(turned.centre) == approx(straight.at(1.0).distance(straight.centre), rel=1e-6)
     assert replace(turned, placement=straight.placement) == straight

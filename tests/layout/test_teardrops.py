@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import pytest
+from tolerance import approx
 
 from sitscad.geometry.path import Point, enclosed_area, polyline
 from sitscad.layout import lay_out
@@ -38,8 +39,8 @@ def test_the_hull_of_a_pad_and_a_track(bench):
     (drop,) = lone(bench, [at, end], Via(at, 0.2 * MM, 0.45 * MM, "C1")).teardrops
     sides = [s for s in drop.outline if abs(s.end.x - s.start.x) > 0.2 * MM]
     far = Point(at.x + 1.5 * 0.45 * MM, 0.0)
-    assert [s.distance(at) for s in sides] == pytest.approx([0.225 * MM] * 2)
-    assert [s.distance(far) for s in sides] == pytest.approx([50 * UM] * 2)
+    assert [s.distance(at) for s in sides] == approx([0.225 * MM] * 2, rel=1e-6)
+    assert [s.distance(far) for s in sides] == approx([50 * UM] * 2, rel=1e-6)
     assert (drop.net, drop.layer, drop.at_start) == ("C1", 1, True) and drop.origin == at
     assert abs(enclosed_area(drop.outline)) > 0.675 * MM * 100 * UM
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimate
@@ -45,13 +46,13 @@ def tail(**kwargs):
 def test_a_quarter_turn_has_the_inner_radius_that_is_asked(side):
     turned = tail(turn="left" if side > 0 else "right", turn_radius=2e-3)
     way = course(turned, HALF, 10e-3)
-    assert turn_length(turned, HALF) == pytest.approx(0.5 * math.pi * (2e-3 + HALF))
+    assert turn_length(turned, HALF) == approx(0.5 * math.pi * (2e-3 + HALF), rel=1e-6)
     end = 10e-3 + turn_length(turned, HALF)
     inner, outer = (way.path(polyline([Point(10e-3, y), Point(end, y)])).segments for y in (side * HALF, -side * HALF))
     assert [type(s) for s in (*inner, *outer)] == [Arc, Arc]
-    assert inner[0].radius == pytest.approx(2e-3) and outer[0].radius == pytest.approx(2e-3 + 2 * HALF)
+    assert inner[0].radius == approx(2e-3, rel=1e-6) and outer[0].radius == approx(2e-3 + 2 * HALF, rel=1e-6)
     assert inner[0].centre.distance(outer[0].centre) < 1e-12
-    assert way.place(Point(end + 5e-3, 0.0)) == pytest.approx((10e-3 + 2e-3 + HALF, side * (2e-3 + HALF + 5e-3)))
+    assert way.place(Point(end + 5e-3, 0.0)) == approx((10e-3 + 2e-3 + HALF, side * (2e-3 + HALF + 5e-3)), rel=1e-6)
     assert way.is_across
 
 
@@ -61,10 +62,10 @@ def test_an_offset_ends_so_far_aside_and_straight_on(offset):
     way = course(aside, HALF, 10e-3)
     end = 10e-3 + turn_length(aside, HALF)
     here, there = way.place(Point(end, 0.0)), way.place(Point(end + 1e-3, 0.0))
-    assert here.y == pytest.approx(offset, abs=1e-12) and there == pytest.approx((here.x + 1e-3, here.y))
+    assert here.y == approx(offset, abs=1e-12) and there == approx((here.x + 1e-3, here.y), rel=1e-6)
     assert not way.is_across
     radii = [s.radius for s in way.path(polyline([Point(0, HALF), Point(20e-3 + end, HALF)])) if isinstance(s, Arc)]
-    assert sorted(radii) == pytest.approx([2e-3, 2e-3 + 2 * HALF])
+    assert sorted(radii) == approx([2e-3, 2e-3 + 2 * HALF], rel=1e-6)
 
 
 @settings(max_examples=50, deadline=None)
@@ -82,7 +83,7 @@ def test_any_course_is_unbroken_smooth_and_keeps_distances(offset, radius, one, 
             assert abs(math.remainder(headings[0] - headings[1], 2 * math.pi)) < 1e-6
     for segment in paths[0]:
         for fraction in (0.0, 0.3, 1.0):
-            assert paths[1].distance(segment.at(fraction)) == pytest.approx(abs(one - other), abs=1e-10)
+            assert paths[1].distance(segment.at(fraction)) == approx(abs(one - other), abs=1e-10)
 
 
 def _heading(segment, fraction):
@@ -102,12 +103,12 @@ def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
     )
     assert layout.shortfalls == straight.shortfalls == ()
     assert layout.outline.is_closed
-    assert enclosed_area(layout.outline) == pytest.approx(enclosed_area(straight.outline), rel=1e-9)
+    assert enclosed_area(layout.outline) == approx(enclosed_area(straight.outline), rel=1e-9)
     for kind in ("traces", "vias", "pads"):
         assert len(getattr(layout, kind)) == len(getattr(straight, kind))
     # on the middle line an arc is as long as what was bent; aside the turns to both sides make up for each other
     mean, flat = (sum(t.path.length for t in each.traces) for each in (layout, straight))
-    assert mean == pytest.approx(flat, rel=1e-9)
+    assert mean == approx(flat, rel=1e-9)
     assert layout.coils[0].windings == straight.coils[0].windings
     assert (layout.body, layout.bend_zone[0]) == (straight.body, straight.bend_zone[0])
     assert layout.bend_zone[1] < straight.bend_zone[1]
@@ -134,9 +135,9 @@ def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
 def test_a_pair_round_the_turn_has_what_a_straight_one_has():
     """The way back is below the way there, round the turn as before it: alike in resistance and capacitance."""
     turned, straight = (estimate(board(way)).coils[0] for way in ("turn: left", "turn_radius: 2"))
-    assert turned.terminal_resistance_dc == pytest.approx(straight.terminal_resistance_dc, rel=3e-3)
-    assert turned.lead_inductance == pytest.approx(straight.lead_inductance, rel=0.02)
-    assert turned.self_capacitance == pytest.approx(straight.self_capacitance, rel=0.01)
+    assert turned.terminal_resistance_dc == approx(straight.terminal_resistance_dc, rel=3e-3)
+    assert turned.lead_inductance == approx(straight.lead_inductance, rel=0.02)
+    assert turned.self_capacitance == approx(straight.self_capacitance, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +158,7 @@ def test_what_cannot_be_turned_is_refused(way, rule, key):
 
 def test_the_fabricators_radius_is_the_default_where_it_is_larger():
     spec = sitscad.load_text(text_of("turn: left").replace("rules: generic-fine", "rules: {inside_radius: 3}"))
-    assert spec.fpc.tail.turn_radius == pytest.approx(3e-3)
+    assert spec.fpc.tail.turn_radius == approx(3e-3, rel=1e-6)
     assert "fpc.tail.turn_radius: 3 mm, the default" in spec.source.defaults
 
 

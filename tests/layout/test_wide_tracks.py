@@ -1,6 +1,7 @@
 """Tracks wider than a via's pad: their round ends, not the pad, keep the distance where they meet outside a coil."""
 
 import pytest
+from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.layout.clearance import hole_keep_out, joined_hole
@@ -38,4 +39,4 @@ def test_a_joined_via_is_as_large_as_the_wider_of_pad_and_track():
     assert joined_hole(rules, 0.5 * rules.via_pad).pad == rules.via_pad
     wide = joined_hole(rules, 3.0 * rules.via_pad)
     assert wide.pad == 3.0 * rules.via_pad and wide.drill == rules.via_drill
-    assert hole_keep_out(wide, rules, 1e-4) == pytest.approx(1.5 * rules.via_pad + 1e-4)
+    assert hole_keep_out(wide, rules, 1e-4) == approx(1.5 * rules.via_pad + 1e-4, rel=1e-6)

@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.mechanics.grasper import link_angle, tip_force
 
@@ -23,7 +24,7 @@ def test_the_pull_s_work_is_that_of_both_jaws(angle, lever, longer, reach):
     link, small = longer * lever * math.sin(angle), 1e-6
     travel = pin_distance(angle - small, lever, link) - pin_distance(angle + small, lever, link)
     work = 2.0 * tip_force(20.0, angle, lever, link, reach) * reach * 2.0 * small
-    assert work == pytest.approx(20.0 * travel, rel=1e-5)
+    assert work == approx(20.0 * travel, rel=1e-5)
 
 
 @given(st.floats(0.05, 1.4), st.floats(1.05, 4.0))
@@ -33,15 +34,15 @@ def test_the_pin_and_the_lever_are_in_balance(angle, longer):
     in_link = 20.0 / (2.0 * math.cos(beta))
     pin, way = (LA * math.cos(angle), LA * math.sin(angle)), (math.cos(beta), -math.sin(beta))
     moment = abs(pin[0] * way[1] - pin[1] * way[0]) * in_link
-    assert tip_force(20.0, angle, LA, link, 28e-3) * 28e-3 == pytest.approx(moment, rel=1e-9)
+    assert tip_force(20.0, angle, LA, link, 28e-3) * 28e-3 == approx(moment, rel=1e-9)
 
 
 def test_the_thesis_s_printed_numbers_and_the_right_one():
     """3.2 is 0.333 with a sine where 3.1 prints a cosine; both multiply by a cosine that belongs below the line."""
     beta = link_angle(THETA0, LA, LB)
-    assert 0.5 * math.cos(THETA0 + beta) * math.cos(beta) == pytest.approx(0.302, abs=5e-4)
-    assert 0.5 * math.sin(THETA0 + beta) * math.cos(beta) == pytest.approx(0.333, abs=5e-4)
-    assert tip_force(1.0, THETA0, LA, LB, LA) == pytest.approx(0.412, abs=5e-4)
+    assert 0.5 * math.cos(THETA0 + beta) * math.cos(beta) == approx(0.302, abs=5e-4)
+    assert 0.5 * math.sin(THETA0 + beta) * math.cos(beta) == approx(0.333, abs=5e-4)
+    assert tip_force(1.0, THETA0, LA, LB, LA) == approx(0.412, abs=5e-4)
 
 
 def test_levers_that_cannot_be():

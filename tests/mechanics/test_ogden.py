@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, Surround, compress, force_for_strain
 from sitscad.mechanics.motion import rotation_vectors, rotations
@@ -108,9 +109,9 @@ def test_stiffnesses_under_load_are_those_of_finite_elements():
         law, before = pad.stiffness(poses(mine)), plain.stiffness(poses(mine))
         rest = plain.stiffness(np.zeros((1, 6)))[0, 0, 0]
         shear = values(mine, "k_xx") - values(theirs, "k_xx")
-        assert law[:, 0, 0] - before[:, 0, 0] == pytest.approx(shear[:, 0], abs=0.1 * rest)
+        assert law[:, 0, 0] - before[:, 0, 0] == approx(shear[:, 0], abs=0.1 * rest)
         tilt = (values(mine, "k_rr") / values(theirs, "k_rr"))[:, 0]
-        assert law[:, 4, 4] / before[:, 4, 4] == pytest.approx(tilt, abs=0.08)
+        assert law[:, 4, 4] / before[:, 4, 4] == approx(tilt, abs=0.08)
 
 
 @pytest.mark.parametrize("pad", [HARD, FILMED])
@@ -121,7 +122,7 @@ def test_two_is_neo_hookean_and_nothing_jumps_there(pad):
     assert plain.block.ogden is None
     for off in (-1e-7, 1e-7):
         beside = replace(pad, exponent=2.0 + off, film_exponent=2.0 + off).force(where)
-        assert beside == pytest.approx(plain.force(where), rel=1e-6, abs=1e-9)
+        assert beside == approx(plain.force(where), rel=1e-6, abs=1e-9)
     steps = np.linspace(1.0, 4.0, 301)
     held = np.array([replace(pad, exponent=one, film_exponent=one).force(where)[0] for one in steps])
     jumps = np.abs(np.diff(held, axis=0))
@@ -143,14 +144,14 @@ def test_forces_have_an_energy(pad):
     down = np.array([[0.0, 0.0, -0.4e-3, 0.0, 0.0, 0.0]])
     small = np.array([[0.0, 0.0, 1e-7, 0.0, 0.0, 0.0]])
     slope = (pad.force(down + small) - pad.force(down - small))[0, 2] / 2e-7
-    assert pad.stiffness(down)[0, 2, 2] == pytest.approx(slope, rel=1e-5)
-    assert -pad.force(down)[0, 2] == pytest.approx(pad.pressure(np.array([0.2]))[0], rel=1e-9)
+    assert pad.stiffness(down)[0, 2, 2] == approx(slope, rel=1e-5)
+    assert -pad.force(down)[0, 2] == approx(pad.pressure(np.array([0.2]))[0], rel=1e-9)
 
 
 @given(st.floats(0.0, 1.2), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.booleans())
 def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
     pose = HARD.pose(np.array([[normal, shear_x, shear_y]]), is_held)
-    assert HARD.force(pose)[0, :3] == pytest.approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
+    assert HARD.force(pose)[0, :3] == approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
 
 
 @given(st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.sampled_from([0.0, 1.0]), st.floats(0.0, 0.98))
@@ -158,7 +159,7 @@ def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, 
     pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, exponent=exponent)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
-    assert pad.strain(force)[0] == pytest.approx(strain, abs=1e-9)
+    assert pad.strain(force)[0] == approx(strain, abs=1e-9)
 
 
 @given(st.floats(1.5, 4.0), st.floats(1.5, 4.0), st.floats(0.03, 0.4), st.floats(1.0, 40.0), st.floats(0.0, 0.9))
@@ -174,6 +175,6 @@ def test_the_formulas_of_a_press_have_the_exponent():
     pad = (4e-3, 4e-3, 2e-3, 50e3, 1.5e9)
     for exponent in (2.0, 2.5, 3.3):
         force = force_for_strain(0.3, *pad, False, around, exponent)
-        assert compress(*pad, force, False, around, exponent).strain == pytest.approx(0.3, rel=1e-9)
+        assert compress(*pad, force, False, around, exponent).strain == approx(0.3, rel=1e-9)
     one, other = (force_for_strain(0.3, *pad, False, replace(around, film_exponent=e), 2.5) for e in (2.0, 3.05))
     assert other > 1.01 * one

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, even_rim
 from sitscad.mechanics.motion import angles, exponentials, left_jacobians, rotation_vectors, rotations
@@ -71,9 +72,9 @@ def test_forces_are_those_of_the_converged_elements():
             assert errors(pad, fine)[0].max(initial=0.0) < 0.05
             rest = next(row for row in fine if not any((row["x"], row["z"], row["ry"])))
             stiffness = pad.stiffness(np.zeros((1, 6)))[0]
-            assert stiffness[2, 2] == pytest.approx(rest["k_zz"], rel=0.015)
-            assert stiffness[0, 0] == pytest.approx(rest["k_xx"], rel=0.015)
-            assert stiffness[4, 4] == pytest.approx(rest["k_rr"], rel=0.025)
+            assert stiffness[2, 2] == approx(rest["k_zz"], rel=0.015)
+            assert stiffness[0, 0] == approx(rest["k_xx"], rel=0.015)
+            assert stiffness[4, 4] == approx(rest["k_rr"], rel=0.025)
 
 
 def test_the_stated_error_holds():
@@ -122,7 +123,7 @@ def test_a_rim_changes_without_a_step_as_the_pad_grows():
         assert None not in rims
         changes.append(np.abs(np.diff(np.array(rims, dtype=float))).max())
     assert changes[1] < 0.1 * changes[0]
-    assert even_rim(Face(10.0, 8.0), Face(4.0, 4.0), (0.1, 0.0), 1.0) == pytest.approx(2.5)
+    assert even_rim(Face(10.0, 8.0), Face(4.0, 4.0), (0.1, 0.0), 1.0) == approx(2.5, rel=1e-6)
 
 
 def test_compression_softens_shear_and_a_free_target_more():
@@ -142,17 +143,17 @@ def test_compression_softens_shear_and_a_free_target_more():
 def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
     pose = OBLONG.pose(np.array([[normal, shear_x, shear_y]]), is_held)
     held = OBLONG.force(pose)[0]
-    assert held[:3] == pytest.approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
+    assert held[:3] == approx([shear_x, shear_y, -normal], abs=1e-8, rel=1e-7)
     if not is_held:
         lever = OBLONG.height * rotations(pose[:, 3:])[0, :, 2]
-        assert held[3:] == pytest.approx(np.cross(lever, held[:3]), abs=1e-9)
+        assert held[3:] == approx(np.cross(lever, held[:3]), abs=1e-9)
 
 
 def test_a_push_above_the_pad_brings_its_far_end_down():
     pushed = SQUARE.pose(np.array([[0.3, 0.05, 0.0], [0.3, 0.0, 0.05]]))
     assert pushed[0, 0] > 0.0 and pushed[0, 4] > 0.0
     assert pushed[1, 1] > 0.0 and pushed[1, 3] < 0.0
-    assert pushed[0, 2] == pytest.approx(pushed[1, 2], rel=1e-9)
+    assert pushed[0, 2] == approx(pushed[1, 2], rel=1e-9)
 
 
 def test_no_work_is_gained_on_a_closed_way():
@@ -171,7 +172,7 @@ def test_a_quarter_turn_of_everything_changes_nothing():
     across = Pad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
     one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
     other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
-    assert other[[1, 2, 3]] == pytest.approx([one[0], one[2], -one[4]], rel=1e-6)
+    assert other[[1, 2, 3]] == approx([one[0], one[2], -one[4]], rel=1e-6)
 
 
 @given(WIDTH, WIDTH, st.floats(0.0, 0.99), st.sampled_from([0.0, 1.0]))
@@ -179,27 +180,27 @@ def test_force_rises_with_strain_and_strain_inverts_it(along, across, strain, is
     pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
-    assert pad.strain(force)[0] == pytest.approx(strain, abs=1e-9)
+    assert pad.strain(force)[0] == approx(strain, abs=1e-9)
 
 
 def test_known_limits():
     disc = Block(6.0, 6.0, 1.0)
-    assert pressure_stiffness(disc) == pytest.approx(1.5 * 3.0**2)
-    assert pressure_stiffness(Block(1e4, 2.0)) == pytest.approx(4.0, rel=1e-3)  # an endless strip: (width / h)^2
-    assert compression_modulus(Block(0.01, 0.01)) == pytest.approx(3.0, rel=0.01)  # a bar
+    assert pressure_stiffness(disc) == approx(1.5 * 3.0**2, rel=1e-6)
+    assert pressure_stiffness(Block(1e4, 2.0)) == approx(4.0, rel=1e-3)  # an endless strip: (width / h)^2
+    assert compression_modulus(Block(0.01, 0.01)) == approx(3.0, rel=0.01)  # a bar
     bulky = Pad(Face(1.0, 1.0), 1e-3, 1.0, 50.0)
-    assert bulky.pressure(np.array([1e-4]))[0] / 1e-4 == pytest.approx(50.0, rel=0.01)
+    assert bulky.pressure(np.array([1e-4]))[0] / 1e-4 == approx(50.0, rel=0.01)
 
 
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-1.5, 1.5))
 def test_rotations_and_their_vectors(rx, ry, rz):
     turned = rotations(np.array([[rx, ry, rz]]))
     vector = rotation_vectors(turned)
-    assert angles(turned)[0] == pytest.approx([rx, ry, rz], abs=1e-12)
-    assert exponentials(vector)[0] == pytest.approx(turned[0], abs=1e-9)
+    assert angles(turned)[0] == approx([rx, ry, rz], abs=1e-12)
+    assert exponentials(vector)[0] == approx(turned[0], abs=1e-9)
     small = np.array([[1e-6, -2e-6, 1.5e-6]])
     spin = rotation_vectors(exponentials(vector + small) @ np.swapaxes(turned, 1, 2))[0]
-    assert spin == pytest.approx(left_jacobians(vector)[0] @ small[0], abs=1e-10)
+    assert spin == approx(left_jacobians(vector)[0] @ small[0], abs=1e-10)
 
 
 def test_what_gives_way_or_shuts_is_not_answered():
@@ -223,7 +224,7 @@ def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
     skinned = replace(bare, film=0.2, film_modulus=modulus)
     pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
     one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
-    assert (one - none) / (all_of_it - none) == pytest.approx(modulus * np.ones(2), abs=0.25 * modulus)
+    assert (one - none) / (all_of_it - none) == approx(modulus * np.ones(2), abs=0.25 * modulus)
 
 
 @given(st.floats(0.02, 0.5), st.floats(0.1, 45.0), WIDTH, st.floats(0.0, 0.9))
@@ -231,7 +232,7 @@ def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
     pad = Pad(Face(along, along), 1.0, 1.0, 1e4, film=skin, film_modulus=modulus)
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
-    assert pad.pressure(pad.strain(force)) == pytest.approx(force, rel=1e-9)
+    assert pad.pressure(pad.strain(force)) == approx(force, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["thickness", "width", "modulus", "film", "film_modulus", "rim"])
@@ -256,7 +257,7 @@ def test_nothing_jumps_where_a_measure_is_swept(name):
 def test_small_loads_add_up():
     loads = 1e-5 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     single, together = SQUARE.pose(loads), SQUARE.pose(loads.sum(axis=0, keepdims=True))[0]
-    assert single.sum(axis=0) == pytest.approx(together, rel=2e-3, abs=1e-9)
+    assert single.sum(axis=0) == approx(together, rel=2e-3, abs=1e-9)
 
 
 @given(st.floats(-3e-4, 3e-4), st.floats(-3e-4, 3e-4), st.floats(-6e-4, 1e-4), st.floats(-0.08, 0.08),
@@ -291,15 +292,15 @@ def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_cha
     pose = np.concatenate([h * (frame @ there[:3] - [0.0, 0.0, 1.0]), angles(turn[None])[0]])
     given_force, given_moment = np.split(pad.force(pose)[0] / (3 * [whole] + 3 * [whole * h]) - wanted[0], 2)
     given_moment -= np.cross(turn @ point[0], wanted[0, :3])
-    assert lack[0, :3] == pytest.approx(frame.T @ given_force, abs=1e-9)
+    assert lack[0, :3] == approx(frame.T @ given_force, abs=1e-9)
     # the place in the frame stays where it is: in board axes it goes with the frame
     moved = pad._share * np.cross(left_jacobians(pad._share * there[None, 3:])[0].T, frame @ there[:3])
-    assert lack[0, 3:] == pytest.approx(moved @ given_force + left_jacobians(there[None, 3:])[0].T @ given_moment,
+    assert lack[0, 3:] == approx(moved @ given_force + left_jacobians(there[None, 3:])[0].T @ given_moment,
                                         abs=1e-9)  # fmt: skip
     small = 1e-6 * np.eye(6)
     many = np.repeat(wanted, 12, axis=0), np.repeat(point, 12, axis=0)
     forth, back = np.split(pad._lack_and_slope(np.concatenate([there + small, there - small]), *many)[0], 2)
-    assert slope[0] == pytest.approx(((forth - back) / 2e-6).T, rel=1e-6, abs=2e-6)
+    assert slope[0] == approx(((forth - back) / 2e-6).T, rel=1e-6, abs=2e-6)
 
 
 def test_a_load_alone_is_posed_like_one_among_many():
@@ -309,4 +310,4 @@ def test_a_load_alone_is_posed_like_one_among_many():
     for pad in (SQUARE, OBLONG):
         together = pad.pose(wrenches)
         assert not np.isnan(together).any()
-        assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == pytest.approx(together, abs=2e-9)
+        assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == approx(together, abs=2e-9)

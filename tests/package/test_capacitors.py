@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.checks import check
@@ -60,8 +61,10 @@ def test_pads_stand_across_the_pairs_on_the_stiffener(case):
     assert [c.coil for c in layout.capacitors] == [c.name for c in layout.coils]
     for capacitor, coil in zip(layout.capacitors, layout.coils, strict=True):
         one, other = capacitor.pads
-        assert one.centre.distance(other.centre) == pytest.approx(max(chip.pitch, layout.spec.fpc.tail.connector.pitch))
-        assert sorted(one.size) == pytest.approx(sorted((chip.pad_along, chip.pad_across)))
+        assert one.centre.distance(other.centre) == approx(
+            max(chip.pitch, layout.spec.fpc.tail.connector.pitch), rel=1e-6
+        )
+        assert sorted(one.size) == approx(sorted((chip.pad_along, chip.pad_across)), rel=1e-6)
         assert {p.net for p in capacitor.pads} == {coil.net} and (one.pin, other.pin) == (
             f"{capacitor.reference}.1",
             f"{capacitor.reference}.2",
@@ -88,7 +91,7 @@ def test_the_coverlay_keeps_its_web_beside_the_pads(chip, web):
     assert edge - highest >= asked - 1e-9
     flat = rectangle(-10e-3, -(highest + asked / 2), 60e-3, highest + asked / 2)
     told = [f for f in check(spec, replace(layout, outline=flat)).findings if f.rule == "SIT114"]
-    assert len(told) >= 1 and all(f.measured == pytest.approx(asked / 2) for f in told)
+    assert len(told) >= 1 and all(f.measured == approx(asked / 2, rel=1e-6) for f in told)
 
 
 def _holds(outline, pad):
@@ -122,10 +125,10 @@ def test_the_files_name_both_pads_of_every_capacitor():
         ("CT2", "chip-0402", "top"),
     ]
     for row, capacitor in zip(rows, layout.capacitors, strict=True):
-        assert (float(row["PosX"]), float(row["PosY"])) == pytest.approx([c * 1e3 for c in capacitor.centre], abs=1e-4)
+        assert (float(row["PosX"]), float(row["PosY"])) == approx([c * 1e3 for c in capacitor.centre], abs=1e-4)
         turn = math.radians(float(row["Rot"]))
         reach = capacitor.pads[1].centre - capacitor.centre
-        assert (math.cos(turn), math.sin(turn)) == pytest.approx([r / math.hypot(*reach) for r in reach], abs=1e-6)
+        assert (math.cos(turn), math.sin(turn)) == approx([r / math.hypot(*reach) for r in reach], abs=1e-6)
     parts = {item.item: item for item in bom.items(layout, estimate(layout))}
     assert parts["capacitor"].size.startswith("chip-0402") and "CT1, CT2" in parts["capacitor"].note
     assert {row["Val"] for row in rows} == {parts["capacitor"].part} and parts["capacitor"].part.endswith("F")
@@ -220,7 +223,7 @@ def test_kicad_finds_the_model_and_lays_it_on_the_pads(case, tmp_path):
         ]
         along = [abs(a - b) for a, b in zip(*(pad.centre for pad in capacitor.pads), strict=True)]
         sides = (length, width) if along[0] > along[1] else (width, length)
-        assert pytest.approx((*sides, height), abs=1e-3) == (box.size.X, box.size.Y, box.size.Z)
+        assert approx((*sides, height), abs=1e-3) == (box.size.X, box.size.Y, box.size.Z)
 
 
 def test_a_coupon_carries_none():

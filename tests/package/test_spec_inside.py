@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.package.folder import list_files
@@ -60,7 +60,7 @@ def test_a_linked_profile_is_kept_where_it_is_named_and_where_it_lies(tmp_path):
     built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",)).directory
     assert {"spec/shops/ours.yaml", "spec/all/real.yaml", "spec/base.yaml"} <= set(list_files(built))
     again = sitscad.load(built / "spec" / "mine.yaml")
-    assert again.fpc.rules.trace_spacing == pytest.approx(95e-6)
+    assert again.fpc.rules.trace_spacing == approx(95e-6, rel=1e-6)
 
 
 def test_a_changed_comment_of_a_profile_is_a_changed_package(tmp_path):

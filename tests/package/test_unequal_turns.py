@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import pytest
 from probe_spots import touched
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimate
@@ -54,7 +55,7 @@ def test_layers_meet_and_all_currents_circulate_the_same_way(name):
         ways = [p for segment in winding.path for p in segment.flattened(2e-6)]
         steps = [math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)
                  for a, b in pairwise(ways)]  # fmt: skip
-        assert math.fsum(steps) / (2 * math.pi) == pytest.approx(turns, abs=0.06)
+        assert math.fsum(steps) / (2 * math.pi) == approx(turns, abs=0.06)
     for one, other in pairwise(windings):
         ends = [math.atan2(p.y, p.x) for p in (one.path.end, other.path.start)]
         # polygons and racetracks: corners of turns further in do not lie in quite the same direction
@@ -67,7 +68,7 @@ def test_resistance_goes_with_the_copper_that_is_drawn(name):
     coil, spec = layout.coils[0], layout.spec
     found = estimate(layout).coils[0]
     squares = math.fsum(w.path.length / w.thickness for w in coil.windings) / spec.coil.trace_width
-    assert found.resistance_dc == pytest.approx(squares / 58e6, rel=0.02)
+    assert found.resistance_dc == approx(squares / 58e6, rel=0.02)
 
 
 def test_nearly_equal_layers_are_as_equal_ones():
@@ -75,7 +76,7 @@ def test_nearly_equal_layers_are_as_equal_ones():
     nearly = sitscad.load_text(text_of("circle", 4, [7.75, 7.749999, 7.75, 7.749999], 4), "x.yaml")
     one, other = (estimate(sitscad.lay_out(spec)).coils[0] for spec in (equal, nearly))
     for field in ("winding_inductance", "resistance_dc", "resistance_ac", "winding_capacitance", "terminal_inductance"):
-        assert getattr(other, field) == pytest.approx(getattr(one, field), rel=1e-4), field
+        assert getattr(other, field) == approx(getattr(one, field), rel=1e-4), field
 
 
 def test_a_turn_fewer_lies_between():
@@ -125,7 +126,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
     assert layout.shortfalls == () and len(layout.coils) == 2
     for coil in layout.coils:
         home = wind_coil(spec, replace(coil.placement, centre=(0.0, 0.0)))
-        assert [w.path.length for w in coil.windings] == pytest.approx([w.path.length for w in home])
+        assert [w.path.length for w in coil.windings] == approx([w.path.length for w in home], rel=1e-6)
 
 
 @pytest.mark.clients("kicad-cli")
@@ -167,4 +168,4 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_p
     found = copper_resistance(
         net, *ends, [c.thickness for c in copper], depths=[c.z for c in copper], plating=plating or None, fineness=1.0
     )
-    assert found == pytest.approx(estimate(layout).coils[0].terminal_resistance_dc, rel=0.02)
+    assert found == approx(estimate(layout).coils[0].terminal_resistance_dc, rel=0.02)

@@ -7,6 +7,7 @@ from functools import cache
 
 import pytest
 from legibility import assert_legible
+from tolerance import approx
 
 import sitscad
 from sitscad.drawing.frame import mm
@@ -65,7 +66,7 @@ def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
         low_x, low_y, high_x, high_y = bounding_box([drawn])
         expected = piece.footprint.box
         found = [(c - o) / scale / 1e3 for c, o in zip((low_x, low_y, high_x, high_y), origin * 2, strict=True)]
-        assert found == pytest.approx(expected, abs=1e-9)
+        assert found == approx(expected, abs=1e-9)
     assert sum(map(len, ink.values())) == len(pieces)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.design import Design
@@ -46,7 +47,7 @@ def test_steps_are_numbered_and_fit_a_page():
 def test_every_layer_is_listed_and_they_add_up_to_the_pair():
     rows = re.findall(r"^  ([a-z -]+?) +([\d.]+) \+-([\d.]+) mm(?:  unverified)?$", text(GRASPER), re.M)
     assert len(rows) == 13
-    assert sum(float(size) for _, size, _ in rows) == pytest.approx(closed_section(GRASPER).height * 1e3, abs=1e-6)
+    assert sum(float(size) for _, size, _ in rows) == approx(closed_section(GRASPER).height * 1e3, abs=1e-6)
 
 
 def test_what_hangs_on_an_unverified_jaw_metal_or_density_says_so():

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import layouts
 import pytest
+from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.papers.order import bom
@@ -154,7 +155,7 @@ def test_the_drawings_pieces_are_those_of_the_list():
         box = solid.shape.bounding_box()
         heights[solid.name] = box.max.Z - box.min.Z
     assert set(heights) == {name for name in rows_of(layout) if name.startswith("mount")}
-    assert heights["mount-spacer"] == pytest.approx(0.6)
+    assert heights["mount-spacer"] == approx(0.6, rel=1e-6)
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "racetrack_jaw"])
@@ -166,9 +167,9 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     low, high = closed_span(layout)
     levels = shield_heights(layout.spec)
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
-    assert corner == pytest.approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)
+    assert corner == approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]
-    assert (length, thickness) == (pytest.approx(layout.body_size[0] / MM, abs=1e-4), 0.1)
+    assert (length, thickness) == (approx(layout.body_size[0] / MM, abs=1e-4), 0.1)
 
 
 def test_codes_of_capacitors_are_those_of_the_trade():

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import Design
@@ -72,7 +73,7 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
     assert sheet["rotation"] == stated["rotation"] == "held", "the target is kept level in both"
     assert [one["of"] for one in sheet["unit_errors"]] == [one["of"] for one in stated["unit_errors"]]
     for one, other in zip(sheet["unit_errors"], stated["unit_errors"], strict=True):
-        assert one["error_N"] == pytest.approx(other["error_N"], rel=1e-5)
+        assert one["error_N"] == approx(other["error_N"], rel=1e-5)
     assert [one["points"] for one in sheet["unit_errors"]] == [None, 0, 3, 5, 8]
     errors = np.array([list(one["error_N"].values()) for one in stated["unit_errors"]])
     assert np.all(np.diff(errors, axis=0) <= 0.0), "a tare and every point take something away"
@@ -88,7 +89,7 @@ def test_the_file_for_programs_has_the_same_figures(bench, files):
     felt = json.loads(files["datasheet.json"])["performance"]
     assert [point["at"] for point in felt] == ["rest", "half", "full"]
     for point, known in zip(felt, bench.performance, strict=True):
-        assert point["axes"]["normal"]["resolution_N"] == pytest.approx(known.axes["normal"].resolution, rel=1e-5)
+        assert point["axes"]["normal"]["resolution_N"] == approx(known.axes["normal"].resolution, rel=1e-5)
 
 
 def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench, files):
@@ -98,9 +99,9 @@ def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench,
     mass = spec.target.size[0] * spec.target.size[1] * layers
     stiffness = soft_pad(spec).stiffness(np.zeros((1, 6)))[0, 2, 2]
     alone = np.sqrt(stiffness / mass) / (2.0 * np.pi)
-    assert bench.performance[0].resonance["normal"] == pytest.approx(alone, rel=1e-6)
+    assert bench.performance[0].resonance["normal"] == approx(alone, rel=1e-6)
     assert full.resonance["normal"] > full.resonance["shear_x"] > full.bandwidth
-    assert full.bandwidth == pytest.approx(0.5 * spec.readout.scan_rate, rel=1e-3)
+    assert full.bandwidth == approx(0.5 * spec.readout.scan_rate, rel=1e-3)
     assert full.bandwidth_by == "half the scan rate"
     assert "resonance of target and pad" in files["datasheet.html"].decode()
 
@@ -152,7 +153,7 @@ def test_the_curves_are_the_response(bench, drawn):
     last = bench.response.under(loads, np.ones(1, dtype=bool))
     rest = bench.response.respond(np.zeros((1, 6)))
     ratio = drawn.normal.inductance[-1] / drawn.normal.inductance[0]
-    assert ratio == pytest.approx((rest.frequency[0] / last.frequency[0]) ** 2, rel=2e-4)
+    assert ratio == approx((rest.frequency[0] / last.frequency[0]) ** 2, rel=2e-4)
     assert np.all(drawn.normal.sigma[0] < 1e-12), "after the tare nothing is off at rest"
     assert np.all(drawn.normal.sigma[-1] > 0.0)
 

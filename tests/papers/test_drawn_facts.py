@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import pytest
 from legibility import assert_legible
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.drawing.pictures import board as board_picture
@@ -110,9 +111,9 @@ def test_readme_and_drawings_state_one_thickness_at_the_contacts(connector):
         assert not re.search(r"at the contacts [0-9.]+ um \+/-", " ".join(paper.split()))
     plug = layout.spec.fpc.tail.connector
     ((nominal, low, high),) = bands
-    assert float(nominal) == pytest.approx(plug.insertion_thickness * 1e6)
+    assert float(nominal) == approx(plug.insertion_thickness * 1e6, rel=1e-6)
     tolerance = plug.insertion_thickness_tolerance
-    assert (float(high) - float(low)) / 2 == pytest.approx(tolerance * 1e6)
+    assert (float(high) - float(low)) / 2 == approx(tolerance * 1e6, rel=1e-6)
     made = finished_thickness(layout, Where.CONTACT)
     keeps = (
         plug.insertion_thickness - tolerance <= made.minimum and made.maximum <= plug.insertion_thickness + tolerance
@@ -129,7 +130,7 @@ def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
     allowed = end_tolerance(real)
     assert f"{end.width * 1e3:.2f} +/- {allowed * 1e3:.2f}" in labels
     told = re.search(r"Tail [0-9.]+ mm \+/- ([0-9]+) um wide", words_of(contact_sheet(real, "")))
-    assert told is None or float(told[1]) == pytest.approx(allowed * 1e6)
+    assert told is None or float(told[1]) == approx(allowed * 1e6, rel=1e-6)
     bare = bare_size(real)
     is_plugged = connector is not None and connector.insertion_thickness > 0.0
     assert (
@@ -140,9 +141,9 @@ def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
     assert f"edge to 1: {end.edge * 1e3:.2f}" in labels and f"to end {end.tip * 1e3:.2f}" in labels
     assert any(label.startswith("width ") for label in labels) and any(label.startswith("pitch ") for label in labels)
     if connector is not None and connector.insertion_thickness:
-        assert end.width == pytest.approx(connector.width(count), abs=2e-6)
-        assert end.edge == pytest.approx(connector.edge_margin, abs=2e-6)
-    assert end.tip == pytest.approx(0.2e-3, abs=2e-6)
+        assert end.width == approx(connector.width(count), abs=2e-6)
+        assert end.edge == approx(connector.edge_margin, abs=2e-6)
+    assert end.tip == approx(0.2e-3, abs=2e-6)
     assert bool(real.capacitors) == any(label.startswith("Pads of CT1") for label in labels)
 
 
@@ -153,7 +154,7 @@ def test_the_board_drawing_dimensions_the_tail(real):
         return
     at, low, high = found
     assert f"tail {board_drawing.mm(high - low)} +/- 0.10" in labels
-    assert real.reach_at(at) == pytest.approx((low, high), abs=2e-6)
+    assert real.reach_at(at) == approx((low, high), abs=2e-6)
     assert real.body[2] < at < min(pad.centre.x for pad in real.pads)
     if real.capacitors:
         assert high - low > board_end(real).width + 1e-3
@@ -231,20 +232,20 @@ def bent(bend):
 def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend):
     layout = bent(bend)
     found, (a, b) = bend_of(layout), bend_stretch(layout)
-    assert found.line == pytest.approx((a + b) / 2) and found.angle == pytest.approx(math.pi / 2)
+    assert found.line == approx((a + b) / 2, rel=1e-6) and found.angle == approx(math.pi / 2, rel=1e-6)
     assert (found.direction, found.is_dynamic) == ("down", bend == "dynamic")
     ratio = layout.spec.fpc.rules.static_bend_ratio[2] if bend == "static" else 40.0
     thickness = tail_thickness(layout.spec)
-    assert found.radius == pytest.approx(ratio * thickness)
-    assert found.end - found.start == pytest.approx(math.pi / 2 * (ratio + 0.5) * thickness)
+    assert found.radius == approx(ratio * thickness, rel=1e-6)
+    assert found.end - found.start == approx(math.pi / 2 * (ratio + 0.5) * thickness, rel=1e-6)
     assert any("90 deg down" in default for default in load_text(BENT.format(bend=bend)).source.defaults)
 
 
 def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
     layout = bent("{kind: static, at: 12, direction: up, angle: 45 deg, radius: 2}")
     bend, x = bend_of(layout), layout.body[2] + 12e-3
-    assert bend.line == pytest.approx(x) and bend.radius == pytest.approx(2e-3)
-    assert bend.end - bend.start == pytest.approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec) / 2))
+    assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
+    assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec) / 2), rel=1e-6)
     drawing = board_drawing.drawing(layout, "")
     assert "bend 45 deg up, R min 2.00 inside" in labels_of(drawing) and board_drawing.mm(x) in labels_of(drawing)
     said = f"about the line across it at x = {x * 1e3:.4g} mm; inside radius at least 2 mm"
@@ -295,7 +296,7 @@ def test_kicad_has_the_bend_as_a_line_across_the_tail():
     across = [row for row in rows if row[0] == row[2]]
     longest = max(abs(float(row[1]) - float(row[3])) for row in across)
     low, high = layout.reach_at(bend_of(layout).line)
-    assert longest == pytest.approx((high - low) * 1e3 + 2.0, abs=1e-5)
+    assert longest == approx((high - low) * 1e3 + 2.0, abs=1e-5)
     assert "bend line, static: 90 deg down (away from the face with the coils)" in kicad_board.board(layout)
 
 
@@ -330,7 +331,7 @@ def test_the_room_that_a_misplaced_bend_is_told_is_room(at):
 
 def test_a_bend_that_fits_is_not_told():
     assert not bend_findings("{at: 12, radius: 3, angle: 30 deg, direction: up}")
-    assert bend_length(bent("{angle: 180 deg}").spec) == pytest.approx(2 * bend_length(bent("static").spec))
+    assert bend_length(bent("{angle: 180 deg}").spec) == approx(2 * bend_length(bent("static").spec), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -368,8 +369,8 @@ def test_stations_along_the_board_are_in_order(real):
 def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so():
     layout = lay_out(load_text(templates.read("grasper_4layer")))
     pivot = jaw_range(layout, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
-    assert pivot_line(layout) == pytest.approx(pivot) == pytest.approx(18e-3)
-    assert bend_of(layout).line == pytest.approx(pivot)
+    assert pivot_line(layout) == approx(pivot, rel=1e-6) == approx(18e-3, rel=1e-6)
+    assert bend_of(layout).line == approx(pivot, rel=1e-6)
     said = "about the line across it at x = 18 mm, where the jaw's hinge has its pivot; inside radius"
     drawing = board_drawing.drawing(layout, "")
     for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
@@ -379,7 +380,7 @@ def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so()
 def test_a_line_of_the_bend_beside_the_pivot_names_both():
     text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
     layout = lay_out(load_text(text))
-    assert bend_of(layout).line == pytest.approx(layout.body[2] + 12e-3)
+    assert bend_of(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
     assert "at x = 17.08 mm (the jaw's hinge has its pivot at x = 18 mm); inside" in " ".join(
         fabrication_notes.readme(layout).split()
     )
@@ -388,7 +389,7 @@ def test_a_line_of_the_bend_beside_the_pivot_names_both():
 def test_a_pivot_without_room_for_the_bend_leaves_it_in_the_middle():
     text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
     layout = lay_out(load_text(text))
-    assert bend_of(layout).line == pytest.approx(sum(bend_stretch(layout)) / 2)
+    assert bend_of(layout).line == approx(sum(bend_stretch(layout)) / 2, rel=1e-6)
 
 
 def test_a_tail_through_a_hinge_is_bent_by_half_of_the_jaw_s_opening():
@@ -403,6 +404,6 @@ def test_a_tail_through_a_hinge_is_bent_by_half_of_the_jaw_s_opening():
         ("{kind: static, angle: 45 deg}", jaw, 45.0),
     ):
         spec = load_text(BENT.format(bend=bend) + mount)
-        assert math.degrees(spec.fpc.tail.bend_angle) == pytest.approx(angle)
+        assert math.degrees(spec.fpc.tail.bend_angle) == approx(angle, rel=1e-6)
         told = any("fpc.tail.bend" in told and f"{angle:g} deg" in told for told in spec.source.defaults)
         assert told == (angle != 45.0)

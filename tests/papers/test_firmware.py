@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import layouts
 import pytest
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.layout import lay_out
@@ -219,12 +220,12 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
     header, table = rendered(found)
     macros = dict(re.findall(r"#define LDC1614_(\w+) ([\d.e+-]+)u?$", header, re.M))
     capacitance = float(macros["CAPACITANCE_F"])
-    assert capacitance == pytest.approx(220e-12 + 4e-12 + (30e-12 if cable is CABLE else 0.0))
+    assert capacitance == approx(220e-12 + 4e-12 + (30e-12 if cable is CABLE else 0.0), rel=1e-6)
     expected = re.findall(r"C1 (\w+): ([\d.]+) MHz, L ([\d.]+) uH by the formula", header)
     assert [name for name, *_ in expected] == ["free", "rest"]
     for name, megahertz, microhenries in expected:
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
-        assert by_formula == pytest.approx(float(microhenries) * 1e-6, rel=2e-6)
+        assert by_formula == approx(float(microhenries) * 1e-6, rel=2e-6)
         state = found.coils[0].states[name]
         (row,) = [row for row in other_rows(found) if row[1].startswith(name) or f" {name} " in row[1]]
         assert show(by_formula, "H") == row[3]
@@ -233,8 +234,8 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
             q, omega = state.quality_factor, 2.0 * math.pi * state.frequency
             high = 1.0 + 1.0 / q**2 + 5e-9 * omega / q
             own = 1.0 / (1.0 - omega**2 * state.inductance * found.coils[0].self_capacitance)
-            assert by_formula == pytest.approx(state.inductance * high * own, rel=2e-3)
-    assert table["conversion_capacitance_F"] == pytest.approx(capacitance)
+            assert by_formula == approx(state.inductance * high * own, rel=2e-3)
+    assert table["conversion_capacitance_F"] == approx(capacitance, rel=1e-6)
 
 
 def test_clock_and_reference_are_told_apart():
@@ -256,7 +257,7 @@ def test_every_coil_s_channel_and_place_are_in_header_and_json():
         assert row[0] == coil["name"] == f"C{index + 1}"
         assert (int(row[1]), int(row[2])) == (coil["converter"], coil["channel"]) == divmod(index, 4)
         assert int(row[3], 16) == coil["i2c_address"] == (0x2A, 0x2B)[index // 4]
-        assert [float(row[4]), float(row[5])] == coil["centre_m"] == pytest.approx([4e-3 * index, -1e-3])
+        assert [float(row[4]), float(row[5])] == coil["centre_m"] == approx([4e-3 * index, -1e-3], rel=1e-6)
         assert table["converters"][coil["converter"]]["channels"][coil["channel"]] == coil["name"]
 
 
@@ -271,9 +272,11 @@ def test_forces_and_what_they_do_are_macros_and_json():
     macros = {name: float(value) for name, value in re.findall(r"#define LDC1614_(\w+) ([-\d.e+]+)$", header, re.M)}
     states, (change, sigma) = found.coils[0].states, found.coils[0].converter_sensitivity(4.0)
     assert macros["FORCE_PRESSED_N"] == 4.0 and "pressed is with 4 N" in header
-    assert macros["COIL0_L_REST_H"] == pytest.approx(states["rest"].converter_inductance)
-    assert macros["COIL0_L_PRESSED_H"] == pytest.approx(macros["COIL0_L_REST_H"] + 4.0 * macros["COIL0_L_PER_NEWTON_H"])
-    assert (macros["COIL0_L_PER_NEWTON_H"], macros["COIL0_L_PER_NEWTON_SIGMA_H"]) == pytest.approx((change, sigma))
+    assert macros["COIL0_L_REST_H"] == approx(states["rest"].converter_inductance, rel=1e-6)
+    assert macros["COIL0_L_PRESSED_H"] == approx(
+        macros["COIL0_L_REST_H"] + 4.0 * macros["COIL0_L_PER_NEWTON_H"], rel=1e-6
+    )
+    assert (macros["COIL0_L_PER_NEWTON_H"], macros["COIL0_L_PER_NEWTON_SIGMA_H"]) == approx((change, sigma), rel=1e-6)
     (coil,) = table["coils"]
     assert [state["force_N"] for state in coil["expected"].values()] == [0.0, 0.0, 4.0]
-    assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == pytest.approx((change, sigma))
+    assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == approx((change, sigma), rel=1e-6)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 from legibility import assert_legible
+from tolerance import approx
 
 import sitscad
 from sitscad.drawing.frame import RED
@@ -44,7 +45,7 @@ def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
     sheet = drawing(layout, [TALL])
     boxes = {item.name: bounding_box(item.paths) for item in flattened(sheet.items) if getattr(item, "name", "")}
     needed, port = boxes["fit-needed"], boxes["jaw-port"]
-    assert (needed[2] - needed[0]) / (port[2] - port[0]) == pytest.approx(5.4 / 5.0)
+    assert (needed[2] - needed[0]) / (port[2] - port[0]) == approx(5.4 / 5.0, rel=1e-6)
     assert words(sheet) == ["needs 5.40"] and "port 5.00" in words(sheet, "#000000")
 
 
@@ -84,7 +85,7 @@ def test_a_pivot_beside_the_middle_is_where_the_tail_passes_it(layout):
     raised = replace(mount, jaw=replace(mount.jaw, pivot_offset=-0.3e-3))
     moved = replace(layout, spec=replace(layout.spec, mount=raised))
     closed, before = pin_gaps(moved)[0].away, pin_gaps(layout)[0].away
-    assert closed == pytest.approx(before + 0.3e-3, abs=1e-9)
+    assert closed == approx(before + 0.3e-3, abs=1e-9)
 
 
 def test_a_package_has_the_picture_where_its_findings_ask_for_it():

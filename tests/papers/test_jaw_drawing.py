@@ -9,6 +9,7 @@ from itertools import pairwise
 import handmade
 import pytest
 from legibility import assert_legible
+from tolerance import approx
 
 import sitscad
 from sitscad.drawing.sheet import Group, Label, Sheet, flattened
@@ -46,12 +47,12 @@ def test_the_section_is_to_scale_about_the_ports_circle():
     port = at["jaw-port"]
     scale = (port[2] - port[0]) / jaw.port_diameter
     lower, upper = at["jaw-section-jaw"], at["jaw-section-opposing-jaw"]
-    assert upper[3] - lower[1] == pytest.approx(pair.height * scale)
-    assert (upper[3] + lower[1]) / 2 == pytest.approx((port[1] + port[3]) / 2)
-    assert upper[3] - upper[1] == pytest.approx(jaw.height * scale), "the back is mirrored, not turned inside out"
+    assert upper[3] - lower[1] == approx(pair.height * scale, rel=1e-6)
+    assert (upper[3] + lower[1]) / 2 == approx((port[1] + port[3]) / 2, rel=1e-6)
+    assert upper[3] - upper[1] == approx(jaw.height * scale, rel=1e-6), "the back is mirrored, not turned inside out"
     board, target = at["jaw-section-board"], at["jaw-section-target"]
-    assert board[2] - board[0] == pytest.approx(layout.body_size[1] * scale)
-    assert target[3] - target[1] == pytest.approx(layout.spec.target.thickness * scale)
+    assert board[2] - board[0] == approx(layout.body_size[1] * scale, rel=1e-6)
+    assert target[3] - target[1] == approx(layout.spec.target.thickness * scale, rel=1e-6)
     assert upper[1] >= target[3] > board[3] > lower[3]
 
 
@@ -100,10 +101,10 @@ def test_pockets_of_both_jaws_are_cut_out_of_them_and_the_other_pad_lies_in_its_
     )  # fmt: skip
     was, here = shapes(plain), shapes(sunk)
     scale = (here["jaw-port"][2] - here["jaw-port"][0]) / 5e-3
-    assert here["jaw-section-opposing-pad"][2] - here["jaw-section-opposing-pad"][0] == pytest.approx(1.8e-3 * scale)
+    assert here["jaw-section-opposing-pad"][2] - here["jaw-section-opposing-pad"][0] == approx(1.8e-3 * scale, rel=1e-6)
     pad, jaw = here["jaw-section-opposing-pad"], here["jaw-section-opposing-jaw"]
-    assert pad[3] - jaw[1] == pytest.approx(0.2e-3 * scale), "the rims reach down beside the pad"
-    assert here["jaw-section-jaw"][3] - was["jaw-section-jaw"][3] == pytest.approx(0.3e-3 * scale)
+    assert pad[3] - jaw[1] == approx(0.2e-3 * scale, rel=1e-6), "the rims reach down beside the pad"
+    assert here["jaw-section-jaw"][3] - was["jaw-section-jaw"][3] == approx(0.3e-3 * scale, rel=1e-6)
 
 
 def test_the_film_goes_round_pad_and_target_from_the_side():
@@ -139,6 +140,6 @@ def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_ju
     closed, opened = (bounding_box(tail.paths) for tail in tails)
     jaw, scale = fitted_jaw(layout), 2.0
     pivot = layout.spec.mount.jaw.hinge + jaw_range(layout, jaw)[1]
-    assert closed[2] - closed[0] == pytest.approx(scale * 1e3 * (pivot - layout.body[2]), abs=0.2)
-    assert closed[3] - closed[1] == pytest.approx(scale * 1e3 * (way.start.z - way.at(way.length).z), abs=1e-3)
+    assert closed[2] - closed[0] == approx(scale * 1e3 * (pivot - layout.body[2]), abs=0.2)
+    assert closed[3] - closed[1] == approx(scale * 1e3 * (way.start.z - way.at(way.length).z), abs=1e-3)
     assert opened[3] - opened[1] > closed[3] - closed[1]

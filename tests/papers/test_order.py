@@ -15,6 +15,7 @@ import layouts
 import pytest
 from kicad_oracle import needs_kicad, write
 from legibility import assert_legible
+from tolerance import approx
 
 from sitscad.drawing import frame as _drawing
 from sitscad.drawing.sheet import Group, Label, Sheet, text_width
@@ -65,7 +66,7 @@ def test_the_outline_is_drawn_to_the_scale_that_the_title_block_states(board):
             a, b, c, d = bounding_box(item.paths)
             sizes.append((c - a, d - b))
     wanted = ((x1 - x0) / MM * factor, (y1 - y0) / MM * factor)
-    assert any(size == pytest.approx(wanted, rel=1e-9) for size in sizes)
+    assert any(size == approx(wanted, rel=1e-9) for size in sizes)
 
 
 def test_dimensions_are_coordinates_of_the_files(board):
@@ -315,7 +316,7 @@ def test_pdf_and_svg_show_the_same(tmp_path):
 
 
 def test_text_is_as_wide_as_in_helvetica():
-    assert text_width("Hello", 10.0) == pytest.approx((722 + 556 + 222 + 222 + 556) / 100.0)
+    assert text_width("Hello", 10.0) == approx((722 + 556 + 222 + 222 + 556) / 100.0, rel=1e-6)
 
 
 def test_words_of_users_are_escaped_in_both_forms():
@@ -341,14 +342,14 @@ def test_worst_case_thickness_by_place(board):
     at = {where: finished_thickness(board, where) for where in Where}
     many = board.copper_layers > 2
     spread = {where: (found.maximum - found.minimum) / 2 for where, found in at.items()}
-    assert spread[Where.COIL] == pytest.approx(60e-6 if many else 30e-6)
-    assert spread[Where.CONTACT] == pytest.approx(40e-6)
+    assert spread[Where.COIL] == approx(60e-6 if many else 30e-6, rel=1e-6)
+    assert spread[Where.CONTACT] == approx(40e-6, rel=1e-6)
     assert at[Where.COIL].source == ("many" if many else "two")
-    assert at[Where.COIL].nominal == pytest.approx(board.spec.fpc.stackup.thickness)
+    assert at[Where.COIL].nominal == approx(board.spec.fpc.stackup.thickness, rel=1e-6)
     thin = layouts.thin_tail(layouts.two_coils(4))
     thin = replace(thin, spec=replace(thin.spec, fpc=replace(thin.spec.fpc, rules=rules)))
     tail = finished_thickness(thin, Where.TAIL)
-    assert (tail.nominal, tail.maximum - tail.nominal) == pytest.approx((150e-6, 30e-6))
+    assert (tail.nominal, tail.maximum - tail.nominal) == approx((150e-6, 30e-6), rel=1e-6)
 
 
 # --- Drill map

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import layouts
 import pytest
+from tolerance import approx
 
 from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.pictures import board_legend
@@ -51,9 +52,9 @@ def test_tracks_and_vias_are_drawn_to_the_scale_of_the_bar(board):
         assert [g.get("id") for g in nets] == ["board-copper-1-net-C1", "board-copper-1-net-C2"]
         tracks = [path for g in nets for path in g if path.get("fill") == "none"]
         (width,) = {float(path.get("stroke-width")) for path in tracks}
-        assert width == pytest.approx(0.1 * scale, abs=0.006)
+        assert width == approx(0.1 * scale, abs=0.006)
         radii = sorted({float(circle.get("r")) for circle in drawing(svg).iter(f"{SVG}circle")})
-        assert radii == pytest.approx([0.075 * scale, 0.175 * scale], abs=0.006)
+        assert radii == approx([0.075 * scale, 0.175 * scale], abs=0.006)
 
 
 def test_arcs_stay_arcs_and_turn_the_right_way():
@@ -63,7 +64,7 @@ def test_arcs_stay_arcs_and_turn_the_right_way():
     first = re.match(r"M([0-9.]+) ([0-9.]+)A([0-9.]+) [0-9.]+ 0 0 0 ([0-9.]+) ([0-9.]+)", spirals[0])
     assert first, "a counter-clockwise half turn is a small arc of sweep 0 where y points down"
     x0, y0, radius, x1, y1 = map(float, first.groups())
-    assert x0 - x1 == pytest.approx(2 * radius, abs=0.03) and y0 == pytest.approx(y1)
+    assert x0 - x1 == approx(2 * radius, abs=0.03) and y0 == approx(y1, rel=1e-6)
 
 
 def test_layers_are_chosen_and_coloured_apart(board):
@@ -140,10 +141,10 @@ def test_stackup_drawing_has_heights_to_scale(board):
     body = [height for x, height in bars(board) if x == stackup_drawing.JOINT]
     layers = board.spec.fpc.stackup.layers
     scale = body[0] / layers[0].thickness
-    assert body == pytest.approx([layer.thickness * scale for layer in layers], rel=1e-9)
+    assert body == approx([layer.thickness * scale for layer in layers], rel=1e-9)
     tail = [height for x, height in bars(board) if x < stackup_drawing.JOINT]
     bare = [*(layer.thickness for layer in layers), board.stiffener.thickness]
-    assert tail == pytest.approx([thickness * scale for thickness in bare], rel=1e-9)
+    assert tail == approx([thickness * scale for thickness in bare], rel=1e-9)
 
 
 def test_readme_states_the_order():
@@ -156,7 +157,7 @@ def test_readme_states_the_order():
 
 def test_readme_compares_the_contacts_with_the_connector():
     board = layouts.two_coils()
-    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == approx(322.5e-6, rel=1e-6)
     good = fabrication_notes.readme(board)
     assert "give 322.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
     thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
@@ -165,7 +166,7 @@ def test_readme_compares_the_contacts_with_the_connector():
 
 def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
     board = layouts.thin_tail(layouts.two_coils(4))
-    assert finished_thickness(board, Where.CONTACT).nominal == pytest.approx(322.5e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == approx(322.5e-6, rel=1e-6)
     text = " ".join(fabrication_notes.readme(board).split())
     assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
     assert "the tail is 150 um thick" in text
@@ -227,7 +228,7 @@ def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
     scale = board_legend.WIDTH / (x1 - x0 + 2 * margin)
     for group, (x, y) in zip(groups, ((margin, y1 - y0 + margin), (x1 - x0 + margin, margin)), strict=True):
         ring = next(group.iter(f"{SVG}circle"))
-        assert (float(ring.get("cx")), float(ring.get("cy"))) == pytest.approx((x * scale, y * scale), abs=0.02)
+        assert (float(ring.get("cx")), float(ring.get("cy"))) == approx((x * scale, y * scale), abs=0.02)
     assert ">error, numbered<" in text and ">note, numbered<" not in text
     assert "mark-" not in board_picture.picture(board)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.finding import Severity
@@ -58,8 +59,8 @@ def test_figures_and_solids_agree_on_what_carries_the_board(kind):
     """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
     layout = KINDS[kind]
     plane, (pressed, body) = support(layout), carried(layout, whole(layout))
-    assert pressed.value == pytest.approx(plane.carried, rel=1e-2)
-    assert body.value == pytest.approx(plane.body_carried, rel=1e-2)
+    assert pressed.value == approx(plane.carried, rel=1e-2)
+    assert body.value == approx(plane.body_carried, rel=1e-2)
     assert pressed.first == plane.name and pressed.is_kept == (plane.share >= 0.9)
 
 
@@ -85,7 +86,7 @@ def test_a_block_that_is_large_enough_says_nothing(tmp_path):
 def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, severity):
     (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))
     assert (found.rule, found.severity) == ("SIT326", severity)
-    assert (found.measured, found.limit) == (pytest.approx(6e-3 * side * 1e-3, rel=1e-6), pytest.approx(0.9 * 36e-6))
+    assert (found.measured, found.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))
 
 
 def test_a_seat_is_found_whatever_the_port_takes_of_it():
@@ -94,7 +95,7 @@ def test_a_seat_is_found_whatever_the_port_takes_of_it():
     """
     layout = lay_out(load(Path(__file__).parents[2] / "templates/grasper_3p5mm.yaml"))
     (seat,) = mount.mount(layout)
-    assert seat.shape.is_valid and seat.volume == pytest.approx(47.50e-9, rel=1e-3)
+    assert seat.shape.is_valid and seat.volume == approx(47.50e-9, rel=1e-3)
 
 
 def test_a_cap_may_leave_the_board_on_the_finger_itself():

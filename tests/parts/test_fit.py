@@ -7,6 +7,7 @@ from dataclasses import replace
 import handmade
 import pytest
 from envelope import envelope_radius
+from tolerance import approx
 
 from sitscad.parts import Solid, fit
 from sitscad.parts.prism import box
@@ -37,16 +38,16 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
     layout = handmade.jaw_sensor(**FITTED[case])
     pair = closed_pair(layout)
     section = closed_section(layout)
-    assert envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
+    assert envelope_radius(pair) == approx(section.radius, rel=1e-4)
     assert fit.interferences(pair) == ()
     jaws = [s.shape.bounding_box() for s in pair if s.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     height = max(b.max.Z for b in jaws) - min(b.min.Z for b in jaws)
-    assert height * 1e-3 == pytest.approx(section.height, rel=1e-6)
+    assert height * 1e-3 == approx(section.height, rel=1e-6)
 
 
 def test_the_height_is_the_sum_of_the_stack():
     section = closed_section(handmade.jaw_sensor())
-    assert section.height == pytest.approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3)
+    assert section.height == approx(2 * 1.2e-3 + 1.0e-3 + 0.2e-3 + 1e-3 + 0.2e-3 + 0.1e-3, rel=1e-6)
     assert section.radius < 2.5e-3 < section.likely < section.worst
     assert section.fits
 
@@ -72,7 +73,7 @@ def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
     wide_end = handmade.board(layout.spec, tail=20e-3, end_width=8e-3)
     pair = closed_pair(wide_end)
     assert envelope_radius(pair) < 2.5e-3
-    assert envelope_radius(pair, within=(-10e-3, 40e-3)) == pytest.approx(4e-3, rel=1e-2)
+    assert envelope_radius(pair, within=(-10e-3, 40e-3)) == approx(4e-3, rel=1e-2)
 
 
 @pytest.mark.cad
@@ -83,12 +84,12 @@ def test_clearances_and_interferences_of_two_boxes():
         return replace(first, name="b", shape=box(x, 0.0, 0.0, x + 1e-3, 1e-3, 1e-3))
 
     (apart,) = fit.clearances((first, second(1.3e-3)))
-    assert apart.gap == pytest.approx(0.3e-3)
+    assert apart.gap == approx(0.3e-3, rel=1e-6)
     assert fit.interferences((first, second(1e-3))) == ()
-    assert fit.clearances((first, second(1e-3)))[0].gap == pytest.approx(0.0, abs=1e-12)
+    assert fit.clearances((first, second(1e-3)))[0].gap == approx(0.0, abs=1e-12)
     (shared,) = fit.interferences((first, second(0.75e-3)))
     assert (shared.first, shared.second) == ("a", "b")
-    assert shared.volume == pytest.approx(0.25e-9)
+    assert shared.volume == approx(0.25e-9, rel=1e-6)
 
 
 @pytest.mark.cad
@@ -101,13 +102,13 @@ def test_a_part_that_is_moved_into_another_is_found():
     ]
     (found,) = fit.interferences(tuple(moved))
     assert {found.first, found.second} == {"elastomer", "target"}
-    assert found.volume == pytest.approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
+    assert found.volume == approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
 
 
 @pytest.mark.cad
 def test_the_shield_keeps_its_gap_to_the_board_and_the_board_its_standoff():
     gaps = {(c.first, c.second): c.gap for c in fit.clearances(handmade.solids("jaw"))}
-    assert gaps["shield", "board"] == pytest.approx(0.6e-3)
-    assert gaps["jaw", "board"] == pytest.approx(1.0e-3)
-    assert gaps["board", "target"] == pytest.approx(1.0e-3)
-    assert gaps["board", "elastomer"] == pytest.approx(0.0, abs=1e-12)
+    assert gaps["shield", "board"] == approx(0.6e-3, rel=1e-6)
+    assert gaps["jaw", "board"] == approx(1.0e-3, rel=1e-6)
+    assert gaps["board", "target"] == approx(1.0e-3, rel=1e-6)
+    assert gaps["board", "elastomer"] == approx(0.0, abs=1e-12)

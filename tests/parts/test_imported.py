@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.layout import lay_out
@@ -62,10 +63,10 @@ def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
     layout, jaw = jaw_of(spec)
     box = jaw.shape.bounding_box()
     face = -layout.spec.fpc.stackup.thickness * 1e3 - 1.0
-    assert pytest.approx((face - 2.0, face), abs=1e-6) == (box.min.Z, box.max.Z)
+    assert approx((face - 2.0, face), abs=1e-6) == (box.min.Z, box.max.Z)
     middle = 500.0 * (layout.body[0] + layout.body[2])
-    assert pytest.approx((middle - 12.0, middle + 12.0), abs=1e-6) == (box.min.X, box.max.X)
-    assert jaw.volume == pytest.approx(24e-3 * 6e-3 * 2e-3, rel=1e-6)
+    assert approx((middle - 12.0, middle + 12.0), abs=1e-6) == (box.min.X, box.max.X)
+    assert jaw.volume == approx(24e-3 * 6e-3 * 2e-3, rel=1e-6)
     assert jaw.shape.wrapped.Location().IsIdentity()
     require_clear(layout)
 
@@ -81,7 +82,7 @@ def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
     by_name = load(written(tmp_path, "{jaw: {step: named.step, datum: SEAT}, standoff: 1}"))
     by_figures = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     one, other = (jaw_of(spec)[1].shape.bounding_box() for spec in (by_name, by_figures))
-    assert tuple(one.min) == pytest.approx(tuple(other.min), abs=1e-9)
+    assert tuple(one.min) == approx(tuple(other.min), abs=1e-9)
     unknown = load(written(tmp_path, "{jaw: {step: named.step, datum: SAET}, standoff: 1}"))
     with pytest.raises(PartsError, match="no coordinate system named SAET; there are: SEAT"):
         solids(lay_out(unknown))
@@ -104,7 +105,7 @@ def test_metal_of_a_file_is_metal_behind_the_coils(tmp_path, jaw_file):
 
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}, material: titanium-grade-5}}, standoff: 1}}")
     known = metal_behind(spec)
-    assert known.distance == pytest.approx(spec.fpc.stackup.thickness + 1e-3, abs=4e-5)
+    assert known.distance == approx(spec.fpc.stackup.thickness + 1e-3, abs=4e-5)
     assert known.plates[0].conductivity == spec.mount.metal.conductivity > 0.0
     assert metal_behind(beside(tmp_path, jaw_file, "{kind: custom}")) is None
 
@@ -118,7 +119,7 @@ def test_a_file_that_stands_in_the_board_stops_the_build(tmp_path, jaw_file):
 def test_a_mount_of_one_s_own_and_none_at_all(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
     found = {solid.name: solid for solid in solids(own)}
-    assert pytest.approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == found["mount"].shape.bounding_box().max.Z
+    assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == found["mount"].shape.bounding_box().max.Z
     require_clear(own)
     none = lay_out(beside(tmp_path, jaw_file, "{kind: custom}"))
     assert {"board", "target"} <= {solid.name for solid in solids(none)} and "mount" not in found.keys() - {"mount"}
@@ -208,5 +209,5 @@ def test_the_other_jaw_of_a_file_is_its_mirror_image_on_the_glued_sensor(tmp_pat
     pieces = {solid.name: solid for solid in whole(layout)}
     other = pieces["opposing-jaw"]
     top = pieces["target"].shape.bounding_box().max.Z
-    assert other.volume == pytest.approx(lower.volume) and other.shape.is_valid
-    assert pytest.approx(top, abs=1e-6) == other.shape.bounding_box().min.Z
+    assert other.volume == approx(lower.volume, rel=1e-6) and other.shape.is_valid
+    assert approx(top, abs=1e-6) == other.shape.bounding_box().min.Z

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.parts import aids, fit
 from sitscad.parts.mesh import manifold, tessellate
@@ -49,8 +50,8 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
         assert fit.interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in fit.clearances(together)}
         if name in ("jaw", "round"):  # others overhang, and lie on their frame
-            assert gaps[f"jig-{body.name}", body.name] == pytest.approx(clearance(layout), abs=2e-6)
-        assert gaps["jig-base", f"jig-{body.name}"] == pytest.approx(0.0, abs=1e-9)
+            assert gaps[f"jig-{body.name}", body.name] == approx(clearance(layout), abs=2e-6)
+        assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
 
 
 def test_the_frame_goes_on_one_way_only():
@@ -75,7 +76,7 @@ def test_the_press_stops_where_glue_and_piece_are_as_high_as_meant():
         press = found[f"jig-{name}-press"].shape
         areas = sorted({round(face.center().Z, 6) for face in press.faces() if abs(face.normal_at().Z) > 0.99})
         foot = areas[-1] - areas[-2]
-        assert foot == pytest.approx((WELL - lines * 30e-6) * MM, abs=1e-6), name
+        assert foot == approx((WELL - lines * 30e-6) * MM, abs=1e-6), name
 
 
 def test_without_anything_on_the_board_there_is_no_jig():
@@ -92,14 +93,14 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
     found = pour(layout)
     x, y = pad.footprint.size
     area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
-    assert found.pad == pytest.approx(area * pad.thickness) and found.mixed == pytest.approx(
-        SPILL * CAVITIES * found.pad
+    assert found.pad == approx(area * pad.thickness, rel=1e-6) and found.mixed == approx(
+        SPILL * CAVITIES * found.pad, rel=1e-6
     )
     body = manifold(tessellate(tray))
     middle = body.slice(-0.5e3 * pad.thickness - 1e-6 if pad.thickness > 1e-3 else -0.5e3 * pad.thickness - 1e-3)
     outline = body.slice(-pad.thickness * 1e3 - 1.0)
     holes = outline.area() - middle.area()
-    assert holes == pytest.approx(CAVITIES * area * 1e6, rel=5e-3)
+    assert holes == approx(CAVITIES * area * 1e6, rel=5e-3)
     assert manifold(tessellate(lid)).genus() == 2 * CAVITIES
 
 

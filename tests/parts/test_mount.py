@@ -8,6 +8,7 @@ from dataclasses import replace
 import handmade
 import pytest
 from handmade import bounds, piece
+from tolerance import approx
 
 from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
@@ -43,12 +44,12 @@ def test_a_shield_splits_the_seat():
     base, spacer = mount.mount(layout)
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
     tongue = relief(layout)
-    assert tongue.cheeks is None and tongue.along == pytest.approx((4.5e-3, 7.8e-3))
+    assert tongue.cheeks is None and tongue.along == approx((4.5e-3, 7.8e-3), rel=1e-6)
     groove = print_limit("resin", "groove").value
     radius = seat.relief_radius(tongue, (-0.8e-3, -0.2e-3))
     round_end = (1 - math.pi / 4) * radius**2
     body = 4.4e-3 * (9e-3 * 0.6e-3 - 4 * groove * seat.GROOVE_DEPTH)
-    assert spacer.volume == pytest.approx(body + 3.6e-3 * (3.3e-3 * 0.6e-3 - round_end), rel=1e-6)
+    assert spacer.volume == approx(body + 3.6e-3 * (3.3e-3 * 0.6e-3 - round_end), rel=1e-6)
 
 
 def test_a_seat_too_thin_for_grooves_has_none_and_the_tail_s_edge_is_round():
@@ -65,7 +66,7 @@ def test_a_seat_too_thin_for_grooves_has_none_and_the_tail_s_edge_is_round():
 def test_a_tail_that_has_no_tongue_leaves_over_a_round_heel():
     """The jaw ends just behind the body."""
     short = seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0].shape
-    assert bounds(seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0])[3] == pytest.approx(4.5e-3)
+    assert bounds(seats(mount=pad(0.6e-3, length=9.6e-3), shield=None)[0])[3] == approx(4.5e-3, rel=1e-6)
     radii = [face.radius for face in short.faces() if face.geom_type.name == "CYLINDER"]
     assert any(abs(r - 1e3 * seat.HEEL_ROUNDING) < 1e-9 for r in radii)
 
@@ -73,12 +74,12 @@ def test_a_tail_that_has_no_tongue_leaves_over_a_round_heel():
 def test_cheeks_beside_the_tail_leave_it_its_clearance():
     layout = handmade.jaw_sensor(shield=None)
     tongue = relief(layout)
-    assert tongue.cheeks is not None and tongue.across == pytest.approx((-1.55e-3, 1.55e-3))
+    assert tongue.cheeks is not None and tongue.across == approx((-1.55e-3, 1.55e-3), rel=1e-6)
     (base,) = mount.mount(layout)
     behind = manifold(tessellate(base)).trim_by_plane((1.0, 0.0, 0.0), 4.6).trim_by_plane((0.0, 0.0, 1.0), -0.19)
     board = manifold(tessellate(piece("jaw", "board")))
     assert behind.volume() > 0.0
-    assert behind.min_gap(board, 1.0) == pytest.approx(0.15, abs=0.005)
+    assert behind.min_gap(board, 1.0) == approx(0.15, abs=0.005)
 
 
 def test_without_a_shield_the_seat_is_one_piece():
@@ -87,7 +88,7 @@ def test_without_a_shield_the_seat_is_one_piece():
 
 def test_a_shield_on_the_metal_leaves_only_the_spacer_with_its_stop():
     (only,) = seats(mount=pad(0.7e-3))
-    assert bounds(only)[2::3] == pytest.approx((-0.8e-3, 0.0), abs=1e-9)
+    assert bounds(only)[2::3] == approx((-0.8e-3, 0.0), abs=1e-9)
     names = [solid.name for solid in solids(handmade.jaw_sensor(mount=pad(0.7e-3)))]
     assert names[:4] == ["jaw", "shield", "mount", "stiffener"]
 
@@ -98,10 +99,10 @@ def test_the_seat_s_edges_stay_inside_the_port():
     reach = max(math.hypot(y, z - 0.05) for _, y, z in base.tolist())
     layout = handmade.jaw_sensor()
     within = 1e3 * made_to_measure(layout, layout.spec.mount.jaw)
-    assert reach == pytest.approx(within, abs=1e-3) and 2.0 < within < 2.5
+    assert reach == approx(within, abs=1e-3) and 2.0 < within < 2.5
     wide_port = handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3)
     narrow = manifold(tessellate(seats(mount=wide_port)[1])).to_mesh64().vert_properties
-    assert narrow[:, 1].max() == pytest.approx(2.2)
+    assert narrow[:, 1].max() == approx(2.2, rel=1e-6)
 
 
 def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
@@ -110,8 +111,8 @@ def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
     _, y0, z0, _, y1, _ = bounds(sheet)
     axis = closed_section(wide).axis
     assert y1 - y0 < 4.7e-3
-    assert math.hypot(y1, z0 - axis) == pytest.approx(made_to_measure(wide, wide.spec.mount.jaw))
-    assert bounds(piece("bench-shielded", "shield"))[4] == pytest.approx(3.8e-3)
+    assert math.hypot(y1, z0 - axis) == approx(made_to_measure(wide, wide.spec.mount.jaw), rel=1e-6)
+    assert bounds(piece("bench-shielded", "shield"))[4] == approx(3.8e-3, rel=1e-6)
 
 
 def test_a_board_on_the_metal_has_no_seat():
@@ -120,11 +121,11 @@ def test_a_board_on_the_metal_has_no_seat():
 
 def test_the_stop_stands_before_the_board_and_is_left_out_on_a_short_jaw():
     with_stop, without = seats(shield=None)[0], seats(shield=None, mount=pad(1e-3, length=9e-3))[0]
-    assert bounds(with_stop)[0] == pytest.approx(-4.5e-3 - 0.15e-3 - 0.6e-3)  # as thick as resin stands free
-    assert bounds(without)[5] == pytest.approx(-0.2e-3)
+    assert bounds(with_stop)[0] == approx(-4.5e-3 - 0.15e-3 - 0.6e-3, rel=1e-6)  # as thick as resin stands free
+    assert bounds(without)[5] == approx(-0.2e-3, rel=1e-6)
     board = piece("jaw", "board")
     ledge = manifold(tessellate(with_stop)).trim_by_plane((0.0, 0.0, 1.0), -0.19)
-    assert ledge.min_gap(manifold(tessellate(board)), 1.0) == pytest.approx(0.15, abs=1e-6)
+    assert ledge.min_gap(manifold(tessellate(board)), 1.0) == approx(0.15, abs=1e-6)
 
 
 @pytest.mark.parametrize("sensor", ["bench", "bench-shielded"])
@@ -132,7 +133,7 @@ def test_the_plate_s_recess_leaves_its_clearance_all_round(sensor):
     board = piece(sensor, "board")
     plate = piece(sensor, "mount")
     above = manifold(tessellate(plate)).trim_by_plane((0.0, 0.0, 1.0), -0.05)
-    assert above.min_gap(manifold(tessellate(board)), 1.0) == pytest.approx(0.15, abs=0.005)
+    assert above.min_gap(manifold(tessellate(board)), 1.0) == approx(0.15, abs=0.005)
 
 
 def test_the_plate_has_four_screw_holes_and_the_board_lies_flush():
@@ -140,7 +141,7 @@ def test_the_plate_has_four_screw_holes_and_the_board_lies_flush():
     assert manifold(tessellate(plate)).genus() == 4
     radii = [face.radius for face in plate.shape.faces() if face.geom_type.name == "CYLINDER"]
     assert sum(abs(radius - 1.2) < 1e-9 for radius in radii) == 4
-    assert bounds(plate)[2::3] == pytest.approx((-2.1e-3, 0.0))
+    assert bounds(plate)[2::3] == approx((-2.1e-3, 0.0), rel=1e-6, abs=1e-12)
 
 
 def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
@@ -148,7 +149,7 @@ def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
     plate = piece("bench", "mount")
     end = plate.shape.bounding_box().max.X
     way = m3.Manifold.cube((6.3, 2.2, 0.55)).translate((end - 5.8, -1.1, -0.59))
-    assert (way ^ manifold(tessellate(plate))).volume() == pytest.approx(0.0, abs=1e-9)
+    assert (way ^ manifold(tessellate(plate))).volume() == approx(0.0, abs=1e-9)
 
 
 def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
@@ -164,17 +165,17 @@ def test_a_jaw_s_section_has_its_height_and_the_port_s_back(width, height):
     bar = section(handmade.jaw(width, height))
     back = bar.outline.segments[0]
     assert bar.outline.is_closed
-    assert back.radius == pytest.approx(2.5e-3)
-    assert back.at(0.5).y == pytest.approx(-height)
+    assert back.radius == approx(2.5e-3, rel=1e-6)
+    assert back.at(0.5).y == approx(-height, rel=1e-6)
     assert bar.face <= width + 1e-12
     chord = 2 * math.sqrt(height * (5e-3 - height)) if height < 2.5e-3 else 5e-3
-    assert bar.face == pytest.approx(min(width, chord))
+    assert bar.face == approx(min(width, chord), rel=1e-6)
 
 
 def test_the_jaw_s_face_lies_at_the_standoff_and_its_length_is_the_spec_s():
     (metal,) = of_role(handmade.solids("jaw"), BodyRole.JAW)
-    assert bounds(metal)[2::3] == pytest.approx((-2.4e-3, -1.2e-3))
-    assert bounds(metal)[0::3] == pytest.approx((-8e-3, 8e-3))
+    assert bounds(metal)[2::3] == approx((-2.4e-3, -1.2e-3), rel=1e-6)
+    assert bounds(metal)[0::3] == approx((-8e-3, 8e-3), rel=1e-6)
     assert metal.material == "stainless-304"
 
 
@@ -208,4 +209,4 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
         ((0.0, -1.0, 0.0), -5.0),
     ):
         top = top.trim_by_plane(*plane)
-    assert 10.0 - top.volume() / (0.05 * 0.3) == pytest.approx(1e3 * (high - low) + 2 * room, abs=0.01)
+    assert 10.0 - top.volume() / (0.05 * 0.3) == approx(1e3 * (high - low) + 2 * room, abs=0.01)

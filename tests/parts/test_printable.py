@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.formats import mesh_3mf, mesh_stl
 from sitscad.papers.assembly import print_report
@@ -42,13 +43,13 @@ def placed(shape, *at):
 
 def test_a_block_s_wall_is_its_least_side():
     found = printable(solid(block(5, 4, 0.7)), "resin")
-    assert found.wall == pytest.approx(0.7e-3, abs=2e-6) and found.hole is None and found.faults == ()
-    assert found.volume == pytest.approx(14e-9) and found.bed in ("-z", "+z") and found.unsupported == 0.0
+    assert found.wall == approx(0.7e-3, abs=2e-6) and found.hole is None and found.faults == ()
+    assert found.volume == approx(14e-9, rel=1e-6) and found.bed in ("-z", "+z") and found.unsupported == 0.0
 
 
 def test_a_wall_thinner_than_its_process_makes_is_a_fault_with_both_figures():
     piece = solid((block(5, 4, 3) - placed(block(4, 3, 3), 0.3, 0.5, 0.5)).solids()[0])
-    assert printable(piece, "resin").wall == pytest.approx(0.3e-3, abs=2e-6)
+    assert printable(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
     (fault,) = printable(piece, "resin").faults
     assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "mount.process" in fault.fix
 
@@ -59,14 +60,14 @@ def test_holes_count_and_pins_do_not():
     drilled = block(9, 9, 3) - placed(bd.Solid.make_cylinder(0.3, 4), 3, 3, -0.5)
     pinned = (drilled + placed(bd.Solid.make_cylinder(0.2, 4), 6, 6, 2)).solids()[0]
     found = printable(solid(pinned), "resin")
-    assert found.hole == pytest.approx(0.6e-3)
+    assert found.hole == approx(0.6e-3, rel=1e-6)
     assert [fault.what for fault in printable(solid(pinned), "powder").faults] == ["wall", "hole"]
 
 
 def test_a_hollow_that_nothing_leads_out_of_is_found():
     piece = solid((block(6, 6, 6) - placed(block(2, 2, 2), 2, 2, 2)).solids()[0])
     (fault,) = printable(piece, "resin").faults
-    assert fault.what == "trapped volume" and fault.measured == pytest.approx(8e-9)
+    assert fault.what == "trapped volume" and fault.measured == approx(8e-9, rel=1e-6)
 
 
 def test_a_piece_lies_so_that_least_wants_support():
@@ -178,7 +179,7 @@ def test_a_dovetail_s_tongue_has_its_section_s_volume():
     neck = found.width - 2 * found.depth / math.tan(found.angle)
     area = 0.5 * (found.width + neck) * found.depth
     length = 4.5e-3 - 1e-3 * held.shape.bounding_box().min.X
-    assert held.volume - plain.volume == pytest.approx(area * length, rel=1e-6)
+    assert held.volume - plain.volume == approx(area * length, rel=1e-6)
 
 
 def test_pins_have_their_cylinders_volume_less_their_chamfers():
@@ -187,7 +188,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
     radius, cut = found.diameter / 2, 0.1e-3
     cone = math.pi * cut / 3 * (radius**2 + radius * (radius - cut) + (radius - cut) ** 2)
     one = math.pi * radius**2 * (found.depth - cut) + cone
-    assert held.volume - plain.volume == pytest.approx(2 * one, rel=1e-6)
+    assert held.volume - plain.volume == approx(2 * one, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
@@ -60,7 +61,7 @@ def random_sensor(seed):
 def test_figures_and_solids_agree(seed):
     layout = random_sensor(seed)
     proof, plane = prove(layout, whole(layout)), closed_section(layout)
-    assert proof.radius == pytest.approx(plane.radius, abs=6e-6)
+    assert proof.radius == approx(plane.radius, abs=6e-6)
     assert {each.what for each in proof.faults} <= {PORT}
     if abs(plane.radius - plane.port_radius) > 6e-6:
         assert proof.fits == plane.fits
@@ -72,8 +73,8 @@ def test_glue_leaves_a_gap_of_its_line_between_pieces_and_none_elsewhere():
     gaps = {(c.first, c.second): c.gap for c in prove(layout, whole(layout)).clearances}
     for pair in (("jaw", "mount"), ("mount", "shield"), ("mount-spacer", "board"), ("board", "elastomer"),
                  ("elastomer", "target")):  # fmt: skip
-        assert gaps[pair] == pytest.approx(30e-6, abs=1e-9), pair
-    assert gaps["encapsulation", "opposing-jaw"] == pytest.approx(0.0, abs=1e-9)
+        assert gaps[pair] == approx(30e-6, abs=1e-9), pair
+    assert gaps["encapsulation", "opposing-jaw"] == approx(0.0, abs=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +111,7 @@ def test_pieces_that_stand_in_each_other_are_found_with_their_volume(hinged, pie
     (fault,) = [each for each in faults if each.what == INTERFERENCE and "encapsulation" in (each.first, each.second)]
     film = next(s for s in pieces if s.name == "encapsulation")
     both = film.shape & next(s for s in sunk if s.name == "opposing-jaw").shape
-    assert fault.value == pytest.approx(sum(part.volume for part in both.solids()) * 1e-9, rel=1e-9)
+    assert fault.value == approx(sum(part.volume for part in both.solids()) * 1e-9, rel=1e-9)
     assert findings[0].rule == "SIT320" and "stand in each other" in findings[0].message and findings[0].place
 
 
@@ -145,7 +146,7 @@ def test_a_pushed_target_and_a_bulging_pad_meet_what_stands_beside_them(hinged, 
     }
     measured = prove(hinged, (*around, post), (near,)).measured
     travel = next(each for each in measured if each.what == TRAVEL and each.first == "target")
-    assert travel.second == "post" and travel.value == pytest.approx(0.1e-3, abs=1e-6)
+    assert travel.second == "post" and travel.value == approx(0.1e-3, abs=1e-6)
 
 
 def test_the_bulge_keeps_the_pads_volume():
@@ -154,7 +155,7 @@ def test_the_bulge_keeps_the_pads_volume():
     pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness
     x, y = pad.size
     out = fit_proof.bulge(spec, press)
-    assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == pytest.approx(x * y * press)
+    assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == approx(x * y * press, rel=1e-6)
     assert fit_proof.bulge(spec, 0.0) == 0.0
 
 
@@ -170,9 +171,9 @@ def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
 
     assert rules(spec) == {}
     thick = rules(spec.replace("assembly.hinge_pin", "2 mm"))
-    assert set(thick) == {"SIT324"} and thick["SIT324"].measured == pytest.approx(0.87e-3, abs=0.1e-3)
+    assert set(thick) == {"SIT324"} and thick["SIT324"].measured == approx(0.87e-3, abs=0.1e-3)
     narrow = rules(spec.replace("assembly.shaft_bore", "2.4 mm"))
-    assert set(narrow) == {"SIT325"} and narrow["SIT325"].measured == pytest.approx(2.518e-3, abs=1e-5)
+    assert set(narrow) == {"SIT325"} and narrow["SIT325"].measured == approx(2.518e-3, abs=1e-5)
     silent = {each.rule: each.reason for each in sitscad.check(spec, hints="none").not_checked}
     assert all("build" in silent[f"SIT32{k}"] for k in range(4))
 
@@ -213,7 +214,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     (clash,) = [each for each in drawn if each.words == "elastomer and post"]
     volume, names = red_of(clash)
     whole_post = 1e9 * fit.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
-    assert volume == pytest.approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
+    assert volume == approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 
 
@@ -222,7 +223,7 @@ def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     (clash,) = clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ())
     volume, names = red_of(clash)
     assert clash.port[3] == 2.75 and names == {"too much"}
-    assert volume == pytest.approx(0.01, rel=1e-6), "half of the post, which lies outside as a whole"
+    assert volume == approx(0.01, rel=1e-6), "half of the post, which lies outside as a whole"
     text = clash_svg("s", [clash])
     assert text == clash_svg("s", [clash]) and "the closed pair and its port" in text and "#d00000" in text
     words = re.findall(r"<text[^>]*>([^<]*)<", text)

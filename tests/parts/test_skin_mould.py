@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.parts import fit
 from sitscad.parts.mesh import manifold, tessellate
@@ -42,13 +43,13 @@ def test_the_film_lies_in_the_cup_which_is_as_large_at_its_upper_end():
     assert fit.interferences((cup(), encapsulation(LAYOUT))) == ()
     side, corner = 4.0 + 2e3 * FILM, 1e3 * FILM
     at_top = hollow(1e3 * top_height(LAYOUT.spec) - 1e-3)
-    assert at_top == pytest.approx(side**2 - (4 - math.pi) * corner**2, abs=0.02)
+    assert at_top == approx(side**2 - (4 - math.pi) * corner**2, abs=0.02)
 
 
 def test_walls_lean_by_the_draft():
     high, low = hollow(1.5), hollow(0.8)
     wider = 2.0 * 0.7 * math.tan(DRAFT)
-    assert math.sqrt(low) - math.sqrt(high) == pytest.approx(wider, rel=0.05)
+    assert math.sqrt(low) - math.sqrt(high) == approx(wider, rel=0.05)
 
 
 def test_the_cup_goes_on_the_jig_s_base_one_way_only():
@@ -63,7 +64,7 @@ def test_the_cup_goes_on_the_jig_s_base_one_way_only():
 
 def test_what_is_poured_is_the_film_and_what_the_draft_adds():
     film, found = encapsulation(LAYOUT), skin_pour(LAYOUT)
-    assert found.mixed == pytest.approx(SPILL * found.pad)
+    assert found.mixed == approx(SPILL * found.pad, rel=1e-6)
     assert 0.9 * film.volume < found.pad < 1.3 * film.volume
 
 

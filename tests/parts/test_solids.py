@@ -7,6 +7,7 @@ import math
 import handmade
 import pytest
 from handmade import bounds
+from tolerance import approx
 
 from sitscad.geometry.path import enclosed_area
 from sitscad.parts import PartsError, fit, solids
@@ -48,7 +49,7 @@ def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
     for solid in handmade.solids(sensor):
         assert solid.shape.is_valid, solid.name
         body = manifold(tessellate(solid))
-        assert body.volume() * 1e-9 == pytest.approx(solid.volume, rel=2e-3), solid.name
+        assert body.volume() * 1e-9 == approx(solid.volume, rel=2e-3), solid.name
 
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
@@ -60,18 +61,18 @@ def test_no_two_solids_share_any_volume(sensor):
 def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
     layout, found = handmade.layout(sensor), named(sensor)
     spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
-    assert found["board"].volume == pytest.approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
-    assert found["stiffener"].volume == pytest.approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
+    assert found["board"].volume == approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
+    assert found["stiffener"].volume == approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
     for part in (spec.elastomer, spec.target):
         if part is not None:
             name = "elastomer" if part is spec.elastomer else "target"
-            assert found[name].volume == pytest.approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
+            assert found[name].volume == approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
 
 
 def test_round_parts_are_round():
     found = named("round")
-    assert found["elastomer"].volume == pytest.approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
-    assert found["target"].volume == pytest.approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
+    assert found["elastomer"].volume == approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
+    assert found["target"].volume == approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
 
 
 def test_heights_follow_the_stack():
@@ -89,7 +90,7 @@ def test_heights_follow_the_stack():
         "stiffener": (-0.35e-3, -0.2e-3),
     }
     for name, levels in wanted.items():
-        assert heights[name] == pytest.approx(levels, abs=1e-9), name
+        assert heights[name] == approx(levels, abs=1e-9), name
 
 
 def test_the_pad_stands_over_the_middle_of_the_array():
@@ -101,7 +102,7 @@ def test_the_pad_stands_over_the_middle_of_the_array():
     coils = (handmade.CoilPlacement("C1", (1e-3, 0.2e-3)), handmade.CoilPlacement("C2", (2e-3, 0.4e-3)))
     spec = replace(layout.spec, array=handmade.ArraySpec("explicit", coils))
     pad = next(s for s in solids(replace(layout, spec=spec)) if s.role is BodyRole.ELASTOMER)
-    assert bounds(pad) == pytest.approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
+    assert bounds(pad) == approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
 
 
 @pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging", "oblique"])
@@ -119,7 +120,7 @@ def test_the_film_is_nowhere_thinner_than_asked(sensor):
 def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
     """The target's corners, turned by 30 degrees counter-clockwise, seen from the mean of the coils' centres."""
     found = named("oblique")
-    assert bounds(found["elastomer"])[:2] == pytest.approx((-1.9e-3, -1.7e-3), abs=1e-9)
+    assert bounds(found["elastomer"])[:2] == approx((-1.9e-3, -1.7e-3), abs=1e-9)
     at = [(v.X * 1e-3, v.Y * 1e-3) for v in found["target"].shape.vertices()]
     cos, sin = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
     corner = (0.9e-3 + cos * 2e-3 - sin * 0.6e-3, 0.2e-3 + sin * 2e-3 + cos * 0.6e-3)
@@ -129,7 +130,7 @@ def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
 def test_contacts_on_the_body_stay_open():
     film, opening = named("solder-pads")["encapsulation"], handmade.layout("solder-pads").top_openings[0]
     covered = named("jaw")["encapsulation"]
-    assert covered.volume - film.volume == pytest.approx(opening.area * 0.1e-3, rel=1e-3)
+    assert covered.volume - film.volume == approx(opening.area * 0.1e-3, rel=1e-3)
 
 
 def test_the_film_s_outer_edges_are_rounded():
@@ -163,7 +164,7 @@ def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
     under = tail_heights(layout)[0]
     assert -layout.spec.fpc.stackup.thickness < under < 0.0
     tail = manifold(tessellate(body)).trim_by_plane((1.0, 0.0, 0.0), layout.body[2] * 1e3 + 1e-6)
-    assert tail.bounding_box()[2] == pytest.approx(under * 1e3, abs=1e-6)
+    assert tail.bounding_box()[2] == approx(under * 1e3, abs=1e-6)
     lowest, plate_top = body.shape.bounding_box().min.Z, stiffener(layout).shape.bounding_box().max.Z
-    assert body.shape.is_valid and lowest == pytest.approx(-layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6)
-    assert plate_top == pytest.approx(under * 1e3, abs=1e-6)
+    assert body.shape.is_valid and lowest == approx(-layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6)
+    assert plate_top == approx(under * 1e3, abs=1e-6)

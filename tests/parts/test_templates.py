@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 from envelope import envelope_radius
+from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.parts import fit, solids
@@ -30,4 +31,4 @@ def test_a_template_s_solids_fit_together(template):
     assert fit.interferences(pair or built) == ()
     assert (section is None) == (not pair)
     if section is not None:
-        assert envelope_radius(pair) == pytest.approx(section.radius, rel=1e-4)
+        assert envelope_radius(pair) == approx(section.radius, rel=1e-4)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.layout.tail.thickness import tail_layers
@@ -43,33 +44,33 @@ def test_heights_are_those_of_the_column(layout, pieces):
     board = at["board"][1].nominal
     for part in ("jaw", "shield", "mount", "elastomer", "target", "opposing-jaw"):
         low = pieces[part].shape.bounding_box().min.Z * 1e-3
-        assert low == pytest.approx(at[part][0].nominal - board, abs=1e-9), part
+        assert low == approx(at[part][0].nominal - board, abs=1e-9), part
     for layer in layout.spec.fpc.stackup.copper:
         bounds = pieces[f"copper-{layer.number}-C1"].shape.bounding_box()
-        assert pytest.approx(layer.z, abs=1e-9) == (bounds.min.Z + bounds.max.Z) / 2e3
+        assert approx(layer.z, abs=1e-9) == (bounds.min.Z + bounds.max.Z) / 2e3
 
 
 def test_films_fill_the_board(layout, pieces):
     """Coverlay, copper, filling and dielectric of the body together are as large as the board's body without films."""
     films = [s for s in pieces.values() if s.name.startswith(("board-", "copper-"))]
     coverlay = pieces["board-1-coverlay"].volume / layout.spec.fpc.stackup.layers[0].thickness
-    assert sum(s.volume for s in films) == pytest.approx(coverlay * layout.spec.fpc.stackup.thickness, rel=1e-9)
+    assert sum(s.volume for s in films) == approx(coverlay * layout.spec.fpc.stackup.thickness, rel=1e-9)
 
 
 def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
     """A film above the middle of the tail is stretched by one bend and shortened by the other, which is equal."""
     path = tail_path(layout)
     assert path.radius and not path.reason
-    assert path.length == pytest.approx(layout.tail_length)
+    assert path.length == approx(layout.tail_length, rel=1e-6)
     straight = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", "none"))
     from sitscad.parts.whole.films import films
 
     there = {solid.name: solid for solid in films(straight, tail_path(straight))}
     for name in ("tail-1-coverlay", "tail-3-dielectric", "tail-5-coverlay"):
-        assert pieces[name].volume == pytest.approx(there[name].volume, rel=1e-6)
+        assert pieces[name].volume == approx(there[name].volume, rel=1e-6)
     low = min(pieces[name].shape.bounding_box().min.Z for name in pieces if name.startswith("tail-"))
     face = pieces["jaw"].shape.bounding_box().max.Z
-    assert low == pytest.approx(face, abs=1e-6)
+    assert low == approx(face, abs=1e-6)
 
 
 def test_bends_keep_their_radius_and_end_level(layout):
@@ -77,15 +78,15 @@ def test_bends_keep_their_radius_and_end_level(layout):
     thickness = math.fsum(layer.thickness for layer in tail_layers(layout))
     for stretch in path.stretches:
         if stretch.turn:
-            assert stretch.length / abs(stretch.turn) == pytest.approx(path.radius + thickness / 2)
-    assert math.fsum(stretch.turn for stretch in path.stretches) == pytest.approx(0.0, abs=1e-12)
+            assert stretch.length / abs(stretch.turn) == approx(path.radius + thickness / 2, rel=1e-6)
+    assert math.fsum(stretch.turn for stretch in path.stretches) == approx(0.0, abs=1e-12)
     opened = tail_path(layout, math.radians(30))
-    assert math.fsum(stretch.turn for stretch in opened.stretches) == pytest.approx(-math.radians(30))
+    assert math.fsum(stretch.turn for stretch in opened.stretches) == approx(-math.radians(30), rel=1e-6)
 
 
 def test_a_station_goes_round_a_circle():
     end = Station(0.0, 0.0, 0.0).after(Stretch(math.pi, math.pi))
-    assert (end.x, end.z, end.angle) == pytest.approx((0.0, 2.0, math.pi))
+    assert (end.x, end.z, end.angle) == approx((0.0, 2.0, math.pi), rel=1e-6, abs=1e-12)
 
 
 def test_without_a_jaw_there_is_still_an_assembly():
@@ -97,7 +98,7 @@ def test_without_a_jaw_there_is_still_an_assembly():
     assert {"glue-elastomer", "glue-target", "elastomer", "target", "tail-1-coverlay"} < set(found)
     assert {solid.role for solid in found.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
     lift = found["target"].shape.bounding_box().min.Z - found["elastomer"].shape.bounding_box().size.Z
-    assert lift == pytest.approx(2e3 * spec.assembly.glue_line)
+    assert lift == approx(2e3 * spec.assembly.glue_line, rel=1e-6)
 
 
 def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
@@ -112,7 +113,7 @@ def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     assert exact < rings + sum(leads.values()) < 1.03 * exact
     assert sum(volume for name, volume in leads.items() if name.startswith("tail-")) > 0.5e-9
     weight = next(w for w in found if w.name == "tail-2-fill")
-    assert weight.mass == pytest.approx(weight.volume * 1250.0 + weight.copper * (8960.0 - 1250.0))
+    assert weight.mass == approx(weight.volume * 1250.0 + weight.copper * (8960.0 - 1250.0), rel=1e-6)
     without = [w.volume * w.share * w.density for w in found if not w.is_carrier]
     sensor = balance(tuple(w for w in found if not w.is_carrier))
-    assert sensor.mass - sum(without) == pytest.approx(sum(leads.values()) * (8960.0 - 1250.0))
+    assert sensor.mass - sum(without) == approx(sum(leads.values()) * (8960.0 - 1250.0), rel=1e-6)

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.inductance import arcs
 from sitscad.physics.inductance.arcs import arcs_with_arcs, arcs_with_sides
@@ -114,14 +115,14 @@ def test_far_arcs_need_few_points(corners):
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
     # arcs of opposite ways nearly cancel: what is left is small against all pairs of one way
     whole = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
-    assert arcs_with_arcs(one, other, chosen, level) == pytest.approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
+    assert arcs_with_arcs(one, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
     chosen = every(one, other, "sides")
     half = arcs.half_lengths(one.arcs)[chosen.first]
     chosen = chosen.where(arcs._middle_distances(one, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
     pairs = [(mine[2 * a + x], lines[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
     assert len(pairs) > 100
-    assert arcs_with_sides(one, other, chosen, level) == pytest.approx(sum_over(pairs, 0.05), rel=3e-5)
+    assert arcs_with_sides(one, other, chosen, level) == approx(sum_over(pairs, 0.05), rel=3e-5)
 
 
 @pytest.mark.parametrize("z", [0.0, 0.08])
@@ -135,4 +136,4 @@ def test_points_that_suit_the_distance_are_what_many_are(make, z, monkeypatch):
         monkeypatch.setattr(arcs, name, math.inf)
     crowded = arcs._crowded
     monkeypatch.setattr(arcs, "_crowded", lambda count: crowded(2 * count))
-    assert usual == pytest.approx(with_arcs(one, other), rel=3e-6)
+    assert usual == approx(with_arcs(one, other), rel=3e-6)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.inductance import clusters
 from sitscad.physics.inductance.clusters import Plans, neumann_sum
@@ -56,7 +57,7 @@ def directly(first, second):
 def test_the_sum_is_that_over_all_pairs(step, layers):
     one = rings(4, layers, plans=min(layers, 2))
     other = moved(one, *step)
-    assert neumann_sum(one, other) == pytest.approx(directly(one, other), rel=3e-7)
+    assert neumann_sum(one, other) == approx(directly(one, other), rel=3e-7)
 
 
 def test_it_converges_with_the_nodes(monkeypatch):
@@ -74,8 +75,8 @@ def test_clusters_in_one_place_and_on_a_line_are_no_trouble():
     heap = Plans(np.zeros((count, 2)), np.full((count, 2), 1e-6), np.zeros(count, dtype=int), ((0, 0.0, 0.0),))
     line = Plans(np.stack([np.linspace(1, 3, count) * MM, np.zeros(count)], axis=1), heap.elements, heap.owner,
                  heap.layers)  # fmt: skip
-    assert neumann_sum(heap, line) == pytest.approx(directly(heap, line), rel=1e-7)
-    assert neumann_sum(line, heap) == pytest.approx(directly(heap, line), rel=1e-7)
+    assert neumann_sum(heap, line) == approx(directly(heap, line), rel=1e-7)
+    assert neumann_sum(line, heap) == approx(directly(heap, line), rel=1e-7)
 
 
 def test_work_grows_with_the_points_and_not_with_their_square():

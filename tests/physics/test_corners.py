@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.loss.bent_tracks import BentTrack
@@ -35,7 +36,7 @@ def test_it_does_not_matter_how_a_coil_lies_or_which_way_the_current_runs():
     plain = corner_inductance([bent(SPIRAL)])
     assert plain < 0.0
     for other in (SPIRAL[::-1], SPIRAL * np.array([1.0, -1.0]), turned(SPIRAL, 0.7), SPIRAL + 0.03):
-        assert corner_inductance([bent(other)]) == pytest.approx(plain, rel=1e-9)
+        assert corner_inductance([bent(other)]) == approx(plain, rel=1e-9)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3, 1e6])
@@ -44,7 +45,7 @@ def test_inductance_goes_with_size(scale):
     large = corner_inductance(
         [bent(SPIRAL * scale, 200 * UM * scale, 35 * UM * scale, z) for z in (0, -100 * UM * scale)]
     )
-    assert large == pytest.approx(scale * plain, rel=1e-9)
+    assert large == approx(scale * plain, rel=1e-9)
 
 
 def test_a_lone_corner_between_long_arms_is_the_table_s():
@@ -52,9 +53,9 @@ def test_a_lone_corner_between_long_arms_is_the_table_s():
         turn = math.radians(degrees)
         arms = np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
         found = corner_inductance([bent(arms, 1e-3, 1e-4)])
-        assert found == pytest.approx(own_inductance(turn, 1e-3, 1e-4), rel=1e-3)
+        assert found == approx(own_inductance(turn, 1e-3, 1e-4), rel=1e-3)
         column = int(np.argmin(np.abs(TURNS[1:] - turn)))
-        assert found == pytest.approx(MU0 * 1e-3 * OWN[3, 1 + column], rel=1e-3)
+        assert found == approx(MU0 * 1e-3 * OWN[3, 1 + column], rel=1e-3)
 
 
 def test_straight_tracks_and_arcs_have_no_corner():
@@ -63,14 +64,14 @@ def test_straight_tracks_and_arcs_have_no_corner():
     assert corner_inductance([half_turn]) == 0.0
     loss = ProximityLoss(1.0, np.zeros(1), np.zeros(1))
     length = 10e-3 + math.pi * 1e-3 * 0.1 / math.atanh(0.1)
-    assert with_corners(loss, [half_turn], 58e6).direct == pytest.approx(length / (58e6 * 200 * UM * 35 * UM))
+    assert with_corners(loss, [half_turn], 58e6).direct == approx(length / (58e6 * 200 * UM * 35 * UM), rel=1e-6)
 
 
 def test_layers_and_turns_strengthen_it_by_their_field():
     # two layers with the same current: more than twice as much, for each is in the other's field; far apart, twice
     one = corner_inductance([bent(SPIRAL)])
     assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-80 * UM)]) < 2.2 * one
-    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-1.0)]) == pytest.approx(2.0 * one, rel=1e-6)
+    assert corner_inductance([bent(SPIRAL), bent(SPIRAL, z=-1.0)]) == approx(2.0 * one, rel=1e-6)
     opposed = [bent(SPIRAL), bent(SPIRAL[::-1], z=-80 * UM)]
     assert corner_inductance(opposed) > 2.0 * one
 
@@ -84,7 +85,7 @@ def test_a_loop_in_an_even_field_is_a_dipole():
     field = 4.0 * MU0 / (4.0 * math.pi) * 2.0 * math.sqrt(0.5) / 50e-3
     seen = 2.0 * moment(math.pi / 2) * (100 * UM) ** 2 * field
     # and the frame's own corners see the small one's arms, which is next to nothing
-    assert with_frame - alone == pytest.approx(-seen, rel=0.02)
+    assert with_frame - alone == approx(-seen, rel=0.02)
 
 
 def test_resistance_goes_by_the_map_of_a_bent_strip():
@@ -92,14 +93,14 @@ def test_resistance_goes_by_the_map_of_a_bent_strip():
     squares = np.hypot(*np.diff(SPIRAL, axis=0).T).sum() / (200 * UM) + 5 * bend_squares(math.pi / 2)
     loss = ProximityLoss(squares / (58e6 * 35 * UM) + 0.003, np.array([1e-9]), np.array([1e-20]), -1e-12)
     cornered = with_corners(loss, [track], 58e6)
-    assert cornered.direct == pytest.approx(squares / (58e6 * 35 * UM))
-    assert cornered.direct_change == pytest.approx(-1e-12 + corner_inductance([track]))
+    assert cornered.direct == approx(squares / (58e6 * 35 * UM), rel=1e-6)
+    assert cornered.direct_change == approx(-1e-12 + corner_inductance([track]), rel=1e-6)
     rise = [k.direct * (k.resistance_ratio(1e7) - 1.0) for k in (loss, cornered)]
     lost, time = relaxation(math.pi / 2, 200 * UM, 35 * UM, 0.0, 58e6)
     phase = 2e7 * math.pi * time
-    assert rise[1] - rise[0] == pytest.approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2))
-    assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == pytest.approx(
-        corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2))  # fmt: skip
+    assert rise[1] - rise[0] == approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2), rel=1e-6)
+    assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == approx(
+        corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2), rel=1e-6)  # fmt: skip
 
 
 def rounded(radius, width=200 * UM):
@@ -117,7 +118,7 @@ def test_a_corner_becomes_round_without_a_jump():
     assert np.all(np.abs(steps) < 0.04) and abs(steps[4]) < 5e-4
     # an arc of quite some radius has the current go as 1 / radius all along it
     wide = rounded(0.7e-3, 100 * UM)
-    assert direct_resistance(wide, 58e6) == pytest.approx(as_one_over_radius(wide), rel=1e-9)
+    assert direct_resistance(wide, 58e6) == approx(as_one_over_radius(wide), rel=1e-9)
 
 
 def as_one_over_radius(track):
@@ -133,9 +134,9 @@ def test_tight_arcs_count_as_corners():
     tight, gentle = rounded(0.6 * 200 * UM), rounded(0.8 * 200 * UM)
     corners = mitred(tight)
     assert np.all(corners.turns == 0.0) and len(corners.turns) == 4
-    assert corners.ends[:-1] == pytest.approx(1e-3 * np.array([(2, 0), (2, 2), (0, 2)]), abs=1e-12)
+    assert corners.ends[:-1] == approx(1e-3 * np.array([(2, 0), (2, 2), (0, 2)]), abs=1e-12)
     assert len(mitred(gentle).turns) == len(gentle.turns) == 7
-    assert mitred(gentle).starts == pytest.approx(gentle.starts)
+    assert mitred(gentle).starts == approx(gentle.starts, rel=1e-6)
     sharp = corner_inductance([bent(np.vstack([corners.starts, corners.ends[-1:]]))])
     assert 1.0 * sharp < corner_inductance([tight]) < 0.5 * sharp
 
@@ -152,12 +153,12 @@ def test_fields_of_filaments():
     distance = np.sqrt(np.sum(away**2, axis=-1) + 0.04)
     step = (end - start)[:, None] / 4000
     exact = 1e-7 * np.sum((step[..., 0] * away[..., 1] - step[..., 1] * away[..., 0]) / distance**3, axis=-1)
-    assert found == pytest.approx(exact, rel=1e-5, abs=1e-13)
+    assert found == approx(exact, rel=1e-5, abs=1e-13)
 
 
 def test_points_share_out_the_moment_evenly_to_both_sides():
     for turn in TURNS[1:]:
         table = points(float(turn))
-        assert table[:, 2].sum() == pytest.approx(1.0, abs=2e-3)
-        assert table[:, 1] @ table[:, 2] == pytest.approx(0.0, abs=1e-12)
+        assert table[:, 2].sum() == approx(1.0, abs=2e-3)
+        assert table[:, 1] @ table[:, 2] == approx(0.0, abs=1e-12)
     assert moment(-math.pi / 2) == moment(math.pi / 2)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.box import box
@@ -67,7 +68,7 @@ def test_a_sum_of_gaussians_is_one_over_the_distance():
     at = np.geomspace(2e-6, 1e-2, 50)
     summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
     constant = (summed - 1.0 / at)[-1]
-    assert summed - constant == pytest.approx(1.0 / at, rel=1e-4)
+    assert summed - constant == approx(1.0 / at, rel=1e-4)
 
 
 def test_toroidal_functions_are_the_mean_over_circles():
@@ -75,7 +76,7 @@ def test_toroidal_functions_are_the_mean_over_circles():
     angle = 2.0 * math.pi * (np.arange(40_000) + 0.5) / 40_000
     for order in (0, 1, 2, 7, 15):
         mean = [np.mean(np.cos(order * angle) / np.sqrt(2.0 * (1.0 + x - np.cos(angle)))) for x in excess]
-        assert toroidal(excess, 15)[order] == pytest.approx(math.pi * np.array(mean), rel=1e-6, abs=1e-13)
+        assert toroidal(excess, 15)[order] == approx(math.pi * np.array(mean), rel=1e-6, abs=1e-13)
 
 
 @pytest.mark.parametrize("offset", [0.0, 2.25e-3])
@@ -84,13 +85,13 @@ def test_a_lossless_box_is_a_box_of_loops(offset):
 
     target = a_box(conductivity=LOSSLESS)
     ours = change(target, [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], centres=np.array([[offset, 0.0]]))[0, 0, 0].real
-    assert ours == pytest.approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
+    assert ours == approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
 
 
 def test_finer_splines_and_more_points_change_nothing(plate):
     poses = [[0.3e-3, -0.2e-3, 0.4e-3, 0.1, -0.08, 0.4], [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]]
     coarse, fine = change(plate, poses), change(a_box(fine=2.0, points=36), poses)
-    assert coarse == pytest.approx(fine, abs=2e-3 * np.abs(fine).max())
+    assert coarse == approx(fine, abs=2e-3 * np.abs(fine).max())
 
 
 def test_an_endless_plate_is_the_image():
@@ -100,7 +101,7 @@ def test_an_endless_plate_is_the_image():
     target = solve(box(size, 30e-6, 0.6e-3, (60, 60, 3)), -0.5 * size[2], skin(FREQUENCY, LOSSLESS, size[2]))
     for gap in (0.5e-3, 1.5e-3):
         ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
-        assert ours == pytest.approx(endless_change(*JAW, gap), rel=2e-3)
+        assert ours == approx(endless_change(*JAW, gap), rel=2e-3)
 
 
 def test_an_endless_disc_off_centre_is_the_image():
@@ -109,7 +110,7 @@ def test_an_endless_disc_off_centre_is_the_image():
     surface = disc(24e-3, 0.3e-3, 30e-6, 0.6e-3, (48, 3), 30)
     target = solve(surface, -0.15e-3, skin(FREQUENCY, LOSSLESS, 0.3e-3))
     ours = change(target, [3e-3, 1e-3, 1.5e-3, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
-    assert ours == pytest.approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
+    assert ours == approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
 
 
 # gap, diameter, thickness (m), conductivity (S/m): aluminium, brass, copper; foils
@@ -161,14 +162,14 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
     on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
     values = whole[on_surface]
     exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
-    assert values @ one.vacuum @ values == pytest.approx(exact, rel=2e-3)
+    assert values @ one.vacuum @ values == approx(exact, rel=2e-3)
 
 
 def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
     surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5), FINEST)
     square = solve(surface, -0.15e-3, skin(FREQUENCY, 1.3e6, 0.3e-3, 95.0))
     pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
-    assert change(square, [*pose, math.pi / 2.0]) == pytest.approx(change(square, [*pose, 0.0]), rel=1e-3)
+    assert change(square, [*pose, math.pi / 2.0]) == approx(change(square, [*pose, 0.0]), rel=1e-3)
 
 
 @pytest.mark.parametrize(("conductivity", "permeability"), [(1.3e6, 95.0), (0.01, 150.0)])
@@ -195,7 +196,7 @@ def test_mutual_changes_are_reciprocal_and_metal_lowers_l_and_loses(plate, round
     pose = [0.7e-3, -0.4e-3, 0.4e-3, 0.1, 0.2, 0.5]
     for target in (plate, round_plate):
         found = change(target, pose)[0]
-        assert found[0, 1] == pytest.approx(found[1, 0], rel=1e-9)
+        assert found[0, 1] == approx(found[1, 0], rel=1e-9)
         assert np.linalg.eigvalsh(found.real).max() < 0.0
         assert np.linalg.eigvalsh(-found.imag).min() > 0.0
 
@@ -205,14 +206,14 @@ def test_a_mirrored_pose_is_the_same(plate, round_plate):
     across, along = pose * [1, -1, 1, -1, 1, -1], pose * [-1, 1, 1, 1, -1, -1]
     for target in (plate, round_plate):
         found, mirrored, other = (change(target, one)[0] for one in (pose, across, along))
-        assert mirrored == pytest.approx(found, rel=1e-6)
-        assert other == pytest.approx(found[::-1, ::-1], rel=1e-6)
+        assert mirrored == approx(found, rel=1e-6)
+        assert other == approx(found[::-1, ::-1], rel=1e-6)
 
 
 def test_a_disc_turned_about_its_axis_is_the_same(round_plate):
     pose = np.array([0.7e-3, 0.4e-3, 0.6e-3, 0.1, 0.1])
     found, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
-    assert after == pytest.approx(found, rel=2e-4)
+    assert after == approx(found, rel=2e-4)
 
 
 def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
@@ -241,7 +242,7 @@ def test_currents_of_a_linkage_are_its_transpose(surface):
     for one in surface.classes:
         some = np.cos(np.arange(len(one.inductance) * 3)).reshape(-1, 3)
         linked = np.einsum("pcm,pcs->ms", one.spread(some), field)
-        assert linked == pytest.approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
+        assert linked == approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize(("floor", "gap"), [(-0.9e-3, 1e-3), (-0.4e-3, 0.4e-3)])
@@ -254,7 +255,7 @@ def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
     target = solve(surface, near_face, skin(FREQUENCY, LOSSLESS, PLATE[2]), mirror, images)
     centres = np.array([[2.25e-3, 0.0]])
     ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=centres, floor=floor)[0, 0, 0].real
-    assert ours == pytest.approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
+    assert ours == approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
 
 
 def test_few_combinations_carry_the_image():
@@ -266,7 +267,7 @@ def test_few_combinations_carry_the_image():
         target = solve(surface, near_face, skin(FREQUENCY, COPPER, PLATE[2]), mirror, images)
         found.append(change(target, poses, floor=-0.4e-3))
     assert images.currents.shape[2] < 160
-    assert found[0] == pytest.approx(found[1], abs=5e-4 * np.abs(found[1]).max())
+    assert found[0] == approx(found[1], abs=5e-4 * np.abs(found[1]).max())
 
 
 class Unfolded:
@@ -288,7 +289,7 @@ def test_a_folded_target_couples_with_its_image_as_a_whole_one(points, floor):
     for angles in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, -0.05, 0.2]):
         turn, place = turned(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
         ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
-        assert ours == pytest.approx(theirs, abs=1e-9)
+        assert ours == approx(theirs, abs=1e-9)
     counts = [count for _, count in folded.parities]
     assert sum(counts) == folded.currents.shape[2] and (0 in counts) == (floor < -10e-3)
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, magnetic_share, plate_loss_share, plate_share
 from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
@@ -27,20 +28,20 @@ def disc(diameter, thickness=0.2e-3):
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 def test_a_large_plate_is_an_endless_one(plate, gap, floor):
     shares = plate_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), gap, floor)
-    assert shares == pytest.approx(1.0, abs=4e-3)
+    assert shares == approx(1.0, abs=4e-3)
 
 
 @pytest.mark.parametrize("plate", [rectangle(4.5e-3, 4.2e-3), disc(4.5e-3)])
 def test_mirrored_places_have_one_share(plate):
     places = np.array([[1.3e-3, 0.7e-3], [-1.3e-3, 0.7e-3], [1.3e-3, -0.7e-3], [-1.3e-3, -0.7e-3]])
     shares = plate_share(plate, COIL, places, 0.8e-3)
-    assert shares == pytest.approx(shares[0], rel=1e-9)
+    assert shares == approx(shares[0], rel=1e-9)
 
 
 def test_a_turned_rectangle_over_a_turned_place_is_the_same():
     one = plate_share(rectangle(4.5e-3, 3e-3), COIL, np.array([[1.3e-3, 0.7e-3]]), 0.8e-3)
     other = plate_share(rectangle(3e-3, 4.5e-3), COIL, np.array([[0.7e-3, 1.3e-3]]), 0.8e-3)
-    assert one == pytest.approx(other, rel=1e-9)
+    assert one == approx(other, rel=1e-9)
 
 
 @pytest.mark.parametrize("make", [lambda s: rectangle(s, s), lambda s: rectangle(s, 4e-3), disc])
@@ -49,7 +50,7 @@ def test_a_larger_plate_does_more(make, offset):
     shares = [float(plate_share(make(s), COIL, np.array([[offset, 0.0]]), 0.8e-3)[0]) for s in np.arange(1, 16) * 1e-3]
     assert np.all(np.diff(shares) > -1e-4)
     assert 0.0 < shares[0] < 0.25
-    assert shares[-1] == pytest.approx(1.0 if make(1e-3).size[1] == 1e-3 else 0.93, abs=0.02)
+    assert shares[-1] == approx(1.0 if make(1e-3).size[1] == 1e-3 else 0.93, abs=0.02)
 
 
 @pytest.mark.parametrize("width", [1.5e-3, 2.5e-3, 4e-3])
@@ -66,7 +67,7 @@ def test_a_thicker_plate_does_not_do_less(width, gap):
 @pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), disc(40e-3)])
 def test_a_large_plate_loses_what_an_endless_one_does(plate, floor):
     shares = plate_loss_share(plate, COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 0.8e-3, floor)
-    assert shares == pytest.approx(1.0, abs=0.02)
+    assert shares == approx(1.0, abs=0.02)
 
 
 def test_a_small_plate_loses_more_than_its_share():
@@ -79,7 +80,7 @@ def test_the_result_scales_with_everything():
     small = plate_share(rectangle(4.5e-3, 4.2e-3), COIL, np.array([[2.25e-3, 0.0]]), 0.8e-3, -1e-3)
     coil = CoaxialRings(COIL.radii * 1e3, COIL.heights * 1e3, COIL.turns * 5.0)
     large = plate_share(rectangle(4.5, 4.2, 0.2), coil, np.array([[2.25, 0.0]]), 0.8, -1.0)
-    assert large == pytest.approx(small, rel=1e-9)
+    assert large == approx(small, rel=1e-9)
 
 
 @pytest.mark.parametrize("offset", [0.0, 10e-3])
@@ -95,14 +96,14 @@ def test_a_small_disc_far_away_is_a_dipole(offset):
     dipole = 8 * radius**3 / (3 * 4e-7 * math.pi) * field**2
     k = (np.arange(4000) + 0.5) * 0.5
     endless = 4e-7 * math.pi**2 * np.sum((2e-3 * j1(k * 2e-3)) ** 2 * np.exp(-2 * k * gap)) * 0.5
-    assert share == pytest.approx(dipole / endless, rel=0.01)
+    assert share == approx(dipole / endless, rel=0.01)
 
 
 def test_a_square_is_as_polarizable_as_published():
     # Electric polarizabilities of small holes, the dual of plates: 0.1137 s^3 (McDonald 1985) and d^3 / 12 (Bethe).
     square = plate_share(rectangle(1e-3, 1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
     round_one = plate_share(disc(1e-3, 0.0), ALONE, np.zeros((1, 2)), 20e-3)
-    assert square / round_one == pytest.approx(0.1137 * 12, rel=0.003)
+    assert square / round_one == approx(0.1137 * 12, rel=0.003)
 
 
 def test_a_half_covered_coil_feels_a_quarter():
@@ -118,7 +119,7 @@ def test_bessel_functions_obey_their_identities():
     assert np.abs(orders[0] - j0(x)).max() < 2e-7
     assert np.abs(orders[1] - j1(x)).max() < 2e-7
     low = x < 15
-    assert (orders[0] + 2 * orders[2::2].sum(axis=0))[low] == pytest.approx(1.0, abs=1e-9)
+    assert (orders[0] + 2 * orders[2::2].sum(axis=0))[low] == approx(1.0, abs=1e-9)
     spherical = spherical_bessel_orders(x, 3)
     assert np.abs(spherical[0] - np.sin(x) / x).max() < 1e-12
     assert np.abs(spherical[1] - (np.sin(x) / x**2 - np.cos(x) / x)).max() < 1e-9
@@ -127,7 +128,7 @@ def test_bessel_functions_obey_their_identities():
 @pytest.mark.parametrize("floor", [-math.inf, -1e-3])
 def test_a_large_magnetic_plate_is_an_endless_one(floor):
     shares = magnetic_share(disc(120e-3), COIL, np.array([[0.0, 0.0], [1e-3, 0.5e-3]]), 1e-3, floor)
-    assert shares == pytest.approx(1.0, abs=0.01)
+    assert shares == approx(1.0, abs=0.01)
 
 
 def test_magnetic_poles_need_room():
@@ -139,7 +140,7 @@ def test_magnetic_poles_need_room():
         (magnetic_share, 5.0, 1e-14), (plate_share, 3.0, 1e-9), (magnetic_share, 2.0, 1e-6)
     ):  # fmt: skip
         one, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
-        assert math.log2(other / one) == pytest.approx(power, abs=0.1)
+        assert math.log2(other / one) == approx(power, abs=0.1)
     shares = [float(magnetic_share(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]
     assert np.all(np.diff(shares) > 0.0)
 
@@ -157,4 +158,4 @@ def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
 def test_what_a_magnetic_plate_lacks_goes_on_smoothly_where_functions_end():
     shares = np.array([float(magnetic_share(disc(d), COIL, np.zeros((1, 2)), 1e-3)[0]) for d in (18e-3, 20e-3, 24e-3)])
     slopes = np.diff(np.log(1.0 - shares)) / np.diff(np.log([18.0, 20.0, 24.0]))
-    assert slopes == pytest.approx(-3.0, abs=0.6)
+    assert slopes == approx(-3.0, abs=0.6)

@@ -11,6 +11,7 @@ import pytest
 from bars import bars_exactly
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
@@ -36,25 +37,25 @@ def rings_exactly(r1, r2, z):
 @pytest.mark.parametrize("distance", [1e-9, 1e-6, 1e-3, 0.3, 3.0, 1e3, 1e4, 1e6])
 def test_rings_keep_their_digits_from_touching_to_far_apart(distance):
     ours = float(coaxial_rings(1.0, 1.0, distance**2))
-    assert ours == pytest.approx(float(rings_exactly(1.0, 1.0, distance)), rel=2e-14)
+    assert ours == approx(float(rings_exactly(1.0, 1.0, distance)), rel=2e-14)
 
 
 def test_unequal_rings_and_symmetry():
-    assert float(coaxial_rings(1.0, 3.0, 4.0 + 0.25)) == pytest.approx(float(rings_exactly(1.0, 3.0, 0.5)), rel=1e-14)
+    assert float(coaxial_rings(1.0, 3.0, 4.0 + 0.25)) == approx(float(rings_exactly(1.0, 3.0, 0.5)), rel=1e-14)
     assert float(coaxial_rings(3.0, 1.0, 4.25)) == float(coaxial_rings(1.0, 3.0, 4.25))
 
 
 def test_far_rings_reach_the_dipole_limit():
     z = 1e4
-    assert float(coaxial_rings(1.0, 2.0, 1.0 + z * z)) == pytest.approx(MU0 * math.pi * 4.0 / (2.0 * z**3), rel=1e-6)
+    assert float(coaxial_rings(1.0, 2.0, 1.0 + z * z)) == approx(MU0 * math.pi * 4.0 / (2.0 * z**3), rel=1e-6)
 
 
 def test_self_mean_distance_of_square_and_thin_strip():
     # 0.447049 a for the square (Rosa 1908), exp(-3/2) w for the strip (Maxwell, art. 692)
-    assert math.exp(float(log_mean_distance(0.0, 0.0, (2.0, 2.0), (2.0, 2.0)))) == pytest.approx(2 * 0.447049, rel=3e-5)
+    assert math.exp(float(log_mean_distance(0.0, 0.0, (2.0, 2.0), (2.0, 2.0)))) == approx(2 * 0.447049, rel=3e-5)
     for thinness in (1e-3, 1e-6, 1e-12):
         gmd = math.exp(float(log_mean_distance(0.0, 0.0, (1.0, 1.0), (thinness, thinness))))
-        assert gmd == pytest.approx(math.exp(-1.5), rel=4.0 * thinness + 1e-9)
+        assert gmd == approx(math.exp(-1.5), rel=4.0 * thinness + 1e-9)
 
 
 def mean_by_points(d, h, w, t, count=60):
@@ -77,7 +78,7 @@ def mean_by_points(d, h, w, t, count=60):
     ],
 )
 def test_mean_distance_against_a_plain_sum(d, h, w, t):
-    assert float(log_mean_distance(d, h, w, t)) == pytest.approx(mean_by_points(d, h, w, t), abs=2e-6)
+    assert float(log_mean_distance(d, h, w, t)) == approx(mean_by_points(d, h, w, t), abs=2e-6)
 
 
 def test_mean_distance_joins_smoothly_where_the_series_takes_over_and_stays_right_far_away():
@@ -86,7 +87,7 @@ def test_mean_distance_joins_smoothly_where_the_series_takes_over_and_stays_righ
     third = np.diff(log_mean_distance(across, 0.0, w, t), 3)
     assert np.max(np.abs(third)) < 1e-6
     far = 1e6
-    assert float(log_mean_distance(far, 0.0, w, t)) == pytest.approx(math.log(far), abs=1e-12)
+    assert float(log_mean_distance(far, 0.0, w, t)) == approx(math.log(far), abs=1e-12)
 
 
 @settings(max_examples=40, deadline=None)
@@ -97,7 +98,7 @@ def test_strands_keep_the_mean_distance(across, height, scale, strands):
     nodes, weights = np.polynomial.legendre.leggauss(strands)
     gap = d + 0.5 * scale * (nodes[:, None] - nodes[None, :])
     mean = 0.25 * np.sum(weights[:, None] * weights * 0.5 * np.log(gap**2 + h * h + extra))
-    assert mean == pytest.approx(float(log_mean_distance(d, h, w, t)), abs=1e-9)
+    assert mean == approx(float(log_mean_distance(d, h, w, t)), abs=1e-9)
 
 
 def filaments_exactly(length, start, end, rho):
@@ -119,13 +120,13 @@ def filaments_exactly(length, start, end, rho):
 )  # fmt: skip
 def test_parallel_filaments_near_collinear_and_far(length, start, end, rho):
     ours = float(parallel_filaments(*(np.array(x) for x in (length, start, end, rho * rho))))
-    assert ours == pytest.approx(float(filaments_exactly(length, start, end, rho)), rel=1e-9)
+    assert ours == approx(float(filaments_exactly(length, start, end, rho)), rel=1e-9)
 
 
 def test_a_split_track_has_the_same_inductance():
     whole = PolylineTrack(np.array([[0.0, 0.0], [5e-3, 0.0]]), 1e-4, 35e-6, 0.0)
     split = PolylineTrack(np.array([[0.0, 0.0], [1.3e-3, 0.0], [3.1e-3, 0.0], [5e-3, 0.0]]), 1e-4, 35e-6, 0.0)
-    assert track_mutual_inductance(split, split) == pytest.approx(track_mutual_inductance(whole, whole), rel=1e-12)
+    assert track_mutual_inductance(split, split) == approx(track_mutual_inductance(whole, whole), rel=1e-12)
 
 
 def test_a_straight_bar_against_rosa():
@@ -133,13 +134,11 @@ def test_a_straight_bar_against_rosa():
     bar = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), w, t, 0.0)
     gmd = math.exp(float(log_mean_distance(0.0, 0.0, (w, w), (t, t))))
     rosa = MU0 / (2 * math.pi) * length * (math.log(2 * length / gmd) - 1 + gmd / length)
-    assert track_mutual_inductance(bar, bar) == pytest.approx(rosa, rel=2e-4)
+    assert track_mutual_inductance(bar, bar) == approx(rosa, rel=2e-4)
 
 
 def test_a_via_is_a_short_tube():
-    assert via_inductance(1e-3, 1e-5) == pytest.approx(
-        MU0 / (2 * math.pi) * 1e-3 * (math.log(4e-3 / 1e-5) - 1), rel=2e-3
-    )
+    assert via_inductance(1e-3, 1e-5) == approx(MU0 / (2 * math.pi) * 1e-3 * (math.log(4e-3 / 1e-5) - 1), rel=2e-3)
     assert 0.0 < via_inductance(60e-6, 0.2e-3) < 0.02e-9
 
 
@@ -171,7 +170,7 @@ def test_the_mean_distance_of_far_and_thin_rectangles_does_not_cancel(distance, 
     """In double precision the closed form is useless beyond some twelve widths, and earlier for thin strips."""
     w, t = (1.0, 0.7), (thinness, 0.5 * thinness)
     exact = mean_distance_exactly(distance, 0.3, w, t)
-    assert float(log_mean_distance(distance, 0.3, w, t)) == pytest.approx(float(exact), abs=2e-7)
+    assert float(log_mean_distance(distance, 0.3, w, t)) == approx(float(exact), abs=2e-7)
 
 
 @pytest.mark.parametrize(
@@ -188,4 +187,4 @@ def test_far_and_thin_bars_do_not_cancel(length, start, height, width, thickness
     one = PolylineTrack(np.array([[0.0, 0.0], [length, 0.0]]), width, thickness, 0.0)
     other = PolylineTrack(np.array([[start, 0.0], [start + length, 0.0]]), width, thickness, height)
     exact = bars_exactly(length, start, height, width, thickness)
-    assert track_mutual_inductance(one, other) == pytest.approx(exact, rel=2e-6)
+    assert track_mutual_inductance(one, other) == approx(exact, rel=2e-6)

@@ -9,6 +9,7 @@ import pytest
 from half_plane import azimuth_loss
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 from windings import MM, UM, bench, coil, four_layers, miniature
 
 import sitscad.physics.loss.proximity as proximity
@@ -39,7 +40,7 @@ def test_at_direct_current_nothing_changes_and_losses_only_grow():
     loss = proximity.winding_loss(four_layers(), COPPER)
     assert loss.resistance_ratio(0.0) == 1.0
     ratios = [loss.resistance_ratio(f) for f in np.geomspace(1e3, 20e6, 30)]
-    assert ratios[0] == pytest.approx(1.0, abs=1e-6)
+    assert ratios[0] == approx(1.0, abs=1e-6)
     assert np.all(np.diff(ratios) > 0.0)
     changes = [inductance_change(loss, f) for f in np.geomspace(1e3, 20e6, 30)]
     assert np.all(np.diff(changes) < 0.0)
@@ -82,7 +83,7 @@ def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
     resolution = proximity.Resolution(ModeSet(8, 2, (8, 2)), 1, 30)
     monkeypatch.setattr(proximity, "_end_flux", lambda *_: 0.0)
     ours = azimuth_loss(layers, 0.3, 2.0 * math.pi, COPPER, resolution)
-    assert ours.strengths.sum() == pytest.approx(eddy_power_by_cells(layers, radii), rel=0.03)
+    assert ours.strengths.sum() == approx(eddy_power_by_cells(layers, radii), rel=0.03)
 
 
 @pytest.mark.parametrize("tolerance", [0.03, 0.01])
@@ -93,11 +94,9 @@ def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
         fine = proximity.winding_loss(layers, COPPER, resolution=finest)
         whole = spiral_inductance_matrix(layers).sum()
         for frequency in (1e5, 1e6, 3e6, 10e6):
-            assert ours.resistance_ratio(frequency) == pytest.approx(
-                fine.resistance_ratio(frequency), rel=tolerance / 3
-            )
+            assert ours.resistance_ratio(frequency) == approx(fine.resistance_ratio(frequency), rel=tolerance / 3)
             change = inductance_change(fine, frequency)
-            assert inductance_change(ours, frequency) == pytest.approx(change, abs=tolerance / 30 * whole)
+            assert inductance_change(ours, frequency) == approx(change, abs=tolerance / 30 * whole)
 
 
 def test_wide_tracks_take_more_modes():
@@ -105,7 +104,7 @@ def test_wide_tracks_take_more_modes():
     ours = proximity.winding_loss(layers, COPPER)
     fine = proximity.winding_loss(layers, COPPER, resolution=proximity.Resolution(ModeSet(24, 4, (24, 3)), 4, 50))
     for frequency in (1e5, 1e6, 5e6, 10e6):
-        assert ours.resistance_ratio(frequency) == pytest.approx(fine.resistance_ratio(frequency), rel=0.03)
+        assert ours.resistance_ratio(frequency) == approx(fine.resistance_ratio(frequency), rel=0.03)
 
 
 def rp(layers, frequency):
@@ -117,13 +116,13 @@ def rp(layers, frequency):
 def test_parallel_resistance_of_the_thesis_miniature():
     # 0.14 / 0.27 / 0.37 kohm at 5 / 8 / 10 MHz: the project's figures for 3.5 mm, 2 x 6.5 turns
     for frequency, expected in ((5e6, 140.0), (8e6, 270.0), (10e6, 370.0)):
-        assert rp(miniature(), frequency) == pytest.approx(expected, rel=0.06)
+        assert rp(miniature(), frequency) == approx(expected, rel=0.06)
 
 
 def test_parallel_resistance_of_a_four_layer_coil_by_another_solver():
     # 3.5 mm, 8 turns, 75/50 um, 18 um copper, 0/43/130/173 um: 2.7 kohm at 8 MHz by a proximity solve
     layers = coil(3.5e-3, 8, 75 * UM, 50 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
-    assert rp(layers, 8e6) == pytest.approx(2700.0, rel=0.04)
+    assert rp(layers, 8e6) == approx(2700.0, rel=0.04)
 
 
 @settings(max_examples=30, deadline=None)
@@ -163,7 +162,7 @@ def test_the_wall_lies_half_a_skin_depth_inside():
     depth = skin_depth(5e6, COPPER)
     real = reflected_impedance(spectrum, 5e6, Reflector(1e-3, (Plate(COPPER),)), None)[0]
     ideal = reflected_impedance(spectrum, 5e6, Reflector(1e-3 + depth / 2, (Plate(1e18),)), None)[0]
-    assert real == pytest.approx(ideal, rel=3e-4)
+    assert real == approx(ideal, rel=3e-4)
 
 
 @pytest.mark.parametrize(("plate", "expected"), [(Plate(1.389e6, 1.02), 540.0), (Plate(1.25e6, 100.0), 510.0),
@@ -176,8 +175,8 @@ def test_metal_behind_a_jaw_coil(plate, expected):
     change, added = reflected_impedance(spiral_spectrum(layers, 0.5e-3), f, None, Reflector(bottom + 0.5e-3, (plate,)))
     inductance = spiral_inductance_matrix(layers).sum() + inductance_change(loss, f)
     resistance = loss.direct * loss.resistance_ratio(f)
-    assert parallel_resistance(inductance, resistance, f) == pytest.approx(1520.0, rel=0.03)
-    assert parallel_resistance(inductance + change, resistance + added, f) == pytest.approx(expected, rel=0.03)
+    assert parallel_resistance(inductance, resistance, f) == approx(1520.0, rel=0.03)
+    assert parallel_resistance(inductance + change, resistance + added, f) == approx(expected, rel=0.03)
 
 
 def test_magnetic_steel_keeps_the_inductance_but_takes_more_power():
@@ -204,7 +203,7 @@ def test_image_of_a_ring_in_a_perfect_plate():
     ring = coil(4e-3, 1.0, 10 * UM, 1e-4 * UM, (0.0,), (10 * UM,))
     gap = 0.7e-3
     change, _ = reflected_impedance(spiral_spectrum(ring, gap), 5e6, Reflector(gap, (Plate(1e18),)), None)
-    assert change == pytest.approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
+    assert change == approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
 
 
 def test_closed_capacitances():
@@ -215,19 +214,19 @@ def test_closed_capacitances():
     assert wide > narrow > 0.0
     # equal K and K' at k = 1/sqrt 2
     k = math.sqrt(0.5)
-    assert coplanar_strips((1 - k) / (2 * k), 1.0, 1.0) == pytest.approx(8.8541878128e-12, rel=1e-9)
+    assert coplanar_strips((1 - k) / (2 * k), 1.0, 1.0) == approx(8.8541878128e-12, rel=1e-9)
 
 
 def test_tank_formulas_against_the_data_sheet():
     # SNOSCY9A 8.2: 43.9 uH with 100 pF runs at 2.4 MHz
     f = resonance_frequency(43.9e-6, 100e-12)
-    assert f == pytest.approx(2.4e6, rel=5e-3)
-    assert parallel_resistance(1e-6, 1.0, f) == pytest.approx(quality_factor(1e-6, 1.0, f) ** 2)
+    assert f == approx(2.4e6, rel=5e-3)
+    assert parallel_resistance(1e-6, 1.0, f) == approx(quality_factor(1e-6, 1.0, f) ** 2, rel=1e-6)
 
 
 def test_skin_depth_and_strips():
-    assert skin_depth(8e6, COPPER) == pytest.approx(23.4e-6, rel=2e-3)
-    assert lone_track_loss(1e-4, 35e-6, COPPER).resistance_ratio(1e3) == pytest.approx(1.0, abs=1e-6)
+    assert skin_depth(8e6, COPPER) == approx(23.4e-6, rel=2e-3)
+    assert lone_track_loss(1e-4, 35e-6, COPPER).resistance_ratio(1e3) == approx(1.0, abs=1e-6)
     # a thin strip between its two limits: uniform current, and current at the surface alone
     most = 1.0 + 3e-4 / skin_depth(10e6, COPPER)
     assert 1.3 < lone_track_loss(3e-4, 35e-6, COPPER).resistance_ratio(10e6) < most

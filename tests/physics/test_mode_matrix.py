@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tolerance import approx
 from windings import coil
 
 from sitscad.physics.loss import mode_matrix, proximity
@@ -36,10 +37,10 @@ def test_products_are_those_of_the_full_matrix(monkeypatch, thickness):
     # of the first three tracks: their own blocks to the last mode, all others within what far tracks may lack
     found = sparse @ np.eye(full.shape[0])[:, :size]
     assert np.abs(found - full[:, :size]).max() < 3e-4 * np.diagonal(full).max()
-    assert found[:size] == pytest.approx(full[:size, :size], rel=1e-12, abs=1e-20)
+    assert found[:size] == approx(full[:size, :size], rel=1e-12, abs=1e-20)
     one, other = np.random.default_rng(1).normal(size=(2, full.shape[0]))
-    assert one @ (sparse @ other) == pytest.approx(other @ (sparse @ one), rel=1e-5)
-    assert sparse @ one == pytest.approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
+    assert one @ (sparse @ other) == approx(other @ (sparse @ one), rel=1e-5)
+    assert sparse @ one == approx(full @ one, abs=1e-3 * np.abs(full @ one).max())
 
 
 def test_pairs_that_lie_alike_are_kept_once(monkeypatch):
@@ -51,7 +52,7 @@ def test_pairs_that_lie_alike_are_kept_once(monkeypatch):
     monkeypatch.setattr(mode_matrix, "REPEATED", 1e9)
     alone = mode_matrix.mode_matrix(cut, COPPER, modes)
     assert len(alone.blocks) == len(alone.first)
-    assert shared @ vector == pytest.approx(alone @ vector, rel=1e-9, abs=1e-18)
+    assert shared @ vector == approx(alone @ vector, rel=1e-9, abs=1e-18)
     monkeypatch.undo()
     uneven = Cut(cut.across * (1.0 + 0.01 * np.sin(np.arange(80.0))), *[getattr(cut, name) for name in REST])
     matrix = mode_matrix.mode_matrix(uneven, COPPER, modes)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
@@ -45,7 +46,7 @@ def test_wide_sides_are_mitred_where_they_meet(corners, width, gap):
     images = [PolylineTrack(image.strand(0.5 * width * x), 1e-9, 1e-9, 2.0 * gap) for x in NODES]
     exact = -sum(p * q * track_mutual_inductance(a, b, 1) for a, p in zip(strands, SHARES, strict=True)
                  for b, q in zip(images, SHARES, strict=True))  # fmt: skip
-    assert over_mirror([track], gap) == pytest.approx(exact, rel=4e-4)
+    assert over_mirror([track], gap) == approx(exact, rel=4e-4)
 
 
 NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -62,7 +63,7 @@ def test_a_loop_is_a_small_turn_of_wire(sense):
     alone = over_mirror([winding], gap)
     by_wire = over_mirror([winding, wire], gap) - alone
     loop = Loops(place[None], np.array([sense * side * side]), 0.0)
-    assert over_mirror([winding], gap, [loop]) - alone == pytest.approx(by_wire, rel=0.01)
+    assert over_mirror([winding], gap, [loop]) - alone == approx(by_wire, rel=0.01)
     assert sense * by_wire < 0.0
 
 
@@ -76,10 +77,10 @@ def test_every_bend_has_its_moment_however_it_is_rounded():
         track = BentTrack(starts[kept], ends[kept], np.array([0.0, 0.5 * math.pi, 0.0])[kept], width, 12 * UM, 0.0)
         for nearest in (0.3 * width, 3.0 * width):
             loops = bend_loops(track, nearest)
-            assert np.sum(loops.moments) == pytest.approx(-expected * width**2, rel=1e-3)
+            assert np.sum(loops.moments) == approx(-expected * width**2, rel=1e-3)
             assert np.all(np.abs(loops.places) < 3.0 * width)
         back = BentTrack(track.ends[::-1], track.starts[::-1], -track.turns[::-1], width, 12 * UM, 0.0)
-        assert np.sum(bend_loops(back, width).moments) == pytest.approx(expected * width**2, rel=1e-3)
+        assert np.sum(bend_loops(back, width).moments) == approx(expected * width**2, rel=1e-3)
 
 
 def test_a_straight_track_has_no_loops():
@@ -95,7 +96,7 @@ def test_few_chords_are_the_arc(gap):
     track = BentTrack(starts, ends, np.array([0.0, math.pi, 0.0, math.pi - 0.25]), 100 * UM, 12 * UM, 0.0)
     found, fine = chorded(track, gap), chorded(track, 0.02 * gap)
     assert len(found.corners) < 0.5 * len(fine.corners)
-    assert over_mirror([found], gap) == pytest.approx(over_mirror([fine], gap), rel=5e-4)
+    assert over_mirror([found], gap) == approx(over_mirror([fine], gap), rel=5e-4)
 
 
 def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
@@ -105,8 +106,8 @@ def test_a_wave_along_a_sides_normal_is_no_division_by_zero():
     sides = np.array([(1.0, 0.0), (0.0, 1.0)])
     shape = _Mitred(track, np.zeros(2), None)
     across, beside = (shape.waves(np.array([3e3]), _beside(unit, sides)) for unit in turned)
-    assert np.all(np.isfinite(across)) and across == pytest.approx(beside, abs=1e-8)
-    assert abs(across[0, 0]) == pytest.approx(2 * MM, rel=0.02)
+    assert np.all(np.isfinite(across)) and across == approx(beside, abs=1e-8)
+    assert abs(across[0, 0]) == approx(2 * MM, rel=0.02)
 
 
 def test_bends_that_repeat_are_one_figure():
@@ -122,7 +123,7 @@ def test_bends_that_repeat_are_one_figure():
     found = figures(corners, np.zeros((len(corners), 1)), 1e-7)
     assert len(found.first) == 9 and len(found.places) == 17 and len(found.kinds) == 8 * 9 + 1
     wave = np.array([[3.0], [5.0]])
-    assert found.sums(wave, np.ones((1, 1)))[0] == pytest.approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
+    assert found.sums(wave, np.ones((1, 1)))[0] == approx(np.sum(np.exp(-1j * (corners @ wave))), rel=1e-12)
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -138,7 +139,7 @@ def test_loops_that_repeat_are_summed_at_their_places(whole):
     more = _Mitred(line, np.zeros(2), loops).waves(number, unit) - _Mitred(line, np.zeros(2), None).waves(number, unit)
     amount = np.sum(loops.moments * np.exp(-1j * number * (loops.places @ unit)[:, 0]))
     size = number * math.exp(-0.5 * (number * loops.spread) ** 2)
-    assert more[:, 0] == pytest.approx(1j * size * amount * np.array([0.8, -0.6]), rel=1e-9)
+    assert more[:, 0] == approx(1j * size * amount * np.array([0.8, -0.6]), rel=1e-9)
 
 
 def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
@@ -149,11 +150,11 @@ def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
     gap = 0.1 * MM
     chords = chorded(track, gap)
     directions = _Directions.of([chords.corners])
-    assert directions.normals == () and directions.length == pytest.approx(0.6 * MM, rel=0.1)
+    assert directions.normals == () and directions.length == approx(0.6 * MM, rel=0.1)
     assert directions.count(8.0 / gap) < 110
     few = over_mirror([chords], gap)
     monkeypatch.setattr(_Directions, "count", lambda self, number: 600)
-    assert few == pytest.approx(over_mirror([chords], gap), rel=1e-5)
+    assert few == approx(over_mirror([chords], gap), rel=1e-5)
 
 
 def test_waves_are_worked_out_some_at_once(monkeypatch):
@@ -169,7 +170,7 @@ def test_waves_are_worked_out_some_at_once(monkeypatch):
     found = over_mirror([track], 30 * UM)
     assert len(calls) < 30
     monkeypatch.setattr(polyline_spectrum_module, "AT_ONCE", 1)
-    assert found == pytest.approx(over_mirror([track], 30 * UM), rel=1e-4)
+    assert found == approx(over_mirror([track], 30 * UM), rel=1e-4)
     assert len(calls) > 400
 
 
@@ -179,7 +180,7 @@ def test_a_row_of_places_is_summed_in_closed_form(phase):
     count, wave = 25, np.array([[phase / 0.05], [0.7]])
     places = np.array([2.0, 3.0]) + np.outer(np.arange(count) - 12.0, [0.05, 0.0])
     found = Rows(np.array([(2.0, 3.0)]), np.array([(0.05, 0.0)]), np.array([float(count)])).sums(wave)
-    assert found[0, 0] == pytest.approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
+    assert found[0, 0] == approx(np.sum(np.exp(-1j * (places @ wave))), rel=1e-9, abs=1e-9)
 
 
 def test_turns_of_a_polygon_are_rows():
@@ -189,7 +190,7 @@ def test_turns_of_a_polygon_are_rows():
     found = figures(points, np.tile(np.arange(4.0), 30)[:, None], 1e-7)
     assert len(found.kinds) == 4 and len(found.places) == 120 and len(found._rows[0].counts) <= 6
     wave = np.array([[31.0, 3.0], [5.0, -40.0]])
-    assert found.sums(wave, np.ones((4, 2))) == pytest.approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
+    assert found.sums(wave, np.ones((4, 2))) == approx(np.sum(np.exp(-1j * (points @ wave)), axis=0), rel=1e-9)
 
 
 def octagon(turns, begin, sense, inwards=True):

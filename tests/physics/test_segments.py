@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from neumann import sampled_mutual_inductance
+from tolerance import approx
 
 from sitscad.physics.inductance.filaments import (
     PolylineTrack,
@@ -27,8 +27,8 @@ def test_groups_add_up_to_the_whole_track():
     pieces = [segment_set([track(CORNERS[:3])]), segment_set([track(CORNERS[2:])])]
     found = grouped_segments_inductance(pieces, [0, 1])
     assert found[0, 1] == found[1, 0]
-    assert found.sum() == pytest.approx(track_mutual_inductance(track(CORNERS), track(CORNERS), 1), rel=1e-6)
-    assert found.sum() == pytest.approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
+    assert found.sum() == approx(track_mutual_inductance(track(CORNERS), track(CORNERS), 1), rel=1e-6)
+    assert found.sum() == approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
 
 
 def test_a_pair_there_and_back_keeps_its_mean_distances():
@@ -37,7 +37,7 @@ def test_a_pair_there_and_back_keeps_its_mean_distances():
     found = grouped_segments_inductance([segment_set([there]), segment_set([back])], [0, 0])[0, 0]
     mutual = track_mutual_inductance(there, back, 8)
     expected = track_mutual_inductance(there, there, 8) + track_mutual_inductance(back, back, 8) + 2.0 * mutual
-    assert found == pytest.approx(expected, rel=0.02)
+    assert found == approx(expected, rel=0.02)
 
 
 def curve(count=400):
@@ -61,4 +61,4 @@ def test_a_curve_s_coupling_with_segments_is_neumann_s(corners):
     if np.hypot(*np.diff(line, axis=0).T).min() < 1e-4:
         return
     found = curve_segments_mutual(curve(), segment_set([track(line)]), 0.0)
-    assert found == pytest.approx(sampled_mutual_inductance(curve(), sampled(line, 0.0)), rel=2e-3, abs=1e-12)
+    assert found == approx(sampled_mutual_inductance(curve(), sampled(line, 0.0)), rel=2e-3, abs=1e-12)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 from windings import MM, UM, bench, coil, four_layers
 
 from sitscad.physics.inductance.rings import ring_winding_inductance
@@ -22,8 +23,8 @@ from sitscad.physics.inductance.spirals import (
 
 def test_reference_of_the_bench_coil():
     matrix = spiral_inductance_matrix(bench())
-    assert matrix.sum() == pytest.approx(2.523424e-6, rel=5e-6)
-    assert matrix[0, 0] == pytest.approx(0.649863e-6, rel=5e-6)
+    assert matrix.sum() == approx(2.523424e-6, rel=5e-6)
+    assert matrix[0, 0] == approx(0.649863e-6, rel=5e-6)
 
 
 def test_symmetric_pairs_are_not_mixed_up():
@@ -43,8 +44,8 @@ def test_a_layer_is_the_sum_of_its_outer_and_its_inner_turns(sense, within):
     inner = replace(second, turns=5.6 - 2.35, radius=outer.inner_radius, angle=second.angle + sense * outer.span)
     parts = spiral_mutual_inductance(first, outer) + spiral_mutual_inductance(first, inner)
     whole = spiral_mutual_inductance(first, second)
-    assert parts == pytest.approx(whole, rel=within)
-    assert spiral_mutual_inductance(second, first) == pytest.approx(whole, rel=1e-9)
+    assert parts == approx(whole, rel=within)
+    assert spiral_mutual_inductance(second, first) == approx(whole, rel=1e-9)
 
 
 def test_pairs_of_layers_of_different_turns_are_not_mixed_up():
@@ -87,16 +88,14 @@ def test_inductance_scales_with_length(design, scale):
     from dataclasses import replace
 
     grown = [replace(layer, **{name: scale * getattr(layer, name) for name in fields}) for layer in layers]
-    assert spiral_inductance_matrix(grown).sum() == pytest.approx(
-        scale * spiral_inductance_matrix(layers).sum(), rel=1e-9
-    )
+    assert spiral_inductance_matrix(grown).sum() == approx(scale * spiral_inductance_matrix(layers).sum(), rel=1e-9)
 
 
 @pytest.mark.parametrize("turn", [0.3, 2.0, -1.1])
 def test_rotation_and_mirror_change_nothing(turn):
     plain = spiral_inductance_matrix(bench()).sum()
-    assert spiral_inductance_matrix(bench(angle=turn)).sum() == pytest.approx(plain, rel=1e-9)
-    assert spiral_inductance_matrix(bench(angle=turn, sense=-1)).sum() == pytest.approx(plain, rel=1e-9)
+    assert spiral_inductance_matrix(bench(angle=turn)).sum() == approx(plain, rel=1e-9)
+    assert spiral_inductance_matrix(bench(angle=turn, sense=-1)).sum() == approx(plain, rel=1e-9)
 
 
 def test_the_integral_converges():
@@ -110,19 +109,19 @@ def test_the_integral_converges():
 def test_many_turns_cost_no_accuracy():
     layers = coil(40 * MM, 60, 100 * UM, 200 * UM, (0.0, -435 * UM), (35 * UM, 35 * UM))
     fine = spiral_inductance_matrix(layers, Resolution(30, 24, 2)).sum()
-    assert spiral_inductance_matrix(layers).sum() == pytest.approx(fine, rel=1e-5)
+    assert spiral_inductance_matrix(layers).sum() == approx(fine, rel=1e-5)
 
 
 def test_rings_agree_from_five_turns_on():
     for layers in (bench(), four_layers()):
-        assert ring_winding_inductance(layers) == pytest.approx(spiral_inductance_matrix(layers).sum(), rel=2e-3)
+        assert ring_winding_inductance(layers) == approx(spiral_inductance_matrix(layers).sum(), rel=2e-3)
 
 
 def test_one_layer_of_one_turn_is_nearly_a_ring():
     layer = coil(20 * MM, 1.0, 10 * UM, 1 * UM, (0.0,), (10 * UM,))
     radius = 10 * MM - 5 * UM
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * 10 * UM)) - 2)
-    assert spiral_inductance_matrix(layer).sum() == pytest.approx(ring, rel=2e-3)
+    assert spiral_inductance_matrix(layer).sum() == approx(ring, rel=2e-3)
 
 
 def test_rings_of_narrow_tracks_far_apart_take_no_endless_number_of_azimuths():

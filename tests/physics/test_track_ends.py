@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.loss.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
 
@@ -58,7 +59,7 @@ def solved(area, held_at, end: float, fineness: float) -> float:
     [(1.0, 0.5, 0.05), (1.2, 0.6, 0.02), (1.5, 0.75, 0.02), (2.0, 1.4, 0.02), (3.0, 0.9, 0.02), (6.0, 4.2, 0.02)],
 )
 def test_a_pad_s_squares_are_those_of_triangles(pad, drill, bound):
-    assert pad_squares(pad, drill) == pytest.approx(triangles_squares(pad, drill), abs=bound)
+    assert pad_squares(pad, drill) == approx(triangles_squares(pad, drill), abs=bound)
 
 
 @pytest.mark.needs("gmsh", "scipy", "shapely")
@@ -66,7 +67,7 @@ def test_a_pad_s_squares_are_those_of_triangles(pad, drill, bound):
 @pytest.mark.parametrize(("pad", "drill"), [(1.5, 0.8), (3.75, 1.67)])
 def test_a_teardrop_s_squares_are_those_of_triangles(pad, drill, reach):
     found = teardrop_squares(pad, drill, reach * pad)
-    assert found == pytest.approx(triangles_squares(pad, drill, reach * pad), abs=0.08)
+    assert found == approx(triangles_squares(pad, drill, reach * pad), abs=0.08)
 
 
 @pytest.mark.needs("gmsh", "scipy", "shapely")
@@ -87,7 +88,7 @@ def test_a_narrow_track_in_a_wide_one_s_round_end_has_the_squares_of_triangles(w
     broad, narrow = box(begin, -wide / 2 * WIDTH, 0, wide / 2 * WIDTH), box(0, -WIDTH / 2, end, WIDTH / 2)
     area = union_all([broad, narrow, Point(0, 0).buffer(wide / 2 * WIDTH, quad_segs=48)])
     found = solved(area, lambda at: at[:, 0] < begin * (1 - 1e-9), end, fineness) - (end - begin / wide) / WIDTH
-    assert step_squares(wide) == pytest.approx(found, abs=0.035)
+    assert step_squares(wide) == approx(found, abs=0.035)
 
 
 def test_tracks_of_one_width_have_no_step_and_wider_ones_spare_more():
@@ -107,10 +108,10 @@ def test_a_longer_teardrop_and_a_larger_pad_conduct_better_and_no_teardrop_is_a_
 
 def test_a_contact_is_a_wide_track_with_a_trapezoid_before_it():
     assert contact_squares(6.0, 1.0) == 0.0
-    assert contact_squares(6.0, 3.0) == pytest.approx(-4.0)
+    assert contact_squares(6.0, 3.0) == approx(-4.0, rel=1e-6)
     by_steps = np.mean(1.0 / (1.0 + 2.0 * (np.arange(1000) + 0.5) / 1000))
-    assert contact_squares(0.0, 3.0, 2.0) == pytest.approx(2.0 * (by_steps - 1.0), rel=1e-6)
-    assert contact_squares(0.0, 1.0 + 1e-7, 2.0) == pytest.approx(0.0, abs=1e-6)
+    assert contact_squares(0.0, 3.0, 2.0) == approx(2.0 * (by_steps - 1.0), rel=1e-6)
+    assert contact_squares(0.0, 1.0 + 1e-7, 2.0) == approx(0.0, abs=1e-6)
 
 
 def test_the_series_has_converged(monkeypatch):
@@ -120,5 +121,5 @@ def test_the_series_has_converged(monkeypatch):
     usual = [ends.pad_squares(*case) for case in cases]
     monkeypatch.setattr(ends, "TERMS", 40_000)
     full = [partial(ends.pad_squares.__wrapped__, *case)() for case in cases]
-    assert usual == pytest.approx(full, abs=1e-3)
+    assert usual == approx(full, abs=1e-3)
     assert all(math.isfinite(value) for value in full)

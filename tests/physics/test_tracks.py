@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.physics.inductance.filaments import inclined_integral
 from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
@@ -43,7 +44,7 @@ def inclined_exactly(u0, u1, v0, v1, angle, square):
 def test_inclined_filaments_against_mpmath(u0, u1, v0, v1, angle, square):
     arrays = (np.array([x]) for x in (u0, u1, v0, v1, math.cos(angle), math.sin(angle)))
     ours = float(inclined_integral(*arrays, square)[0])
-    assert ours == pytest.approx(inclined_exactly(u0, u1, v0, v1, angle, square), rel=1e-9)
+    assert ours == approx(inclined_exactly(u0, u1, v0, v1, angle, square), rel=1e-9)
 
 
 def polygon(corners, turns, size, pitch, width, thickness=35e-6, z=0.0, turn=0.0, mirror=False, at=(0.0, 0.0)):
@@ -79,7 +80,7 @@ def test_rotation_mirror_and_place_change_nothing(design, turn, mirror, shift):
     plain = drawn(design)
     own = tracks_mutual_inductance(plain, plain)
     moved = drawn(design, turn=turn, mirror=mirror, at=(shift, -shift))
-    assert tracks_mutual_inductance(moved, moved) == pytest.approx(own, rel=1e-8)
+    assert tracks_mutual_inductance(moved, moved) == approx(own, rel=1e-8)
 
 
 @settings(max_examples=10, deadline=None)
@@ -88,7 +89,7 @@ def test_inductance_scales_with_length(design, exponent):
     one = drawn(design)
     large = one.scaled(10.0**exponent)
     expected = 10.0**exponent * tracks_mutual_inductance(one, one)
-    assert tracks_mutual_inductance(large, large) == pytest.approx(expected, rel=1e-9)
+    assert tracks_mutual_inductance(large, large) == approx(expected, rel=1e-9)
 
 
 @settings(max_examples=12, deadline=None)
@@ -97,7 +98,7 @@ def test_layers_are_reciprocal_and_passive(design, apart):
     layers = [drawn(design), drawn(design, z=-apart - 35e-6, mirror=True)]
     matrix = np.array([[tracks_mutual_inductance(a, b) for a in layers] for b in layers])
     assert np.linalg.eigvalsh(matrix).min() > 0.0
-    assert matrix[1, 0] == pytest.approx(matrix[0, 1], rel=1e-6)
+    assert matrix[1, 0] == approx(matrix[0, 1], rel=1e-6)
 
 
 @pytest.mark.parametrize("pieces", [2, 3, 7])
@@ -105,7 +106,7 @@ def test_a_split_side_has_the_same_inductance(pieces):
     points = np.linspace((0.0, 0.0), (5e-3, 1e-3), pieces + 1)
     whole = track([(tuple(points[0]), tuple(points[-1]))], 100e-6, 35e-6, 0.0)
     split = track([(tuple(a), tuple(b)) for a, b in pairwise(points)], 100e-6, 35e-6, 0.0)
-    assert tracks_mutual_inductance(split, split) == pytest.approx(tracks_mutual_inductance(whole, whole), rel=2e-5)
+    assert tracks_mutual_inductance(split, split) == approx(tracks_mutual_inductance(whole, whole), rel=2e-5)
 
 
 def test_a_split_arc_has_the_same_inductance():
@@ -116,7 +117,7 @@ def test_a_split_arc_has_the_same_inductance():
     one = arcs(2)
     for count in (4, 7):
         other = arcs(count)
-        assert tracks_mutual_inductance(other, other) == pytest.approx(tracks_mutual_inductance(one, one), rel=1e-4)
+        assert tracks_mutual_inductance(other, other) == approx(tracks_mutual_inductance(one, one), rel=1e-4)
 
 
 def test_an_oval_of_no_length_is_nearly_a_ring():
@@ -124,7 +125,7 @@ def test_an_oval_of_no_length_is_nearly_a_ring():
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * width)) - 2)
     coil = track([((0.0, 0.0), radius, 0.0, 1.0, math.pi), ((0.0, 0.0), radius, math.pi, 1.0, math.pi * 0.9999)],
                  width, thickness, 0.0)  # fmt: skip
-    assert tracks_mutual_inductance(coil, coil) == pytest.approx(ring, rel=1e-3)
+    assert tracks_mutual_inductance(coil, coil) == approx(ring, rel=1e-3)
 
 
 def test_coincident_crossing_and_nearly_touching_tracks_stay_finite():
@@ -138,7 +139,7 @@ def test_far_tracks_reach_the_dipole_limit():
     area = 2e-6
     for distance in (0.1, 10.0):
         mutual = tracks_mutual_inductance(one, one.shifted(distance, 0.0), (1, 1))
-        assert mutual == pytest.approx(-1e-7 * area**2 / distance**3, rel=5e-3)
+        assert mutual == approx(-1e-7 * area**2 / distance**3, rel=5e-3)
 
 
 def test_extreme_aspect_ratios():

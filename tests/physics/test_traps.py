@@ -19,6 +19,7 @@ import mpmath
 import numpy as np
 import pytest
 from bars import bars_exactly
+from tolerance import approx
 from windings import MM, UM, coil
 
 from sitscad.physics.constants import MU0
@@ -51,7 +52,7 @@ def test_unequal_rings_near_and_far(ratio, height):
     squared = (ratio - 1.0) ** 2 + height**2
     with mpmath.workdps(60):
         exact = float(rings_exactly(1.0, ratio, height))
-    assert float(coaxial_rings(1.0, ratio, squared)) == pytest.approx(exact, rel=3e-14)
+    assert float(coaxial_rings(1.0, ratio, squared)) == approx(exact, rel=3e-14)
 
 
 @pytest.mark.parametrize("distance", [1e-9, 1e-6, 1e-3, 0.1])
@@ -60,8 +61,8 @@ def test_rings_without_their_logarithm(distance):
     with mpmath.workdps(60):
         exact = rings_exactly(1.0, 1.0, distance) + 4e-7 * mpmath.pi * mpmath.log(distance)
     ours = float(smooth_rings(np.array(1.0), np.array(1.0), np.array(distance**2), 1.0))
-    assert ours == pytest.approx(float(exact), rel=1e-13)
-    assert ours == pytest.approx(MU0 * (math.log(8.0) - 2.0), rel=2.0 * distance)
+    assert ours == approx(float(exact), rel=1e-13)
+    assert ours == approx(MU0 * (math.log(8.0) - 2.0), rel=2.0 * distance)
 
 
 # Where the point stands along a filament of length 1, and how far off its axis.
@@ -76,14 +77,14 @@ def test_the_potential_on_the_axis_and_beyond_the_ends(along, rho):
         exact = float(mpmath.asinh(x / h) - mpmath.asinh((x - 1) / h)) * 1e-7
     segments = segment_set([PolylineTrack(np.array([[0.0, 0.0], [1.0, 0.0]]), 1e-4, 1e-5, 0.0)])
     point = np.array([[along, 0.0, rho]]), np.array([[1.0, 0.0]])
-    assert curve_segments_mutual(point, segments, 0.0) == pytest.approx(exact, rel=1e-10)
+    assert curve_segments_mutual(point, segments, 0.0) == approx(exact, rel=1e-10)
 
 
 def test_a_point_on_the_axis_itself_is_no_division_by_zero():
     segments = segment_set([PolylineTrack(np.array([[0.0, 0.0], [1.0, 0.0]]), 1e-4, 1e-5, 0.0)])
     for along, exact in ((3.0, math.log(1.5)), (-1.0, math.log(2.0))):
         point = np.array([[along, 0.0, 0.0]]), np.array([[1.0, 0.0]])
-        assert curve_segments_mutual(point, segments, 0.0) == pytest.approx(1e-7 * exact, rel=1e-9)
+        assert curve_segments_mutual(point, segments, 0.0) == approx(1e-7 * exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [1e-2, 1e-4, 1e-6, 1e-7])
@@ -101,7 +102,7 @@ def test_nearly_parallel_filaments(angle, apart):
 
         exact = float(mpmath.quad(inner, [u0, u0 + 0.2, u1]))
     arrays = (np.array([x]) for x in (u0, u1, v0, v1, math.cos(angle), math.sin(angle)))
-    assert float(inclined_integral(*arrays, 1e-4)[0]) == pytest.approx(exact, rel=1e-14 / angle + 1e-11)
+    assert float(inclined_integral(*arrays, 1e-4)[0]) == approx(exact, rel=1e-14 / angle + 1e-11)
 
 
 THINNESS = (1.0, 0.35, 0.1, 1e-2, 9e-3, 1e-4, 1e-8)
@@ -116,7 +117,7 @@ def test_the_mean_distance_of_strips_with_themselves(thinness):
         exact -= ((b / a) ** 2 * mpmath.log(1 + (a / b) ** 2) + (a / b) ** 2 * mpmath.log(1 + (b / a) ** 2)) / 12
         exact += 2 * (b / a * mpmath.atan(a / b) + a / b * mpmath.atan(b / a)) / 3
     ours = float(log_mean_distance(0.0, 0.0, (1.0, 1.0), (thinness, thinness)))
-    assert ours == pytest.approx(float(exact), abs=1.1e-5 if thinness > 0.4 else 4e-6)
+    assert ours == approx(float(exact), abs=1.1e-5 if thinness > 0.4 else 4e-6)
 
 
 @pytest.mark.parametrize("across", [1.0, 1.0 + 1e-9, 1.2])
@@ -135,7 +136,7 @@ def test_the_mean_distance_of_strips_that_touch(across, thinness):
             total -= a * b * c * e * mpmath.re(fourth(mpmath.mpc(x, abs(y))))
         exact = float(total / (w * t) ** 2)
     ours = float(log_mean_distance(across, 0.0, (1.0, 1.0), (thinness, thinness)))
-    assert ours == pytest.approx(exact, abs=6e-6 if thinness > 0.4 else 1e-6)
+    assert ours == approx(exact, abs=6e-6 if thinness > 0.4 else 1e-6)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +150,7 @@ def test_far_and_thin_tracks_of_windings_do_not_cancel(length, start, height, wi
     one = track([((0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     other = track([((start, 0.0), (start + length, 0.0))], width, thickness, height)
     exact = bars_exactly(length, start, height, width, thickness)
-    assert tracks_mutual_inductance(one, other) == pytest.approx(exact, rel=2e-6)
+    assert tracks_mutual_inductance(one, other) == approx(exact, rel=2e-6)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3])
@@ -167,7 +168,7 @@ def test_leads_curves_and_rings_scale_with_length(scale):
                                          (35 * UM * by,) * 2)),
         ])  # fmt: skip
 
-    assert leads(scale) == pytest.approx(scale * leads(1.0), rel=1e-9)
+    assert leads(scale) == approx(scale * leads(1.0), rel=1e-9)
 
 
 @pytest.mark.parametrize("x", [1e-3, 0.5, 2.9, 3.1, 9.9, 10.1, 60.0, 2000.0])
@@ -176,5 +177,5 @@ def test_bessel_functions_of_every_order_and_their_slopes(x):
     values, slopes = _bessel_slopes(np.array([x]), 8)
     for order in range(9):
         exact = float(mpmath.besselj(order, x))
-        assert values[order, 0] == pytest.approx(exact, abs=2e-7)
-        assert slopes[order, 0] == pytest.approx(float(mpmath.besselj(order, x, 1)), abs=2e-7)
+        assert values[order, 0] == approx(exact, abs=2e-7)
+        assert slopes[order, 0] == approx(float(mpmath.besselj(order, x, 1)), abs=2e-7)

@@ -6,6 +6,7 @@ import json
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.measured import Measure, Share
 from sitscad.report.findings import CheckedSpec, as_json, as_text
@@ -44,8 +45,8 @@ def test_json_has_every_number_and_where_it_comes_from():
     checked = CheckedSpec("a.yaml", "", (), fit=MEASURED)
     found = json.loads(as_json([checked]))["specs"][0]["fit"]
     assert [entry["name"] for entry in found] == [entry.name for entry in MEASURED]
-    assert found[0]["nominal_m"] == pytest.approx(MEASURED[0].nominal) and found[0]["parts"][0]["source"]
-    assert found[0]["margin_m"] == pytest.approx(found[0]["limit_m"] - found[0]["worst_m"])
+    assert found[0]["nominal_m"] == approx(MEASURED[0].nominal, rel=1e-6) and found[0]["parts"][0]["source"]
+    assert found[0]["margin_m"] == approx(found[0]["limit_m"] - found[0]["worst_m"], rel=1e-6)
     assert json.loads(as_json([CheckedSpec("a.yaml", "", ())]))["specs"][0]["fit"] == []
 
 

@@ -8,6 +8,7 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.estimates.signal import signals
@@ -244,7 +245,7 @@ def test_the_times_of_a_coil_alone_add_up_to_its_scans_a_second():
     rows = {row[0]: row[1] for row in numbers.readout_rows(found)}
     value, unit = rows["from one result of the coil to the next"].split()
     period = float(value) * {"us": 1e-6, "ms": 1e-3}[unit]
-    assert 1.0 / period == pytest.approx(found.readout.scan_rate, rel=2e-3)
+    assert 1.0 / period == approx(found.readout.scan_rate, rel=2e-3)
     assert 1.0 / found.readout.dwell_time < 0.993 * found.readout.scan_rate
     assert "settling, once, before the first conversion" in rows
     assert not {"- settling", "time on one coil, of every scan"} & rows.keys()
@@ -265,9 +266,7 @@ def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(des
 
     rows = {row[0]: row for row in numbers.readout_rows(design[1])}
     parts = [shown(rows[f"- {name}"]) for name in ("settling", "conversion", "switching to the next coil")]
-    assert sum(parts) == pytest.approx(shown(rows["time on one coil, of every scan"]), abs=1.1e-6)
+    assert sum(parts) == approx(shown(rows["time on one coil, of every scan"]), abs=1.1e-6)
     rows = {row[0]: row for row in numbers.coil_rows(design[1])}
     own = shown(rows["of that, the coil's own, with leads and tail"])
-    assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == pytest.approx(
-        own, 1e-3
-    )
+    assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == approx(own, rel=1e-3)

@@ -10,6 +10,7 @@ import handmade
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.scene.column import column, levels, process_tolerance, slack
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit, measures
@@ -47,7 +48,7 @@ def test_lengths_that_are_subtracted_from_themselves_have_no_tolerance_left(part
     gone = length - length
     assert gone.nominal == 0.0 and gone.spread == 0.0
     assert length.root_sum_square <= length.spread * (1 + 1e-12)
-    assert (length + length).spread == pytest.approx(2 * length.spread)
+    assert (length + length).spread == approx(2 * length.spread, rel=1e-6)
 
 
 def test_the_worst_case_is_the_worst_of_all_sensors_at_the_ends_of_their_tolerances():
@@ -62,7 +63,9 @@ def test_the_worst_case_is_the_worst_of_all_sensors_at_the_ends_of_their_toleran
         height = sum(t + s * d for t, s, d in zip(bottoms, signs, spreads, strict=True))
         highest = max(highest, height / 2)
     assert highest <= found.worst + 1e-12
-    assert found.height == pytest.approx(sum(bottoms)) and highest == pytest.approx((sum(bottoms) + sum(spreads)) / 2)
+    assert found.height == approx(sum(bottoms), rel=1e-6) and highest == approx(
+        (sum(bottoms) + sum(spreads)) / 2, rel=1e-6
+    )
 
 
 def test_root_sum_square_agrees_with_sampled_sensors():
@@ -92,9 +95,9 @@ def test_levels_follow_each_other_and_end_at_the_height():
     layers = column(glued(handmade.jaw_sensor()))
     here = 0.0
     for lower, upper in levels(layers).values():
-        assert lower.nominal == pytest.approx(here, abs=1e-15)
+        assert lower.nominal == approx(here, abs=1e-15)
         here = upper.nominal
-    assert here == pytest.approx(closed_section(glued(handmade.jaw_sensor())).height)
+    assert here == approx(closed_section(glued(handmade.jaw_sensor())).height, rel=1e-6)
 
 
 def test_glue_makes_the_pair_higher_by_its_lines_alone():
@@ -115,7 +118,7 @@ def test_the_board_is_held_against_the_chord_of_the_jaw_s_back():
     over = next(measure for measure in fit(layout) if measure.name == OVERHANG)
     face = section(layout.spec.mount.jaw).face
     assert face < layout.spec.mount.jaw.width
-    assert over.nominal == pytest.approx((4.6e-3 - face) / 2) and over.limit == pytest.approx(0.9e-3)
+    assert over.nominal == approx((4.6e-3 - face) / 2, rel=1e-6) and over.limit == approx(0.9e-3, rel=1e-6)
 
 
 def test_measures_of_a_sensor_name_their_limits():
@@ -124,7 +127,7 @@ def test_measures_of_a_sensor_name_their_limits():
     assert found[CLOSED_PAIR].limit == 5e-3 and found[LENGTH].limit == 16e-3
     for measure in found.values():
         assert measure.nominal <= measure.root_sum_square <= measure.worst
-        assert measure.margin == pytest.approx(measure.limit - measure.worst)
+        assert measure.margin == approx(measure.limit - measure.worst, rel=1e-6)
     assert fit(handmade.bench_sensor()) == ()
 
 
@@ -145,4 +148,4 @@ def test_every_process_has_its_limits_and_its_tolerance(process):
 
 @pytest.mark.parametrize(("size", "band"), [(0.05e-3, 5e-6), (0.15e-3, 18e-6), (0.2e-3, 18e-6), (1.0e-3, 50e-6)])
 def test_sheets_have_the_tolerance_of_their_thickness(size, band):
-    assert process_tolerance("sheet", "rolled", size).band == pytest.approx(band)
+    assert process_tolerance("sheet", "rolled", size).band == approx(band, rel=1e-6)

@@ -1,6 +1,7 @@
 """What the coils see is the glued assembly: every line between board and metal takes the metal farther away."""
 
 import pytest
+from tolerance import approx
 
 from sitscad import load_text
 from sitscad.design import Design
@@ -38,18 +39,18 @@ def test_gaps_are_those_of_the_closed_pair_from_back_to_back(standoff, shield):
     found = design(standoff, shield)
     at = {part: (low.nominal, high.nominal) for part, (low, high) in levels(column(found.layout)).items()}
     top = at["board"][1]
-    assert target_gap(found.spec) == pytest.approx(at["target"][0] - top)
-    assert metal_face(found.spec) == pytest.approx(at["jaw"][1] - top)
+    assert target_gap(found.spec) == approx(at["target"][0] - top, rel=1e-6)
+    assert metal_face(found.spec) == approx(at["jaw"][1] - top, rel=1e-6)
     if shield:
-        assert shield_span(found.spec) == pytest.approx([level - top for level in at["shield"]])
-        assert room_behind(found.spec) == pytest.approx(at["board"][0] - at["shield"][1])
+        assert shield_span(found.spec) == approx([level - top for level in at["shield"]], rel=1e-6)
+        assert room_behind(found.spec) == approx(at["board"][0] - at["shield"][1], rel=1e-6)
     else:
-        assert room_behind(found.spec) == pytest.approx(at["board"][0] - at["jaw"][1])
+        assert room_behind(found.spec) == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
 
 
 def test_glue_takes_the_target_away_and_inductance_up():
     thin, thick = design(), Design(design().spec.replace("assembly.glue_line", "100 um"))
     rest, other = (each.estimates.coils[0].states["rest"].inductance for each in (thin, thick))
     assert other > 1.01 * rest
-    assert thick.estimates.gaps["rest"] - thin.estimates.gaps["rest"] == pytest.approx(120e-6)
-    assert thick.response.rest[2] == pytest.approx(thick.estimates.gaps["rest"])
+    assert thick.estimates.gaps["rest"] - thin.estimates.gaps["rest"] == approx(120e-6, rel=1e-6)
+    assert thick.response.rest[2] == approx(thick.estimates.gaps["rest"], rel=1e-6)

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.scene.motions import LOAD, POSE, MotionError, frequency_of, read_motions
 
 
 def test_bare_numbers_are_millimetres_degrees_and_newtons():
     found = read_motions(poses=["x=0.5,z=-200 um, rx=1,ry=0.1rad"], loads=["normal=4.8,shear_y=-300 mN,rotation=held"])
-    assert found.poses[0] == pytest.approx([5e-4, 0.0, -2e-4, math.radians(1.0), 0.1, 0.0])
-    assert found.loads[0] == pytest.approx([4.8, 0.0, -0.3])
+    assert found.poses[0] == approx([5e-4, 0.0, -2e-4, math.radians(1.0), 0.1, 0.0], rel=1e-6, abs=1e-12)
+    assert found.loads[0] == approx([4.8, 0.0, -0.3], rel=1e-6, abs=1e-12)
     assert list(found.held) == [True]
 
 
@@ -28,9 +29,9 @@ def test_nothing_is_the_pose_at_rest():
 def test_a_scan_is_a_product_the_last_range_fastest():
     found = read_motions(scans=["x=-2:2:5,rz=90,z=-0.9:0:4", "normal=0:2:3,shear_x=0.5"])
     assert found.poses.shape == (20, 6)
-    assert found.poses[1] - found.poses[0] == pytest.approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0])
-    assert found.poses[-1] == pytest.approx([2e-3, 0.0, 0.0, 0.0, 0.0, math.pi / 2])
-    assert found.loads == pytest.approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]))
+    assert found.poses[1] - found.poses[0] == approx([0.0, 0.0, 3e-4, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
+    assert found.poses[-1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, math.pi / 2], rel=1e-6, abs=1e-12)
+    assert found.loads == approx(np.array([[0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [2.0, 0.5, 0.0]]), rel=1e-6)
 
 
 def test_files_name_their_columns_and_units(tmp_path):
@@ -38,8 +39,8 @@ def test_files_name_their_columns_and_units(tmp_path):
     poses.write_text("# scanned\nx,z_m,ry_deg\n1,-0.0002,2\n\n2,,\n")
     loads.write_text("normal_N,shear_x,rotation\n1,0.5,held\n2,0,\n")
     found = read_motions(pose_files=[str(poses)], load_files=[str(loads)])
-    assert found.poses[0] == pytest.approx([1e-3, 0.0, -2e-4, 0.0, math.radians(2.0), 0.0])
-    assert found.poses[1] == pytest.approx([2e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert found.poses[0] == approx([1e-3, 0.0, -2e-4, 0.0, math.radians(2.0), 0.0], rel=1e-6, abs=1e-12)
+    assert found.poses[1] == approx([2e-3, 0.0, 0.0, 0.0, 0.0, 0.0], rel=1e-6, abs=1e-12)
     assert list(found.held) == [True, False]
 
 
@@ -49,7 +50,7 @@ def test_columns_of_readings_are_passed_over_and_told(tmp_path):
     plan.write_text("normal_N,shear_x_N,C1_counts,C2_counts\n0,0,,\n8,-1.15,8123456,7654321\n")
     poses.write_text("x,C1_MHz\n1,5.2\n")
     found = read_motions(load_files=[str(plan)], pose_files=[str(poses)])
-    assert found.loads == pytest.approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]])) and len(found.poses) == 1
+    assert found.loads == approx(np.array([[0.0, 0.0, 0.0], [8.0, -1.15, 0.0]]), rel=1e-6) and len(found.poses) == 1
     assert found.passed_over == (
         f"{poses}: columns of readings are passed over: C1_MHz",
         f"{plan}: columns of readings are passed over: C1_counts, C2_counts",

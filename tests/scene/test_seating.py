@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.scene.grasper.seating import relief
@@ -39,7 +40,7 @@ def test_a_taper_that_goes_on_past_the_tongue_leaves_no_room_for_cheeks():
     text = JAW.format(diameter=8, pitch=8.5, margin=0, connector="zif-0.5mm")
     found = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
     assert found is not None and found.cheeks is None
-    assert found.along[1] - found.along[0] == pytest.approx(1.636e-3, abs=1e-6)
+    assert found.along[1] - found.along[0] == approx(1.636e-3, abs=1e-6)
 
 
 def test_some_tongues_have_cheeks():

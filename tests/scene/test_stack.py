@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.scene.bodies import BodyRole
@@ -32,7 +33,7 @@ def test_pieces_are_in_order_and_touch(layout):
     assert all(piece.thickness > 0.0 for piece in pieces)
     solid = [piece for piece in pieces if piece.role in FILLED and piece.role is not BodyRole.SHIELD]
     for under, over in pairwise(solid):
-        assert over.lower == pytest.approx(under.upper, abs=1e-12)
+        assert over.lower == approx(under.upper, abs=1e-12)
 
 
 def test_metals_are_those_that_the_estimate_sees(layout):
@@ -47,10 +48,10 @@ def test_the_closed_pair_reaches_from_back_to_back(layout):
         assert section is None
         return
     pieces = stack(layout)
-    assert min(piece.lower for piece in pieces) == pytest.approx(span[0])
-    assert max(piece.upper for piece in pieces) == pytest.approx(span[1])
+    assert min(piece.lower for piece in pieces) == approx(span[0], rel=1e-6)
+    assert max(piece.upper for piece in pieces) == approx(span[1], rel=1e-6)
     lines = [layer for layer in column(layout) if layer.is_glue]
-    assert lines and section.height == pytest.approx(span[1] - span[0] + 30e-6 * len(lines))
+    assert lines and section.height == approx(span[1] - span[0] + 30e-6 * len(lines), rel=1e-6)
 
 
 def test_states_carry_the_pose_of_the_target():

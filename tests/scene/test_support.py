@@ -8,6 +8,7 @@ from pathlib import Path
 
 import handmade
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Severity
@@ -50,14 +51,14 @@ def test_a_seat_carries_what_the_port_leaves_of_it():
     half = math.sqrt(made_to_measure(layout, layout.spec.mount.jaw) ** 2 - depth**2)
     found = support(layout)
     assert 2.0 * half < 4.0e-3 and found.name == "elastomer"
-    assert found.carried == pytest.approx(4.0e-3 * 2.0 * half, rel=1e-12) and found.pressed == pytest.approx(16e-6)
+    assert found.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and found.pressed == approx(16e-6, rel=1e-6)
 
 
 def test_a_board_on_a_jaw_without_a_seat_lies_on_the_face_beside_its_window():
     jaw = replace(handmade.jaw(), fenestration=(3e-3, 1.0e-3))
     found = support(pad(mount=handmade.Mount("grasper-pad", jaw, 0.0)))
-    assert found.carried == pytest.approx(16e-6 - 3e-6, rel=1e-12)
-    assert support(pad(mount=handmade.Mount("grasper-pad", jaw, 1e-3))).carried == pytest.approx(16e-6)
+    assert found.carried == approx(16e-6 - 3e-6, rel=1e-12)
+    assert support(pad(mount=handmade.Mount("grasper-pad", jaw, 1e-3))).carried == approx(16e-6, rel=1e-6)
 
 
 def test_plate_and_cap_carry_all_of_the_board_and_a_finger_what_is_flat_of_it():
@@ -67,10 +68,10 @@ def test_plate_and_cap_carry_all_of_the_board_and_a_finger_what_is_flat_of_it():
         assert found.body == enclosed_area(ground(layout))
         return found.body_carried / found.body, found.share
 
-    assert on(handmade.Mount("bench-plate", None, 2e-3)) == pytest.approx((1.0, 1.0))
+    assert on(handmade.Mount("bench-plate", None, 2e-3)) == approx((1.0, 1.0), rel=1e-6)
     flat, round_one = Finger("rectangle", (4e-3, 4e-3), 8e-3, 2e-3), Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3)
     for finger in (flat, round_one):
-        assert on(handmade.Mount("fingertip", None, 1e-3, finger=finger)) == pytest.approx((1.0, 1.0))
+        assert on(handmade.Mount("fingertip", None, 1e-3, finger=finger)) == approx((1.0, 1.0), rel=1e-6)
     assert on(handmade.Mount("fingertip", None, 0.0, finger=round_one)) == (0.0, 0.0)
     assert 0.0 < on(handmade.Mount("fingertip", None, 0.0, finger=flat))[1] < 1.0
 
@@ -81,7 +82,7 @@ def test_a_mount_cut_back_to_a_lens_is_an_error_with_both_areas():
     (lens,) = [finding for finding in result.findings if finding.rule == "SIT319"]
     assert lens.severity is Severity.ERROR and lens.key == "mount.standoff" and lens.unit == "m2"
     body = enclosed_area(ground(lay_out(load(LENS))))
-    assert lens.limit == pytest.approx(0.5 * body) and 0.4 * body < lens.measured < lens.limit
+    assert lens.limit == approx(0.5 * body, rel=1e-6) and 0.4 * body < lens.measured < lens.limit
     assert f"of its {body * 1e6:.3g} mm2" in lens.message
     over = [finding.message for finding in result.findings if finding.rule == "SIT301"]
     assert all("which the port leaves" in message for message in over)
@@ -97,7 +98,7 @@ def test_the_board_of_every_template_is_carried(template):
 def test_a_warning_where_a_tenth_of_what_is_pressed_on_is_missing():
     ((finding,), _) = said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 0}")
     assert finding.severity is Severity.WARNING and "a seat bridges" in finding.hint
-    assert (finding.measured, finding.limit) == (pytest.approx(24e-6), pytest.approx(0.9 * 32e-6))
+    assert (finding.measured, finding.limit) == (approx(24e-6, rel=1e-6), approx(0.9 * 32e-6, rel=1e-6))
     assert said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 1}") == ([], [])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tolerance import approx
 
 from sitscad.scene.grasper.tail_path import Station, Stretch, TailPath
 
@@ -22,4 +23,4 @@ def test_the_distance_of_a_point_is_that_of_the_nearest_place(turned, x, z):
     places = (way.at(way.length * i / 5000) for i in range(5001))
     nearest = min(math.hypot(place.x - x, place.z - z) for place in places)
     assert way.distance(x, z) <= nearest + 1e-12
-    assert way.distance(x, z) == pytest.approx(nearest, abs=2e-6)
+    assert way.distance(x, z) == approx(nearest, abs=2e-6)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.uncertainty import sigmas
 from sitscad.geometry.shapes import SHAPES
@@ -125,7 +126,7 @@ def test_a_written_stackup_is_plated_like_the_presets():
     assert own.foil_thickness((1, 2)) == 35e-6, "what nobody stated makes no rule for thinner foil hold"
     assert "fpc.plating: 12 um, part of the outer copper" in spec.source.defaults
     thick = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}", "  plating: 20 um").fpc.stackup
-    assert (thick.plating_thickness, thick.foil_thickness((1, 2))) == (20e-6, pytest.approx(15e-6))
+    assert (thick.plating_thickness, thick.foil_thickness((1, 2))) == (20e-6, approx(15e-6, rel=1e-6))
     thin = loaded("fpc:", f"  stackup: {ROWS % ('9 um', '35 um')}").fpc.stackup
     assert (thin.plating_thickness, thin.copper_thickness_sigma) == (0.0, preset.copper_thickness_sigma)
     bare = loaded("fpc:", "  stackup: [{copper: 35 um}, {dielectric: 25 um}]").fpc.stackup
@@ -198,7 +199,7 @@ def test_a_polygon_gets_the_exact_fraction_of_a_turn():
 
 def test_a_cable_is_completed_in_proportion_to_its_length_and_says_so():
     spec = loaded("readout: {cable: {length: 150, resistance: 0.1 ohm}}")
-    assert spec.readout.cable.inductance == pytest.approx(90e-9)
+    assert spec.readout.cable.inductance == approx(90e-9, rel=1e-6)
     assert spec.readout.cable.resistance == 0.1
     assert any("readout.cable.inductance: 90 nH" in text and "unverified" in text for text in spec.source.defaults)
 
@@ -220,7 +221,7 @@ def test_a_cable_is_completed_in_proportion_to_its_length_and_says_so():
 )
 def test_arrays_stand_where_their_pattern_says(array, centres):
     found = [placement.centre for placement in loaded(f"array: {array}").array.placements]
-    assert found == [pytest.approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
+    assert found == [approx((x * 1e-3, y * 1e-3), abs=1e-12) for x, y in centres]
 
 
 def test_a_coil_may_touch_the_spacing_exactly():
@@ -241,7 +242,7 @@ def test_a_coil_may_touch_the_spacing_exactly():
     ],
 )
 def test_gaps_between_coils(shape, size, offset, expected):
-    assert gap(shape, size, *named(((0, 0), offset))) == pytest.approx(expected)
+    assert gap(shape, size, *named(((0, 0), offset))) == approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -259,7 +260,7 @@ def test_gaps_between_coils(shape, size, offset, expected):
 )
 def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
     assert SHAPES[shape].is_whole(turns) is whole
-    assert SHAPES[shape].nearest_turns(turns) == pytest.approx(nearest)
+    assert SHAPES[shape].nearest_turns(turns) == approx(nearest, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -274,7 +275,7 @@ def test_turns_end_where_the_shape_has_an_end(shape, turns, whole, nearest):
 )
 def test_the_innermost_trace_stays_clear_of_the_centre(shape, size, most):
     """Pitch 0.2, width 0.1: the room for pitches is (4.05/2 - 0.1) / 0.2 = 9.625."""
-    assert SHAPES[shape].most_turns(size, 0.1, 0.2) == pytest.approx(most, abs=1e-6)
+    assert SHAPES[shape].most_turns(size, 0.1, 0.2) == approx(most, abs=1e-6)
 
 
 def test_rule_ids_are_stable_and_complete():
@@ -316,10 +317,10 @@ elastomer: {offset: %s}
 
 def test_places_are_lengths_and_an_angle_with_their_units():
     spec = load_text(PLACED % ("[0.2, 100 um]", "[0.5, -20 mil]", "45 deg", "[0, 0.1 mm]"))
-    assert spec.fpc.margin == pytest.approx((0.2e-3, 0.1e-3))
-    assert spec.target.offset == pytest.approx((0.5e-3, -0.508e-3))
-    assert spec.target.rotation == pytest.approx(math.radians(45.0))
-    assert spec.elastomer.offset == pytest.approx((0.0, 0.1e-3))
+    assert spec.fpc.margin == approx((0.2e-3, 0.1e-3), rel=1e-6)
+    assert spec.target.offset == approx((0.5e-3, -0.508e-3), rel=1e-6)
+    assert spec.target.rotation == approx(math.radians(45.0), rel=1e-6)
+    assert spec.elastomer.offset == approx((0.0, 0.1e-3), rel=1e-6, abs=1e-12)
     plain = load_text(PLACED.partition("fpc")[0] + "target: {size: 5}\n")
     assert (plain.fpc.margin, plain.target.offset, plain.target.rotation) == ((0.0, 0.0), (0.0, 0.0), 0.0)
 

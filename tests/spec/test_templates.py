@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 from sitscad.spec import templates
 
@@ -36,7 +37,7 @@ def test_the_resistances_in_a_comment_are_the_computed_ones(name):
     coils = sitscad.estimate(sitscad.lay_out(sitscad.load_text(templates.read(name)))).coils
     for word, state in zip(words, ("free", "rest", "pressed"), strict=True):
         worst = min(coil.states[state].parallel_resistance for coil in coils)
-        assert float(word) * 1e3 == pytest.approx(worst, rel=0.06), state
+        assert float(word) * 1e3 == approx(worst, rel=0.06), state
 
 
 INHERENT = {

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from pad_of_elements import stiffness
+from tolerance import approx
 
 pytest.importorskip("ngsolve", reason="pip install sitscad[fe]")
 
@@ -28,7 +29,7 @@ def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
     beyond = 2.0 * (solid.rim + solid.skin)
     whole = (solid.width_x + beyond) * (solid.width_y + beyond) * solid.thickness
     assert volumes.min() > 0.0
-    assert volumes.sum() == pytest.approx(0.5 * whole, rel=1e-9)
+    assert volumes.sum() == approx(0.5 * whole, rel=1e-9)
     flat = np.concatenate([mesh.faces[name] for name in (BOARD, PLATE, MIDDLE, FREE)])
     ways = [np.cross(mesh.points[q[2]] - mesh.points[q[0]], mesh.points[q[3]] - mesh.points[q[1]]) for q in flat]
     assert np.abs(np.sum(ways, axis=0)).max() < 1e-9 * np.abs(ways).sum()
@@ -37,13 +38,13 @@ def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
 def test_a_disc_at_rest_agrees_with_axisymmetric_elements_of_another_kind():
     disc = Pad(Solid(4e-3, 4e-3, 2e-3, is_round=True), 2, 50e3).move((0.0, 0.0, 0.0))
     shear, poisson = 50e3, 0.49995
-    assert disc.stiffness[1, 1] == pytest.approx(stiffness(2e-3, 2e-3, 2e-3, shear, poisson, 16), rel=0.01)
+    assert disc.stiffness[1, 1] == approx(stiffness(2e-3, 2e-3, 2e-3, shear, poisson, 16), rel=0.01)
 
 
 def test_board_and_plate_may_be_swapped():
     """Turned by half of its tilt, the frame between board and plate sees shear and tilt apart: M = -h/2 F."""
     rest = Pad(SQUARE, 2, 50e3).move((0.0, 0.0, 0.0))
-    assert rest.stiffness[2, 0] == pytest.approx(-1e-3 * rest.stiffness[0, 0], rel=1e-6)
+    assert rest.stiffness[2, 0] == approx(-1e-3 * rest.stiffness[0, 0], rel=1e-6)
 
 
 def test_stiffness_is_the_change_of_the_force():
@@ -55,7 +56,7 @@ def test_stiffness_is_the_change_of_the_force():
         changed = np.subtract(
             (there.force_x, there.force_z, there.moment_y), (here.force_x, here.force_z, here.moment_y)
         )
-        assert changed / move[k] == pytest.approx(here.stiffness[:, k], rel=2e-3, abs=2e-3 * abs(here.stiffness[k, k]))
+        assert changed / move[k] == approx(here.stiffness[:, k], rel=2e-3, abs=2e-3 * abs(here.stiffness[k, k]))
 
 
 def test_elements_have_converged():
@@ -63,13 +64,13 @@ def test_elements_have_converged():
     coarse, fine = Pad(SQUARE, 2, 1.0), Pad(SQUARE, 2, 1.0, mesh=fanned(SQUARE, 2, 2))
     for pose in ((0.0, 0.0, 0.0), (0.0, -0.5e-3, 0.0)):
         one, other = coarse.move(pose), fine.move(pose)
-        assert one.stiffness[1, 1] == pytest.approx(other.stiffness[1, 1], rel=0.01)
-        assert one.stiffness[0, 0] == pytest.approx(other.stiffness[0, 0], rel=0.05)
-        assert one.force_z == pytest.approx(other.force_z, rel=0.004, abs=1e-12)
+        assert one.stiffness[1, 1] == approx(other.stiffness[1, 1], rel=0.01)
+        assert one.stiffness[0, 0] == approx(other.stiffness[0, 0], rel=0.05)
+        assert one.force_z == approx(other.force_z, rel=0.004, abs=1e-12)
 
 
 def test_a_soft_skin_of_the_pads_own_material_is_a_wider_pad():
     film = Pad(Solid(3.6e-3, 3.6e-3, 2e-3, skin=0.2e-3), 2, 1.0, skin=1.0).move((0.0, 0.0, 0.0))
     wide = Pad(SQUARE, 2, 1.0).move((0.0, 0.0, 0.0))
-    assert film.stiffness[1, 1] == pytest.approx(wide.stiffness[1, 1], rel=0.02)
+    assert film.stiffness[1, 1] == approx(wide.stiffness[1, 1], rel=0.02)
     assert math.isclose(film.stiffness[0, 0], wide.stiffness[0, 0], rel_tol=0.02)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 pytest.importorskip("scipy", reason="scipy is not installed")
 
@@ -80,7 +81,7 @@ def test_a_large_coil_close_to_its_target_is_told(layers, is_told):
 def test_the_rings_have_converged():
     spec = load_text(NEAR.replace("LAYERS", "1"), "near.yaml")
     coarse, fine = (added(spec, 0.2e-3, 0.5e-3, cells) for cells in (3, 6))
-    assert coarse == pytest.approx(fine, rel=0.02)
+    assert coarse == approx(fine, rel=0.02)
 
 
 def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
@@ -90,4 +91,4 @@ def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
     found = capacitance(*turn, width, 1.0, None, 0.0, cells=24) / (2.0 * math.pi * radius)
     from sitscad.physics.capacitance import stacked_strips
 
-    assert found == pytest.approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)
+    assert found == approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)

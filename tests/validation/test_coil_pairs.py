@@ -12,6 +12,7 @@ import coil_pairs
 import designs
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
 from sitscad.estimates.winding.methods import WindingGeometry
@@ -76,4 +77,4 @@ def test_a_reference_can_be_computed_again():
     two = coil_pairs.pair("hexagon", 2)
     row = next(r for r in REFERENCES if (r["family"], r["number"]) == ("hexagon", "2"))
     found = coil_pairs.exact(two, coil_pairs.resolution(two))
-    assert found == pytest.approx(float(row["mutual_inductance_H"]), rel=1e-9)
+    assert found == approx(float(row["mutual_inductance_H"]), rel=1e-9)

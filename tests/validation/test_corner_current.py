@@ -20,6 +20,7 @@ from corner_grid import impedance
 from corner_relaxation import PLACES, WIDTH, difference
 from corner_windings import COPPER, MM, RATE, UM, bent, polygon, rounded_path
 from stream_sheet import sheet, solved
+from tolerance import approx
 from windings import square
 
 from sitscad.estimates.winding.losses import winding_losses, winding_resistance
@@ -74,15 +75,15 @@ def test_direct_current_cuts_corners(name):
     cells = (4, 6) if turns == 1 else (3, 5)
     even, direct, resistance = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], cells)
     ours = winding_inductance([track(list(pairwise(map(tuple, corners))), width, copper, 0.0)])
-    assert ours == pytest.approx(even, rel=4e-4)
+    assert ours == approx(even, rel=4e-4)
     change = corner_inductance([bent(corners, width, copper)])
-    assert change == pytest.approx(direct - even, abs=6e-4 * even)
-    assert change == pytest.approx(direct - even, rel=0.06)
+    assert change == approx(direct - even, abs=6e-4 * even)
+    assert change == approx(direct - even, rel=0.06)
     assert change < -3e-3 * even
     straight = with_corners(bent_winding_loss([bent(corners, width, copper)], COPPER, suited_modes(
         width, copper, width, 1.0, False), 2, 2), [bent(corners, width, copper)], COPPER)  # fmt: skip
-    assert straight.direct == pytest.approx(resistance, rel=2e-3)
-    assert straight.direct_change == pytest.approx(change, rel=1e-6)
+    assert straight.direct == approx(resistance, rel=2e-3)
+    assert straight.direct_change == approx(change, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +100,7 @@ def test_direct_current_in_very_wide_tracks_of_less_than_a_turn(sides, turns, wi
     corners = polygon(sides, turns, 1.0 * MM, 1.25 * width)
     even, direct, _ = limit_of(lambda n: [sheet(corners, width, 12 * UM, n, n)], [], (4, 6))
     change = corner_inductance([bent(corners, width, 12 * UM)])
-    assert change == pytest.approx(direct - even, rel=0.025) and change < -0.015 * even
+    assert change == approx(direct - even, rel=0.025) and change < -0.015 * even
 
 
 def alternating(name, fine):
@@ -163,9 +164,9 @@ def two_layers(*design):
 
     even = choose_method(geometry).solve(geometry)
     loss = winding_losses(spec, coil, geometry.spirals, COPPER)
-    assert corner_inductance([bent_track(w, spec.trace_width) for w in coil.windings]) == pytest.approx(
+    assert corner_inductance([bent_track(w, spec.trace_width) for w in coil.windings]) == approx(
         loss.direct_change, rel=1e-6)  # fmt: skip
-    assert loss.direct == pytest.approx(winding_resistance(spec, coil, COPPER), rel=1e-12)
+    assert loss.direct == approx(winding_resistance(spec, coil, COPPER), rel=1e-12)
     return even, loss, limit_of(sheets, FREQUENCIES, (4, 6))
 
 
@@ -176,8 +177,8 @@ def test_layers_above_each_other(design):
     even, loss, found = two_layers(*design)
     errors = (loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])) / even
     print(design, "L %", np.round(100 * errors, 3))
-    assert even == pytest.approx(found[0], rel=3e-4)
-    assert loss.direct_change == pytest.approx(found[1] - found[0], abs=5e-4 * even)
+    assert even == approx(found[0], rel=3e-4)
+    assert loss.direct_change == approx(found[1] - found[0], abs=5e-4 * even)
     lacking = loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])
     assert np.all(np.abs(lacking) < np.array([5e-4, 2.5e-3]) * even)
     ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / found[5:7]
@@ -190,7 +191,7 @@ def test_many_narrow_turns_have_little_of_it():
     corners = polygon(sides, turns, apothem, pitch)
     even, direct, _ = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], (3, 5))
     change = corner_inductance([bent(corners, width, copper)])
-    assert change == pytest.approx(direct - even, abs=1e-4 * even)
+    assert change == approx(direct - even, abs=1e-4 * even)
     assert -1.5e-3 * even < change < -5e-4 * even
 
 
@@ -199,7 +200,7 @@ def test_the_resistance_of_a_corner_is_the_formula_s(degrees):
     turn, width, copper = math.radians(degrees), 100 * UM, 10 * UM
     corners = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (math.cos(turn), math.sin(turn))])
     squares = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], (5, 8))[2] * COPPER * copper - 6.0
-    assert squares == pytest.approx(bend_squares(turn), abs=4e-3)
+    assert squares == approx(bend_squares(turn), abs=4e-3)
 
 
 def test_two_references_agree():
@@ -208,8 +209,8 @@ def test_two_references_agree():
     grid = [impedance(corners, width, copper, COPPER, [1e3], n, n)[0] for n in (4, 6)]
     grid = grid[1] + (grid[1] - grid[0]) / (1.5**RATE - 1.0)
     even, direct, resistance = limit_of(lambda n: [sheet(corners, width, copper, n, n)], [], (4, 6))
-    assert grid.imag / (2e3 * math.pi) == pytest.approx(direct, rel=2e-3)
-    assert grid.real == pytest.approx(resistance, rel=3e-3)
+    assert grid.imag / (2e3 * math.pi) == approx(direct, rel=2e-3)
+    assert grid.real == approx(resistance, rel=3e-3)
     assert direct < 0.972 * even
 
 
@@ -217,8 +218,8 @@ def test_what_a_round_pen_leaves_out_of_a_corner_hardly_carries_current():
     corners, width, copper = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)]), 100 * UM, 10 * UM
     mitred, drawn = (limit_of(lambda n, pen=pen: [sheet(corners, width, copper, n, n, pen=pen)], [], (4, 6))
                      for pen in (0, 8))  # fmt: skip
-    assert drawn[1] == pytest.approx(mitred[1], rel=1e-3)
-    assert drawn[2] == pytest.approx(mitred[2], rel=2e-3)
+    assert drawn[1] == approx(mitred[1], rel=1e-3)
+    assert drawn[2] == approx(mitred[2], rel=2e-3)
 
 
 TURNS = {45.0: 1, 60.0: 2, 90.0: 3}
@@ -231,13 +232,13 @@ TURNS = {45.0: 1, 60.0: 2, 90.0: 3}
 def test_the_tables_are_those_of_the_map(degrees, aspect):
     turn, cells = math.radians(degrees), (5, 8)
     moment, middle = limit(lambda n: moments(flow(turn, aspect, n)), cells)
-    assert corner_excess.moment(turn) == pytest.approx(moment, rel=0.01)
+    assert corner_excess.moment(turn) == approx(moment, rel=0.01)
     points = corner_excess.points(turn)
-    assert np.sum(points[:, 2]) == pytest.approx(1.0, abs=2e-3)
-    assert points[:, 2] @ points[:, 0] == pytest.approx(middle, abs=0.01)
+    assert np.sum(points[:, 2]) == approx(1.0, abs=2e-3)
+    assert points[:, 2] @ points[:, 0] == approx(middle, abs=0.01)
     arms, own = limit(lambda n: made(flow(turn, aspect, n), aspect), cells)
     ours = corner_excess.own_inductance(turn, 1.0, aspect) / (4e-7 * math.pi)
-    assert ours == pytest.approx(2.0 * arms + own, rel=0.015)
+    assert ours == approx(2.0 * arms + own, rel=0.015)
 
 
 @pytest.mark.parametrize(
@@ -250,15 +251,15 @@ def test_the_tables_of_rounded_corners(degrees, radius):
     squares, moment, inductance, inside = rounded(turn, radius)
     less = curved(turn, radius)
     if radius < corner_excess.TIGHT[-1]:
-        assert corner_excess.tight_squares(turn, radius) == pytest.approx(squares, abs=0.01)
-        assert corner_excess.moment(turn, radius) == pytest.approx(moment, rel=0.01)
+        assert corner_excess.tight_squares(turn, radius) == approx(squares, abs=0.01)
+        assert corner_excess.moment(turn, radius) == approx(moment, rel=0.01)
         table = corner_excess.points(turn, radius)
-        assert table[:, 2] @ table[:, 0] == pytest.approx(inside, abs=0.015)
+        assert table[:, 2] @ table[:, 0] == approx(inside, abs=0.015)
         ours = corner_excess.own_inductance(turn, 1.0, 0.1, radius)
     else:
-        assert corner_excess.gentle_squares(turn, radius) == pytest.approx(squares, abs=0.006)
+        assert corner_excess.gentle_squares(turn, radius) == approx(squares, abs=0.006)
         ours = corner_excess.gentle_inductance(turn, 1.0, 0.1, radius) + less[1] * 4e-7 * math.pi
-    assert ours / (4e-7 * math.pi) == pytest.approx(inductance, rel=0.02, abs=5e-4)
+    assert ours / (4e-7 * math.pi) == approx(inductance, rel=0.02, abs=5e-4)
 
 
 # name, sides, turns, radius (widths), cells, what L may differ by at direct current and 1 MHz, at 10 MHz, and R there
@@ -291,7 +292,7 @@ def test_rounded_corners(name, sides, turns, radius, cells, direct, alternating,
     ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / np.array(found[2:])
     errors = np.round(100 * lacking / even, 3), np.round(100 * ratios - 100, 2)
     print(name, turns, radius, tolerance, "L %", errors[0], "R %", errors[1])
-    assert loss.direct == pytest.approx(resistance, rel=1e-3)
+    assert loss.direct == approx(resistance, rel=1e-3)
     assert np.all(np.abs(lacking) < np.array([direct, direct, alternating]) * even)
     assert np.all(np.abs(ratios - 1.0) < np.array([6e-3, of_r]))
 

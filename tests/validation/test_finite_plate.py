@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from box_of_loops import box_change, converged_change, endless_change
+from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.metal.finite_plate import (
@@ -70,14 +71,14 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
 @pytest.mark.parametrize("case", QUICK, ids=label)
 def test_the_share_is_that_of_a_box(case):
     share, reference, error = share_and_reference(*case)
-    assert share == pytest.approx(reference, rel=error)
+    assert share == approx(reference, rel=error)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", SLOW, ids=label)
 def test_the_share_is_that_of_many_boxes(case):
     share, reference, error = share_and_reference(*case)
-    assert share == pytest.approx(reference, rel=error)
+    assert share == approx(reference, rel=error)
 
 
 @pytest.mark.slow
@@ -85,7 +86,7 @@ def test_the_box_converges_like_its_panels_and_to_one_limit():
     radii, heights = JAW
     arguments = ((4.5e-3, 4.2e-3), 0.2e-3, BETWEEN, radii, heights, 1e-3)
     coarse, middle, fine = (box_change(*arguments, n, n // 3) for n in (12, 24, 36))
-    assert 2.0 * middle - coarse == pytest.approx(3.0 * fine - 2.0 * middle, rel=0.005)
+    assert 2.0 * middle - coarse == approx(3.0 * fine - 2.0 * middle, rel=0.005)
     assert abs(coarse) > abs(middle) > abs(fine)
 
 
@@ -105,7 +106,7 @@ def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
     plate, rings = Plate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     ours = plate_loss_share(plate, rings, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
     reference = (more - less) / (more_endless - less_endless)
-    assert ours == pytest.approx(reference, rel=loss_share_error(plate, rings))
+    assert ours == approx(reference, rel=loss_share_error(plate, rings))
 
 
 EIGHT = (8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5)
@@ -129,8 +130,8 @@ def shares_and_discs(gap, diameter, thickness):
 
 def check_disc(gap, diameter, thickness):
     ours, true, errors = shares_and_discs(gap, diameter, thickness)
-    assert ours[0] == pytest.approx(true[0], abs=errors[0] * ours[0])
-    assert ours[1] == pytest.approx(true[1], abs=errors[1] * ours[1])
+    assert ours[0] == approx(true[0], abs=errors[0] * ours[0])
+    assert ours[1] == approx(true[1], abs=errors[1] * ours[1])
 
 
 # gap, diameter and thickness (m): a coil of 8 mm
@@ -161,7 +162,7 @@ def test_discs_of_rings_converge():
 
     for case in ((0.3e-3, 3e-3, 0.2e-3), (1e-3, 8e-3, 3e-3)):
         coarse, fine = disc_change(EIGHT, *case), disc_change(EIGHT, *case, first=4e-6, growth=1.25)
-        assert coarse == pytest.approx(fine, rel=0.01)
+        assert coarse == approx(fine, rel=0.01)
 
 
 def test_a_thin_box_is_the_sheet():
@@ -169,7 +170,7 @@ def test_a_thin_box_is_the_sheet():
     box = converged_change((4.5e-3, 4.2e-3), 20e-6, BETWEEN, radii, heights, 1e-3, across=24, through=2)
     sheet = plate_share(Plate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
                         np.array([[BETWEEN, 0.0]]), 1e-3)[0]  # fmt: skip
-    assert sheet == pytest.approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
+    assert sheet == approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
 
 
 # coil, sides, thickness, offset and gap of a magnetic plate in coil diameters
@@ -193,11 +194,11 @@ def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
     sides, thickness, offset, gap = (size * np.asarray(value) for value in (sides, thickness, offset, gap))
     coarse, better = (pole_share(sides, thickness, offset, radii, heights, gap, *n) for n in ((16, 4), (24, 6)))
     reference = 3.0 * better - 2.0 * coarse
-    assert better == pytest.approx(reference, rel=0.05 if thickness <= 0.2 * sides.min() else 0.15)
+    assert better == approx(reference, rel=0.05 if thickness <= 0.2 * sides.min() else 0.15)
     plate, rings = Plate(tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     ours = magnetic_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
     error = magnetic_share_error(plate, rings)
-    assert ours == pytest.approx(reference, rel=error)
+    assert ours == approx(reference, rel=error)
     if offset == 0.0 and 0.5 * size < max(sides) <= size:
         conductor = plate_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
         assert conductor > 1.3 * reference

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
 from fit_films import fitted
+from tolerance import approx
 
 from sitscad.mechanics.film_law import table
 
@@ -11,4 +11,4 @@ from sitscad.mechanics.film_law import table
 def test_the_films_terms_are_those_of_their_script():
     for course, parts in table().items():
         for term, values in fitted(course).items():
-            assert parts[term] == pytest.approx(values, rel=1e-3, abs=2e-3), (course, term)
+            assert parts[term] == approx(values, rel=1e-3, abs=2e-3), (course, term)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from box_of_loops import endless_change
 from plane_of_wires import output
+from tolerance import approx
 from wound_boards import of
 
 from sitscad import estimate, lay_out, load_text
@@ -112,10 +113,10 @@ def test_ranges_of_tables_6_3_and_6_4(name):
     """Within 4 % where the plate covers coils and the range is large; the narrow one lies 6 and 13 % low."""
     shape, size, dx_normal, dx_shear, dy_normal, dz_normal = TABLES[name]
     ours, covers = ranges(sensor(target=shape, size=size)), size[0] > 3
-    assert ours[1] == pytest.approx(dx_shear, rel=0.04 if covers else 0.08)
-    assert ours[0] == pytest.approx(dx_normal, abs=0.012)
-    assert ours[2] == pytest.approx(dy_normal, abs=0.006)
-    assert ours[3] == pytest.approx(dz_normal, rel=0.04 if covers else 0.16)
+    assert ours[1] == approx(dx_shear, rel=0.04 if covers else 0.08)
+    assert ours[0] == approx(dx_normal, abs=0.012)
+    assert ours[2] == approx(dy_normal, abs=0.006)
+    assert ours[3] == approx(dz_normal, rel=0.04 if covers else 0.16)
 
 
 def by_finite_plate(size, gap, moves):
@@ -139,10 +140,10 @@ def test_the_same_ranges_by_the_cheaper_method(name):
     across = by_finite_plate(size, SCAN_GAP, [(0.0, s * MM) for s in SHIFTS])
     near, far = (by_finite_plate(size, gap, [(0.0, 0.0)]).sum() for gap in (NEAR, FAR))
     covers = size[0] > 3
-    assert np.ptp(along[:, 0] - along[:, 1]) == pytest.approx(dx_shear, rel=0.03 if covers else 0.07)
-    assert np.ptp(along.sum(axis=1)) == pytest.approx(dx_normal, abs=0.01)
-    assert np.ptp(across.sum(axis=1)) == pytest.approx(dy_normal, abs=0.004)
-    assert abs(near - far) == pytest.approx(dz_normal, rel=0.03 if covers else 0.14)
+    assert np.ptp(along[:, 0] - along[:, 1]) == approx(dx_shear, rel=0.03 if covers else 0.07)
+    assert np.ptp(along.sum(axis=1)) == approx(dx_normal, abs=0.01)
+    assert np.ptp(across.sum(axis=1)) == approx(dy_normal, abs=0.004)
+    assert abs(near - far) == approx(dz_normal, rel=0.03 if covers else 0.14)
 
 
 def in_the_plane(width):
@@ -156,8 +157,8 @@ def in_the_plane(width):
 def test_table_5_1_by_its_own_kind_of_model(width):
     """Its columns exchanged, the horizontal scan at 1.1 mm: 5 % of the large outputs, a third of the others."""
     horizontal, vertical = in_the_plane(width)
-    assert horizontal == pytest.approx(WIDTHS[width][0], rel=0.31)
-    assert vertical == pytest.approx(WIDTHS[width][1], rel=0.31 if width == 8 else 0.05)
+    assert horizontal == approx(WIDTHS[width][0], rel=0.31)
+    assert vertical == approx(WIDTHS[width][1], rel=0.31 if width == 8 else 0.05)
 
 
 def shape_variation(name):
@@ -173,8 +174,8 @@ def shape_variation(name):
 def test_figure_6_4_over_dx_and_dy(name):
     """Within 0.045 uH: the square errs less on both ways, as the figure says."""
     along, across = shape_variation(name)
-    assert along == pytest.approx(VARIATION[name][0], abs=0.045)
-    assert across == pytest.approx(VARIATION[name][1], abs=0.03)
+    assert along == approx(VARIATION[name][0], abs=0.045)
+    assert across == approx(VARIATION[name][1], abs=0.03)
 
 
 SEVEN = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
@@ -187,15 +188,15 @@ def test_capacitance_and_resonance_of_the_thesis_coils():
     assert 6e-12 < own < 8.5e-12
     assert 34e6 < resonance < 41e6
     own, _, resonance = of(MINIATURE, "flex-2l-35um")
-    assert own == pytest.approx(2e-12, rel=0.1)
-    assert resonance == pytest.approx(200e6, rel=0.05)
+    assert own == approx(2e-12, rel=0.1)
+    assert resonance == approx(200e6, rel=0.05)
 
 
 @pytest.mark.slow
 def test_square_coils_and_more_layers():
     """The thesis has 12 % and 330 %: its square coils are not like ours (docs/thesis.md)."""
-    assert winding("square") / winding() == pytest.approx(4.0 / np.pi, rel=0.02)
-    assert winding(layers=4) / winding() == pytest.approx(3.8, abs=0.1)
+    assert winding("square") / winding() == approx(4.0 / np.pi, rel=0.02)
+    assert winding(layers=4) / winding() == approx(3.8, abs=0.1)
 
 
 @pytest.mark.slow
@@ -209,7 +210,7 @@ def test_coils_nearer_to_each_other_and_farther(coil):
 @pytest.mark.slow
 def test_a_tilt_along_the_coils_is_read_as_shear():
     normal, shear = tilted(1)
-    assert shear == pytest.approx(0.185, rel=0.12)
+    assert shear == approx(0.185, rel=0.12)
     assert normal < 0.03
     assert max(tilted(0)) < 0.012
 

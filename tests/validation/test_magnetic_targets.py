@@ -10,6 +10,7 @@ from box_of_loops import _mutual
 from box_of_poles import pole_share
 from disc_of_elements import disc_change
 from finite_discs import EIGHT, FREQUENCY, Rings, of_disc
+from tolerance import approx
 
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.graded_line import FINEST
@@ -38,7 +39,7 @@ def test_a_ferrite_box_is_one_of_poles(case):
     place, centre = np.array([[0.0, 0.0, float(gap)]]), np.array([[float(offset), 0.0]])
     found = target.changes(turned(np.zeros((1, 3))), place, [Rings(radii, heights)], centre)[0, 0, 0].real
     share = found / _mutual(radii, heights, 2.0 * gap - heights, 1.0)
-    assert share == pytest.approx(3.0 * better - 2.0 * coarse, rel=4e-3 if thickness < 2.0 * min(sides) else 0.015)
+    assert share == approx(3.0 * better - 2.0 * coarse, rel=4e-3 if thickness < 2.0 * min(sides) else 0.015)
 
 
 DISCS = [(0.15e-3, 3e-3, 0.1e-3), (0.5e-3, 4e-3, 0.2e-3), (0.5e-3, 5e-3, 0.03e-3), (1e-3, 8e-3, 0.5e-3)]

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 from windings import MM
 
 from sitscad.geometry.shapes import SHAPES
@@ -24,7 +25,7 @@ def test_closed_formulas_reproduce_the_errors_printed_in_the_paper(row):
     measured = float(row["measured_uH"]) * 1e-6
     for formula, name in ((modified_wheeler, "wheeler"), (current_sheet, "sheet"), (monomial, "monomial")):
         ours = 100.0 * (measured - formula(SHAPES[row["shape"]].sides, outline)) / measured
-        assert ours == pytest.approx(float(row[f"{name}_error_pct"]), abs=0.7)
+        assert ours == approx(float(row[f"{name}_error_pct"]), abs=0.7)
 
 
 def test_a_circle_has_no_wheeler_constants():

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from half_space_reference import RingFilaments
+from tolerance import approx
 from windings import MM, UM, coil, four_layers
 
 from sitscad.physics.inductance.filaments import PolylineTrack
@@ -87,8 +88,8 @@ def test_inductance_and_resistance_close_to_metal(name, gap, metal):
         reference = by_filaments(name, gap, metal, frequency)
         ours, free = by_modes(COILS[name][0], gap, metal, frequency)
         omega = 2.0 * math.pi * frequency
-        assert ours.imag / omega == pytest.approx(reference.imag / omega, abs=2.5e-3 * free)
-        assert ours.real == pytest.approx(reference.real, rel=0.04 if gap < 0.2e-3 else 0.03)
+        assert ours.imag / omega == approx(reference.imag / omega, abs=2.5e-3 * free)
+        assert ours.real == approx(reference.real, rel=0.04 if gap < 0.2e-3 else 0.03)
 
 
 @pytest.mark.needs("scipy")
@@ -96,8 +97,8 @@ def test_the_filaments_have_converged():
     for name, metal in (("wide", COPPER), ("three", STEEL)):
         coarse, fine = ((18, 2), (36, 4)) if name == "wide" else ((8, 2), (16, 4))
         one, other = (by_filaments(name, 0.1e-3, metal, 5e6, cells) for cells in (coarse, fine))
-        assert one.real == pytest.approx(other.real, rel=0.015)
-        assert one.imag == pytest.approx(other.imag, rel=0.01)
+        assert one.real == approx(other.real, rel=0.015)
+        assert one.imag == approx(other.imag, rel=0.01)
 
 
 @pytest.mark.needs("scipy")
@@ -108,7 +109,7 @@ def test_what_was_wrong_without_the_images():
     blind, _ = by_modes(layers, 0.1e-3, COPPER, 5e6, aware=False)
     aware, _ = by_modes(layers, 0.1e-3, COPPER, 5e6)
     assert blind.imag < 0.7 * reference.imag
-    assert aware.imag == pytest.approx(reference.imag, rel=0.03)
+    assert aware.imag == approx(reference.imag, rel=0.03)
     assert blind.real > 1.4 * reference.real
     blind, _ = by_modes(four_layers(), 0.3e-3, COPPER, 10e6, aware=False)
     aware, _ = by_modes(four_layers(), 0.3e-3, COPPER, 10e6)
@@ -121,8 +122,8 @@ def test_all_frequencies_close_to_metal(frequency):
     for name in ("three", "narrow"):
         reference = by_filaments(name, 0.1e-3, STEEL, frequency)
         ours, free = by_modes(COILS[name][0], 0.1e-3, STEEL, frequency, 0.01)
-        assert ours.real == pytest.approx(reference.real, rel=0.02)
-        assert ours.imag == pytest.approx(reference.imag, abs=2.0 * math.pi * frequency * 2e-3 * free)
+        assert ours.real == approx(reference.real, rel=0.02)
+        assert ours.imag == approx(reference.imag, abs=2.0 * math.pi * frequency * 2e-3 * free)
 
 
 def test_far_metal_changes_nothing_of_the_crowding():
@@ -147,7 +148,7 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
     usual = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.1e-3).change(5e6, *metal)
     monkeypatch.setattr(near_metal, "STEPS", 60)
     everything = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.1e-3).change(5e6, *metal)
-    assert usual == pytest.approx(everything, rel=3e-3)
+    assert usual == approx(everything, rel=3e-3)
 
 
 @pytest.mark.needs("scipy")
@@ -169,8 +170,8 @@ def test_metal_on_both_sides_against_filaments(frequency):
     omega = 2.0 * math.pi * frequency
     inductance = free + inductance_change(loss, frequency) + change + more.real
     resistance = loss.direct * loss.resistance_ratio(frequency) + added - omega * more.imag
-    assert inductance == pytest.approx(reference.imag / omega, abs=2.5e-3 * free)
-    assert resistance == pytest.approx(reference.real, rel=0.03)
+    assert inductance == approx(reference.imag / omega, abs=2.5e-3 * free)
+    assert resistance == approx(reference.real, rel=0.03)
 
 
 def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
@@ -180,7 +181,7 @@ def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
     crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.2e-3)
     one, other = Reflector(0.2e-3, (Plate(COPPER),)), Reflector(0.3e-3, (Plate(STEEL),))
-    assert crowding.change(5e6, one, other) == pytest.approx(crowding.change(5e6, other, one), rel=1e-6)
+    assert crowding.change(5e6, one, other) == approx(crowding.change(5e6, other, one), rel=1e-6)
     assert abs(crowding.change(5e6, one, one)) > abs(crowding.change(5e6, one, None))
 
 
@@ -201,7 +202,7 @@ def test_the_spectrum_of_a_spiral_is_that_of_its_images(count, turns, width, tol
     images = [replace(layer, z=2.0 * gap - layer.z) for layer in layers]
     exact = -spiral_inductance_matrix([*layers, *images])[:count, count:].sum()
     ours, _ = reflected_impedance(spiral_spectrum(layers, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
-    assert ours == pytest.approx(exact, rel=tolerance)
+    assert ours == approx(exact, rel=tolerance)
 
 
 def half_turns(count, half=1.5 * MM, pitch=200 * UM):
@@ -225,7 +226,7 @@ def test_layers_of_a_polygon_are_reflected_where_they_lie(half_turn_count, gap):
     images = [PolylineTrack(t.corners, t.width, t.thickness, 2.0 * gap - t.z) for t in tracks]
     exact = -sum(track_mutual_inductance(a, b) for a in tracks for b in images)
     ours, _ = reflected_impedance(polyline_spectrum(tracks, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
-    assert ours == pytest.approx(exact, rel=6e-3)
+    assert ours == approx(exact, rel=6e-3)
     copies = [replace(tracks[0], z=t.z) for t in tracks]
     copied, _ = reflected_impedance(polyline_spectrum(copies, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
     if half_turn_count == 1:
@@ -249,4 +250,4 @@ def test_one_subspace_serves_metal_about_there(gap, metal):
     own = tuple(near_metal._reduced(cut, near_metal._Waves(*middle), True) for cut in crowding.cuts
                 for middle in [[w[0] for w in crowding._waves(np.array([3e6]), around, None)]])  # fmt: skip
     waves = [np.concatenate([w.real, w.imag]) for w in crowding._waves(frequencies, around, None)]
-    assert shared == pytest.approx(sum(part.changes(frequencies, waves) for part in own), rel=5e-4)
+    assert shared == approx(sum(part.changes(frequencies, waves) for part in own), rel=5e-4)

@@ -6,6 +6,7 @@ import math
 
 import pytest
 from pad_of_elements import stiffness
+from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, apparent_modulus, press
 
@@ -30,8 +31,8 @@ def test_the_strain_is_an_upper_bound_and_the_least_one_a_lower(plate, pad, thic
     assert cut < real < whole
     # what the surround adds, in the order of the cases: 76, 116, 18 and 97 %
     assert 1.1 * cut < real < 2.4 * cut
-    assert block(plate, thickness) == pytest.approx(cut, rel=0.04)
-    assert block(pad, thickness) == pytest.approx(whole, rel=0.04)
+    assert block(plate, thickness) == approx(cut, rel=0.04)
+    assert block(pad, thickness) == approx(whole, rel=0.04)
     found = press(Face(2 * pad, 2 * pad, True), Face(2 * plate, 2 * plate, True), thickness, SHEAR, BULK, SMALL)
     strain = SMALL / (real * thickness)
     assert found.least_strain < strain < found.strain
@@ -41,8 +42,8 @@ def test_the_strain_is_an_upper_bound_and_the_least_one_a_lower(plate, pad, thic
 
 def test_the_elements_have_converged():
     coarse, fine = (stiffness(2e-3, 4e-3, 1e-3, SHEAR, POISSON, cells) for cells in (10, 16))
-    assert coarse == pytest.approx(fine, rel=0.02)
+    assert coarse == approx(fine, rel=0.02)
     # and know the bar under no lateral constraint in the limit of a slender disc: E A / h
     slender = stiffness(1e-3, 1e-3, 20e-3, SHEAR, POISSON, 16)
     young = 2.0 * SHEAR * (1.0 + POISSON)
-    assert slender == pytest.approx(young * math.pi * 1e-6 / 20e-3, rel=0.03)
+    assert slender == approx(young * math.pi * 1e-6 / 20e-3, rel=0.03)

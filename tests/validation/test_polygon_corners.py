@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from corner_grid import impedance
 from corner_windings import bent, changes_by_mirror
+from tolerance import approx
 from windings import square
 
 from sitscad.physics.constants import skin_depth
@@ -61,7 +62,7 @@ def assert_near(loss, z, of_r, of_l):
     assert np.all(np.abs(rises(loss) - (z.real[1:] - z.real[0])) < of_r * z.real[1:])
     inductance = z.imag / (2.0 * math.pi * FREQUENCIES)
     changes = [inductance_change(loss, f) - inductance_change(loss, 1e5) for f in FREQUENCIES[1:]]
-    assert changes == pytest.approx(inductance[1:] - inductance[0], abs=of_l * inductance[0])
+    assert changes == approx(inductance[1:] - inductance[0], abs=of_l * inductance[0])
 
 
 @pytest.mark.parametrize("name", ["small", "one wide turn"])
@@ -77,10 +78,10 @@ def test_the_rise_of_polygons_against_finer_cells(name):
     """Cells that converge: their error falls by more than a half from six cells across to ten."""
     coarse, better = (by_cells(name, cells) for cells in ((6, 6), (10, 10)))
     limit = better + (better - coarse) * 0.5625
-    assert (better.real[1:] - better.real[0]) == pytest.approx(limit.real[1:] - limit.real[0], rel=0.025)
+    assert (better.real[1:] - better.real[0]) == approx(limit.real[1:] - limit.real[0], rel=0.025)
     assert_near(by_modes(name, fine=False), limit, 0.015, 2.5e-3)
     assert_near(by_modes(name, fine=True), limit, 0.01, 2e-3)
-    assert rises(by_modes(name, fine=True)) == pytest.approx(limit.real[1:] - limit.real[0], rel=0.035)
+    assert rises(by_modes(name, fine=True)) == approx(limit.real[1:] - limit.real[0], rel=0.035)
 
 
 def over_mirror(name, mirror):
@@ -111,7 +112,7 @@ def test_polygons_over_a_mirror(name, mirror, of_r, of_l):
     omega = 2.0 * math.pi * FREQUENCIES
     # at 100 kHz against 100 kHz: what direct current does at corners is in both
     free = alone.imag / omega
-    assert changes[:2] == pytest.approx(((over.imag - alone.imag) / omega)[:2], abs=of_l * free[0])
+    assert changes[:2] == approx(((over.imag - alone.imag) / omega)[:2], abs=of_l * free[0])
 
 
 def test_direct_current_cuts_a_corner_short_as_the_formula_says():
@@ -130,5 +131,5 @@ def test_a_straight_track_of_cells_is_a_bar():
     length, width, copper = 1e-3, 1e-4, 18e-6
     z = impedance(np.array([(0.0, 0.0), (length, 0.0)]), width, copper, COPPER, [1e3], 6, 4)[0]
     bar = PolylineTrack(np.array([(0.0, 0.0), (length, 0.0)]), width, copper, 0.0)
-    assert z.real == pytest.approx(length / (COPPER * width * copper), rel=1e-6)
-    assert z.imag / (2e3 * math.pi) == pytest.approx(track_mutual_inductance(bar, bar, 12), rel=1e-3)
+    assert z.real == approx(length / (COPPER * width * copper), rel=1e-6)
+    assert z.imag / (2e3 * math.pi) == approx(track_mutual_inductance(bar, bar, 12), rel=1e-3)

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.estimates.states import finite_target
 from sitscad.physics.constants import MU0
@@ -56,8 +57,8 @@ def check(metal, gap, diameter, thickness):
     ratios = ours[0] / true[0], ours[1] / true[1]
     said = f"L {ratios[0]:.3f} +- {found.error:.2f}, R {ratios[1]:.3f} +- {found.loss_error:.2f}"
     print(metal, gap, diameter, thickness, said)
-    assert ours[0] == pytest.approx(true[0], abs=found.error * max(abs(ours[0]), 0.1 * ours[1] / OMEGA))
-    assert ours[1] == pytest.approx(true[1], rel=0.0, abs=found.loss_error * ours[1])
+    assert ours[0] == approx(true[0], abs=found.error * max(abs(ours[0]), 0.1 * ours[1] / OMEGA))
+    assert ours[1] == approx(true[1], rel=0.0, abs=found.loss_error * ours[1])
 
 
 QUICK = [("304", 1e-3, 3e-3, 0.1e-3), ("titanium", 1e-3, 5e-3, 0.1e-3), ("17-4", 1e-3, 5e-3, 0.2e-3),
@@ -79,17 +80,17 @@ def test_two_discretisations_agree(thickness, loss):
 
     elements, rings = by_elements(1e-3, 8e-3, thickness), disc_change(EIGHT, 1e-3, 8e-3, thickness, first=4e-6,
                                                                       growth=1.25)  # fmt: skip
-    assert elements[0] == pytest.approx(rings[0], rel=3e-3)
-    assert elements[1] == pytest.approx(rings[1], rel=5e-3)
-    assert elements[1] == pytest.approx(loss, rel=3e-3) and rings[1] == pytest.approx(loss, rel=3e-3)
+    assert elements[0] == approx(rings[0], rel=3e-3)
+    assert elements[1] == approx(rings[1], rel=5e-3)
+    assert elements[1] == approx(loss, rel=3e-3) and rings[1] == approx(loss, rel=3e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("metal", ["copper", "304", "17-4"])
 def test_elements_converge(metal):
     coarse, middle, fine = (by_elements(1e-3, 5e-3, 0.2e-3, metal, cells) for cells in (1.0, 1.5, 2.25))
-    assert coarse == pytest.approx(fine, rel=6e-3)
-    assert middle == pytest.approx(fine, rel=2e-3)
+    assert coarse == approx(fine, rel=6e-3)
+    assert middle == approx(fine, rel=2e-3)
 
 
 @pytest.mark.parametrize("metal", ["304", "17-4"])

@@ -13,6 +13,7 @@ import pytest
 import volume_integral
 import write_references
 from bars import bars_exactly
+from tolerance import approx
 from windings import bench
 
 from sitscad.estimates.winding.methods import METHODS, WindingGeometry
@@ -111,7 +112,7 @@ def test_the_references_of_large_designs_are_good_to_a_millionth():
 def test_a_reference_can_be_computed_again(family):
     row = next(r for r in of_family(family) if float(r["turns"]) <= 2.0)
     exact = designs.exact(designs.design(family, int(row["number"])))
-    assert exact == pytest.approx(float(row["inductance_H"]), rel=1e-9)
+    assert exact == approx(float(row["inductance_H"]), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -120,14 +121,14 @@ def test_the_yardstick_gives_the_reference_coil():
     first = volume_integral.spiral(bench()[0])
     points = volume_integral.Points(along=6, inner=6, across=5, through=3)
     alone = volume_integral.mutual(first, first, points)
-    assert alone == pytest.approx(0.649863e-6, rel=3e-5)
+    assert alone == approx(0.649863e-6, rel=3e-5)
 
 
 @pytest.mark.slow
 def test_the_yardstick_gives_the_whole_reference_coil():
     first, second = (volume_integral.spiral(layer) for layer in bench())
     total = 2.0 * (volume_integral.mutual(first, first) + volume_integral.mutual(first, second))
-    assert total == pytest.approx(2.523424e-6, rel=1e-5)
+    assert total == approx(2.523424e-6, rel=1e-5)
 
 
 @pytest.mark.parametrize("shape", ["square", "racetrack"])
@@ -137,7 +138,7 @@ def test_the_yardstick_converges(shape):
     points = [volume_integral.Points(6, a, a - 1, 3, b, b, 2) for a, b in ((6, 3), (10, 5), (16, 8))]
     coarse, middle, fine = (volume_integral.mutual(one, one, p) for p in points)
     assert abs(middle - fine) < abs(coarse - fine)
-    assert middle == pytest.approx(fine, rel=3e-5)
+    assert middle == approx(fine, rel=3e-5)
 
 
 def test_a_straight_bar_of_the_yardstick_against_ruehli():
@@ -145,7 +146,7 @@ def test_a_straight_bar_of_the_yardstick_against_ruehli():
     length, width, thickness = 1e-3, 1e-4, 35e-6
     bar = volume_integral.conductor([("line", (0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     points = volume_integral.Points(6, 20, 9, 4, 10, 7, 3)
-    assert volume_integral.mutual(bar, bar, points) == pytest.approx(
+    assert volume_integral.mutual(bar, bar, points) == approx(
         bars_exactly(length, 0.0, 0.0, width, thickness), rel=1e-5
     )
 
@@ -153,7 +154,7 @@ def test_a_straight_bar_of_the_yardstick_against_ruehli():
 def test_identical_layers_are_computed_alike():
     coil = next(c for c in (designs.design("hexagon", k) for k in range(99)) if len(c.drawn) == 2)
     own = [tracks_mutual_inductance(t, t) for t in coil.drawn]
-    assert own[0] == pytest.approx(own[1], rel=1e-10)
+    assert own[0] == approx(own[1], rel=1e-10)
 
 
 @pytest.mark.parametrize("number", [34, 42, 146, 340, 344, 482])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import resistance_designs as designs
+from tolerance import approx
 from windings import UM, coil
 
 from sitscad.estimates.winding.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
@@ -46,7 +47,7 @@ def test_quarter_turns_on_four_layers_take_azimuths_enough():
     usual = proximity.winding_loss(layers, designs.COPPER).resistance_ratio(8.34e6)
     many = proximity.Resolution(resolution.modes, 32, resolution.steps)
     converged = proximity.winding_loss(layers, designs.COPPER, resolution=many).resistance_ratio(8.34e6)
-    assert usual == pytest.approx(converged, rel=2e-3)
+    assert usual == approx(converged, rel=2e-3)
     assert proximity.missed_crossings(layers, 3) > 0.023  # the error that was, of the loss that is added
 
 
@@ -87,4 +88,4 @@ def test_the_stated_error_holds_on_all_designs(unseen, tolerance):
 def test_a_reference_can_be_computed_again(family, number):
     loss = designs.finer(*designs.design(family, number))
     again = [loss.resistance_ratio(frequency) for frequency in designs.FREQUENCIES]
-    assert again == pytest.approx(REFERENCES[family, number], rel=1e-6)
+    assert again == approx(REFERENCES[family, number], rel=1e-6)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 from published_coils import SOLVED, inductance
+from tolerance import approx
 
 
 @pytest.mark.parametrize("case", SOLVED, ids=lambda case: case["id"])
 def test_solver_coils_whose_polygons_read_a_little_low(case):
-    assert inductance(case) / (case["L_uH_uniform_current"] * 1e-6) - 1.0 == pytest.approx(0.002, abs=0.003)
+    assert inductance(case) / (case["L_uH_uniform_current"] * 1e-6) - 1.0 == approx(0.002, abs=0.003)

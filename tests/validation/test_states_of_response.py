@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from states_of_response import apart, slopes, varied
+from tolerance import approx
 
 import sitscad
 from sitscad import Design, load_text
@@ -75,7 +76,7 @@ def test_states_are_the_response_where_shares_missed_it(name):
 def test_what_a_newton_changes_is_one_figure(name):
     told, response = slopes(design(name))
     # The disc's loss takes back two thirds of what its change of L gives: 0.3 % of R is 2 % of what is left
-    assert told == pytest.approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
+    assert told == approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
 
 
 @pytest.mark.parametrize("name", ["a small target of magnetic steel", "stainless steel"])
@@ -111,8 +112,8 @@ def test_its_error_narrows_without_a_jump_and_not_before_a_mirror():
     sizes = np.arange(34.0, 42.0, 0.25)
     shares = [target_shares_of(large(size, 0.2, "stainless-17-4ph")).widened() for size in sizes]
     errors, losses = np.array([one.error for one in shares]), np.array([one.loss_error for one in shares])
-    assert errors[0] > 0.1 and errors[-1] == pytest.approx(0.02)
-    assert losses[0] > 0.5 and losses[-1] == pytest.approx(0.05)
+    assert errors[0] > 0.1 and errors[-1] == approx(0.02, rel=1e-6)
+    assert losses[0] > 0.5 and losses[-1] == approx(0.05, rel=1e-6)
     assert np.abs(np.diff(errors)).max() < 0.03 and np.abs(np.diff(losses)).max() < 0.1
     mirrored = large(42, 0.2, "stainless-17-4ph", "shield: {material: copper, thickness: 0.1, gap: 0.3}\n")
     assert target_shares_of(mirrored).widened().error > 0.1
@@ -129,7 +130,7 @@ def test_performance_has_the_same_slope():
     found = design("stainless steel")
     first, middle, last = (point.axes["normal"].sensitivity[0] for point in found.performance)
     secant = found.estimates.coils[0].sensitivity(found.estimates.normal_force)[1]
-    assert (first + 4.0 * middle + last) / 6.0 == pytest.approx(secant, rel=3e-3)
+    assert (first + 4.0 * middle + last) / 6.0 == approx(secant, rel=3e-3)
 
 
 @pytest.mark.parametrize(
@@ -144,7 +145,7 @@ def test_states_of_templates_are_the_response(name):
         assert one.inductance < 1e-3 and one.resistance < 6e-3, one
     if found.estimates.normal_force:
         told, response = slopes(found)
-        assert told == pytest.approx(response, rel=0.015 if found.estimates.is_solved else 0.03)
+        assert told == approx(response, rel=0.015 if found.estimates.is_solved else 0.03)
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
+from tolerance import approx
 from wound_boards import of
 
 from sitscad.physics.resonator import resonance_frequency
@@ -23,10 +23,10 @@ def test_measured_resonances():
     )
     board = board.replace(", material: FR4", ", material: polyimide")
     single, inductance, _ = of(coil.replace("LAYERS", "1"), board)
-    assert inductance == pytest.approx(1.1e-6, rel=0.1)
+    assert inductance == approx(1.1e-6, rel=0.1)
     assert single < 0.3e-12
     double, _, _ = of(coil.replace("LAYERS", "2"), board)
     assert 0.5e-12 < double - single < 2.0e-12
     # with the single layer's 1.78 pF in parallel and FR4's 4.4 for 3.4, at the inductance that was measured
     loaded = resonance_frequency(3.81e-6, 1.78e-12 + double * 4.4 / 3.4)
-    assert loaded == pytest.approx(42.7e6, rel=0.13)
+    assert loaded == approx(42.7e6, rel=0.13)

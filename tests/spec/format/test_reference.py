@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Severity
@@ -75,7 +76,7 @@ def test_the_example_loads_and_passes_its_checks():
     spec = load_text(text, "written-out.yaml")
     assert (spec.fpc.rules.name, spec.mount.jaw.name) == ("my fabricator", "my grasper")
     assert (spec.target.material.name, spec.elastomer.material.name) == ("CuBe2", "my silicone")
-    assert [layer.thickness for layer in spec.fpc.stackup.copper] == pytest.approx([35e-6, 35e-6])
+    assert [layer.thickness for layer in spec.fpc.stackup.copper] == approx([35e-6, 35e-6], rel=1e-6)
     assert not [f for f in check(spec).findings if f.severity is not Severity.NOTE]
 
 

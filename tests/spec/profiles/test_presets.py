@@ -8,6 +8,7 @@ import math
 import re
 
 import pytest
+from tolerance import approx
 
 from sitscad.spec.format.yaml.plain import PlainReader
 from sitscad.spec.format.yaml.reader import read_yaml
@@ -99,14 +100,14 @@ def test_installed_profiles_are_plain_yaml(path):
 def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
     stackup = presets.stackup("flex-4l")
     depths = [layer.z - stackup.copper[0].z for layer in stackup.copper]
-    assert depths == pytest.approx([0, -49e-6, -127e-6, -176e-6], abs=1e-12)
-    assert [layer.thickness for layer in stackup.copper] == pytest.approx([30e-6, 18e-6, 18e-6, 30e-6])
+    assert depths == approx([0, -49e-6, -127e-6, -176e-6], abs=1e-12)
+    assert [layer.thickness for layer in stackup.copper] == approx([30e-6, 18e-6, 18e-6, 30e-6], rel=1e-6)
 
 
 def test_the_bench_stackup_is_the_one_of_the_reference_coil():
     stackup = presets.stackup("flex-2l-35um")
-    assert stackup.copper[0].z - stackup.copper[1].z == pytest.approx(60e-6)
-    assert stackup.thickness == pytest.approx(150e-6)
+    assert stackup.copper[0].z - stackup.copper[1].z == approx(60e-6, rel=1e-6)
+    assert stackup.thickness == approx(150e-6, rel=1e-6)
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))
@@ -121,7 +122,7 @@ def test_stackups_are_symmetric_and_closed(name):
 def test_rules_are_consistent(name):
     rules = installed_rules(name)
     assert rules.coil_trace_width >= rules.trace_width
-    assert rules.via_pad == pytest.approx(rules.via_drill + 2 * rules.annular_ring)
+    assert rules.via_pad == approx(rules.via_drill + 2 * rules.annular_ring, rel=1e-6)
     assert rules.drill_to_copper >= rules.annular_ring
     assert {"trace_width", "trace_spacing", "via_drill", "annular_ring", "part_size"} <= rules.sources.keys()
     assert rules.sources["hole_to_hole"].startswith("wellerpcba.com" if name == "weller" else "unverified")
@@ -139,8 +140,8 @@ def test_an_elastomer_lies_between_its_datasheet_and_its_measurement():
     material = presets.elastomer("ecoflex-00-30")
     spread = math.exp(material.shear_modulus_sigma)
     doubled, to_30_percent = stiffened(2.42, AT_DOUBLE), stiffened(2.42, TO_30_PERCENT)
-    assert material.shear_modulus * spread == pytest.approx(39.4e3 / doubled)
-    assert material.shear_modulus / spread == pytest.approx(14.4e3 / to_30_percent)
+    assert material.shear_modulus * spread == approx(39.4e3 / doubled, rel=1e-6)
+    assert material.shear_modulus / spread == approx(14.4e3 / to_30_percent, rel=1e-6)
 
 
 def test_a_modulus_is_that_at_rest_of_its_exponent():
@@ -151,9 +152,9 @@ def test_a_modulus_is_that_at_rest_of_its_exponent():
     assert presets.elastomer("mold-star-16").shear_modulus == 83e3
     for exponent in (2.42, 3.25):
         pulled = 2.0 / exponent * (2.0 ** (exponent - 1.0) - 2.0 ** (-0.5 * exponent - 1.0))
-        assert tension(exponent, 2.0) == pytest.approx(pulled)
-        assert tension(exponent, 1.0 + 1e-6) == pytest.approx(3e-6, rel=1e-5)
-        assert stiffened(exponent, AT_DOUBLE) == pytest.approx(pulled / 1.75)
+        assert tension(exponent, 2.0) == approx(pulled, rel=1e-6)
+        assert tension(exponent, 1.0 + 1e-6) == approx(3e-6, rel=1e-5)
+        assert stiffened(exponent, AT_DOUBLE) == approx(pulled / 1.75, rel=1e-6)
         assert 1.0 < stiffened(exponent, TO_30_PERCENT) < tension(exponent, 1.3) / tension(2.0, 1.3)
     for name in ("dragon-skin-10", "dragon-skin-20", "dragon-skin-30"):  # data sheet and measurement agree at rest
         assert presets.elastomer(name).shear_modulus_sigma < 0.2
@@ -176,11 +177,11 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
     coil = "coil: {shape: circle, outer_diameter: 8, turns: 8, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
     text = f"sitscad: 1\nname: x\n{coil}\nfpc: {{stackup: {stackup}, rules: %s}}\n"
     found = load_text(text % rules).fpc.rules
-    assert found.coil_copper == pytest.approx(copper)
-    assert (found.coil_trace_width, found.coil_trace_spacing) == pytest.approx((wanted * 25.4e-6,) * 2)
+    assert found.coil_copper == approx(copper, rel=1e-6)
+    assert (found.coil_trace_width, found.coil_trace_spacing) == approx((wanted * 25.4e-6,) * 2, rel=1e-6)
     assert f"{wanted} mil" in found.sources["coil_trace_width"]
     own = load_text(text % f"{{based_on: {rules}, coil_trace_width: 0.12}}").fpc.rules
-    assert own.coil_trace_width == pytest.approx(120e-6) and own.coil_copper is None
+    assert own.coil_trace_width == approx(120e-6, rel=1e-6) and own.coil_copper is None
     assert own.sources["coil_trace_width"] == "the spec"
 
 
@@ -198,7 +199,7 @@ def test_loop_lines_follow_the_coils_copper(stackup, copper, wanted, rules):
 def test_the_copper_ring_goes_by_the_number_of_layers(rules, stackup, ring, said):
     """Where the house states a ring of its own it holds; of the generic one four layers ask 0.15 mm, as Rehan does."""
     found = load_text(MINIMAL + f"fpc: {{stackup: {stackup}, rules: {rules}}}").fpc.rules
-    assert found.annular_ring == pytest.approx(ring) and said in found.sources["annular_ring"]
+    assert found.annular_ring == approx(ring, rel=1e-6) and said in found.sources["annular_ring"]
 
 
 @pytest.mark.parametrize("name", presets.names("rules"))
@@ -214,7 +215,7 @@ def test_every_installed_figure_for_lines_says_for_which_copper(name):
 
 def test_copper_thicker_than_any_listed_takes_the_largest_lines():
     rules = installed_rules("generic-flex")
-    assert rules.for_foil(70e-6).coil_trace_width == pytest.approx(8 * 25.4e-6)
-    assert rules.for_foil(5e-6).coil_trace_width == pytest.approx(6 * 25.4e-6)
+    assert rules.for_foil(70e-6).coil_trace_width == approx(8 * 25.4e-6, rel=1e-6)
+    assert rules.for_foil(5e-6).coil_trace_width == approx(6 * 25.4e-6, rel=1e-6)
     bare = dataclasses.replace(rules, coil_lines=(), coil_trace_width=None, track_lines=())
     assert bare.for_foil(18e-6) is bare

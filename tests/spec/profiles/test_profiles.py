@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad import checked_spec
 from sitscad.checks import check
@@ -68,7 +69,7 @@ def test_a_profile_lies_over_its_base_and_names_its_lines(folder):
         "stiffened_tolerance_fr4: 80 um\npart_size: [6, 12]\nchecked_on: 2026-11-20\nfile_naming: kicad\n",
     )
     base = installed_rules("jselectronic")
-    assert (rules.name, rules.via_drill, rules.annular_ring) == ("ours", 150e-6, pytest.approx(90e-6))
+    assert (rules.name, rules.via_drill, rules.annular_ring) == ("ours", 150e-6, approx(90e-6, rel=1e-6))
     assert rules.hole_to_hole == base.hole_to_hole and rules.sources["hole_to_hole"] == base.sources["hole_to_hole"]
     assert rules.sources["via_drill"] == "ours.yaml line 3: their quotation"
     assert rules.sources["annular_ring"] == "unverified: ours.yaml line 4: on the telephone"
@@ -85,7 +86,7 @@ def test_files_are_named_from_the_folder_of_the_text_that_names_them(folder, nam
     (folder / "shops").mkdir()
     (folder / "shops" / "near.yaml").write_text("based_on: nearer.yml\n")
     (folder / "shops" / "nearer.yml").write_text("via_drill: 0.11\n")
-    assert rules_of(folder, "via_drill: 0.11\n", rules=name).via_drill == pytest.approx(110e-6)
+    assert rules_of(folder, "via_drill: 0.11\n", rules=name).via_drill == approx(110e-6, rel=1e-6)
 
 
 def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
@@ -95,8 +96,12 @@ def test_a_chain_of_files_and_the_spec_itself_lie_over_each_other(folder):
         rules="{name: mine, based_on: ours.yaml, copper_to_edge: 0.4}",
         theirs="based_on: generic-fine\ntrace_width: 95 um\ntrace_spacing: 85 um\n",
     )
-    assert (rules.name, rules.trace_width, rules.trace_spacing) == ("mine", pytest.approx(90e-6), pytest.approx(85e-6))
-    assert rules.copper_to_edge == pytest.approx(0.4e-3)
+    assert (rules.name, rules.trace_width, rules.trace_spacing) == (
+        "mine",
+        approx(90e-6, rel=1e-6),
+        approx(85e-6, rel=1e-6),
+    )
+    assert rules.copper_to_edge == approx(0.4e-3, rel=1e-6)
     assert rules.sources["trace_width"] == "ours.yaml line 2"
     assert rules.sources["trace_spacing"] == "theirs.yaml line 3"
     assert rules.sources["copper_to_edge"] == "the spec"
@@ -110,7 +115,7 @@ def test_lines_go_by_the_coils_foil(folder, kind, stackup, wanted):
         f"{kind}_{what}_{foil}um: {size} um\n" for foil, size in ((18, 80), (35, 120)) for what in ("width", "spacing")
     )
     rules = rules_of(folder, text, stackup=stackup)
-    assert getattr(rules, f"{kind}_width") == getattr(rules, f"{kind}_spacing") == pytest.approx(wanted)
+    assert getattr(rules, f"{kind}_width") == getattr(rules, f"{kind}_spacing") == approx(wanted, rel=1e-6)
     assert rules.sources[f"{kind}_width"] == f"ours.yaml line {1 if wanted < 100e-6 else 3}"
 
 
@@ -127,8 +132,8 @@ def test_a_finer_figure_for_thin_foil_leaves_the_bases_for_thick_foil(folder, ki
     text = f"based_on: {base}\n{rows}"
     thick = rules_of(folder, text, stackup="flex-2l-35um", shop=shop)
     wanted = getattr(installed_rules("hkgalaxy").for_foil(35e-6), f"{kind}_width") if base == "hkgalaxy" else 130e-6
-    assert getattr(thick, f"{kind}_width") == getattr(thick, f"{kind}_spacing") == pytest.approx(wanted)
-    assert getattr(thick.for_foil(foil * 1e-6), f"{kind}_width") == pytest.approx(70e-6)
+    assert getattr(thick, f"{kind}_width") == getattr(thick, f"{kind}_spacing") == approx(wanted, rel=1e-6)
+    assert getattr(thick.for_foil(foil * 1e-6), f"{kind}_width") == approx(70e-6, rel=1e-6)
 
 
 def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
@@ -136,9 +141,9 @@ def test_a_figure_for_every_copper_takes_the_place_of_the_bases_table(folder):
         folder, "based_on: hkgalaxy\ntrace_width: 70 um\ncoil_trace_width: 75 um\n", stackup="flex-2l-35um"
     )
     base = installed_rules("hkgalaxy").for_foil(35e-6)
-    assert (rules.trace_width, rules.coil_trace_width) == (pytest.approx(70e-6), pytest.approx(75e-6))
+    assert (rules.trace_width, rules.coil_trace_width) == (approx(70e-6, rel=1e-6), approx(75e-6, rel=1e-6))
     assert (rules.trace_spacing, rules.coil_trace_spacing) == (base.trace_spacing, base.coil_trace_spacing)
-    assert rules.for_foil(70e-6).trace_width == pytest.approx(70e-6)
+    assert rules.for_foil(70e-6).trace_width == approx(70e-6, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +164,7 @@ def test_a_limit_of_the_profile_is_what_the_checks_hold_the_board_against(folder
     spec = load(write(folder, "ours.yaml", ours="name: our shop\ntrace_width: 0.2\n"))
     found = [f for f in check(spec).findings if f.rule == "SIT101"]
     assert found and all("our shop" in f.message and f.source == "ours.yaml line 2" for f in found)
-    assert found[0].limit == pytest.approx(200e-6) and found[0].key == "coil.trace_width" and found[0].file is None
+    assert found[0].limit == approx(200e-6, rel=1e-6) and found[0].key == "coil.trace_width" and found[0].file is None
 
 
 def messages(spec, *rules):
@@ -358,7 +363,7 @@ def test_a_file_that_cannot_or_must_not_be_read_is_said_in_the_spec(folder, name
 def test_the_ending_of_a_profile_may_be_in_capitals(folder, name):
     (folder / name).write_text("via_drill: 0.3\n")
     spec = load(write(folder, name))
-    assert spec.fpc.rules.via_drill == pytest.approx(0.3e-3) and spec.fpc.rules.holders["via_drill"].endswith(
+    assert spec.fpc.rules.via_drill == approx(0.3e-3, rel=1e-6) and spec.fpc.rules.holders["via_drill"].endswith(
         f"({name} line 1)"
     )
     (gone,) = refused(write(folder, "gone.Yaml")).findings
@@ -405,7 +410,7 @@ def test_a_text_without_a_file_has_no_profiles(folder, monkeypatch):
     with pytest.raises(SpecError) as caught:
         load_text(spec.read_text())
     assert [f.rule for f in caught.value.findings] == ["SIT017"]
-    assert load("sensor.yaml").fpc.rules.via_drill == pytest.approx(0.3e-3)
+    assert load("sensor.yaml").fpc.rules.via_drill == approx(0.3e-3, rel=1e-6)
 
 
 def test_the_command_line_shows_the_profiles_line_and_json_its_file(folder):
@@ -421,7 +426,7 @@ def test_the_documents_profile_loads(folder):
     text = (ROOT / "docs" / "spec.md").read_text(encoding="utf-8")
     (profile,) = re.findall(r"^```yaml profile\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     rules = rules_of(folder, profile)
-    assert (rules.name, rules.trace_width, rules.coil_rule_binding) == ("our shop", pytest.approx(50e-6), False)
+    assert (rules.name, rules.trace_width, rules.coil_rule_binding) == ("our shop", approx(50e-6, rel=1e-6), False)
     line = next(n for n, row in enumerate(profile.splitlines(), 1) if row.startswith("annular_ring"))
     assert rules.sources["annular_ring"] == f"unverified: ours.yaml line {line}: on the telephone"
     assert f"`ourshop.yaml line {line}: on the telephone`" in text
@@ -487,12 +492,12 @@ NINE_MICROMETRES = "[{coverlay: 25 um}, {copper: 9 um}, {dielectric: 25 um}, {co
 
 def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
     rules = rules_of(folder, NINE, stackup=NINE_MICROMETRES)
-    assert (rules.trace_width, rules.trace_spacing) == (pytest.approx(40e-6), pytest.approx(45e-6))
+    assert (rules.trace_width, rules.trace_spacing) == (approx(40e-6, rel=1e-6), approx(45e-6, rel=1e-6))
     assert rules.sources["trace_width"] == "ours.yaml line 3: page"
     assert rules.sources["trace_spacing"] == "unverified: ours.yaml line 3: a call"
     assert rules.holder("trace_spacing") == "ours (ours.yaml line 3)"
     thicker = rules_of(folder, NINE, stackup=NINE_MICROMETRES.replace("9 um", "15 um"))
-    assert (thicker.trace_width, thicker.sources["trace_width"]) == (pytest.approx(76.2e-6), "ours.yaml line 5")
+    assert (thicker.trace_width, thicker.sources["trace_width"]) == (approx(76.2e-6, rel=1e-6), "ours.yaml line 5")
 
 
 def test_a_table_is_the_whole_one_and_a_thicker_foil_is_told(folder):
@@ -516,7 +521,7 @@ def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path,
     finally:
         for each in caches:
             each.cache_clear()
-    assert (rules.name, rules.trace_width, rules.sources["trace_width"]) == ("nine", pytest.approx(40e-6), "page")
+    assert (rules.name, rules.trace_width, rules.sources["trace_width"]) == ("nine", approx(40e-6, rel=1e-6), "page")
     assert rules.sources["trace_spacing"] == "unverified: a call"
     assert rules.sources["via_drill"].endswith("(from hkgalaxy)")
 

@@ -7,6 +7,7 @@ from itertools import combinations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.geometry import shapes
 from sitscad.geometry.path import Path
@@ -45,8 +46,8 @@ def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing,
     found = gap(shape, SHAPES[shape], one, other)
     assert found <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
     if shape in ("circle", "square", "rectangle", "hexagon", "octagon"):
-        assert found == pytest.approx(true, abs=1e-9)
-    assert gap(shape, SHAPES[shape], other, one) == pytest.approx(found, abs=1e-9)
+        assert found == approx(true, abs=1e-9)
+    assert gap(shape, SHAPES[shape], other, one) == approx(found, abs=1e-9)
 
 
 def test_crossed_racetracks_overlap_and_parallel_ones_do_not():
@@ -54,7 +55,7 @@ def test_crossed_racetracks_overlap_and_parallel_ones_do_not():
     across, along = named(((0.0, 0.0), (3.0, 0.0)), (math.pi / 2, 0.0))
     assert gap("racetrack", size, across, along) < 0.0
     one, other = named(((0.0, 0.0), (5.0, 0.0)), (math.pi / 2, math.pi / 2))
-    assert gap("racetrack", size, one, other) == pytest.approx(1.0)
+    assert gap("racetrack", size, one, other) == approx(1.0, rel=1e-6)
 
 
 TURNED = """sitscad: 1
@@ -66,7 +67,7 @@ array: {pattern: explicit, centres: [[-4, 0], [4, 0]], rotations: ROTATIONS}
 
 def test_rotations_are_read_in_the_order_of_the_centres():
     spec = load_text(TURNED.replace("ROTATIONS", "[0 deg, 90 deg]"))
-    assert [p.rotation for p in spec.array.placements] == [0.0, pytest.approx(math.pi / 2)]
+    assert [p.rotation for p in spec.array.placements] == [0.0, approx(math.pi / 2, rel=1e-6)]
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitc
     if more is None:
         return
     assert told(shape, f"pattern: {pattern}, pitch: {pitch + more:.6f}") is None
-    assert told(shape, f"pattern: {pattern}, pitch: {pitch + more - 0.002:.6f}") == pytest.approx(0.002, abs=1.1e-3)
+    assert told(shape, f"pattern: {pattern}, pitch: {pitch + more - 0.002:.6f}") == approx(0.002, abs=1.1e-3)
 
 
 @pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
