@@ -19,6 +19,7 @@ from sitscad.estimates.response.pad import soft_pad
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
+from sitscad.scene.fit import OVERHANG
 from sitscad.spec.profiles import presets
 from sitscad.units import parse_quantity
 
@@ -67,17 +68,13 @@ def test_a_jaw_wider_than_its_port(judge, design):
 def test_width_and_length(judge, design, drawn):
     spec = design()
     layout = drawn(spec)
-    narrow = with_jaw(spec, width=4.6e-3, source="width: unverified: from memory")
-    (found,) = judge("SIT301", narrow, layout)
-    assert found.measured == layout.body_size[1] and found.limit == 4.6e-3
-    assert "board" in found.message and "unverified" in found.message
-    measured = with_jaw(spec, width=4.4e-3, source="measured with a calliper")
-    assert [f.key for f in judge("SIT301", measured, layout) if f.severity is Severity.ERROR] == [
-        "coil.outer_diameter",
-        "elastomer.size",
-        "target.size",
-    ]
-    assert not any("unverified" in f.message for f in judge("SIT301", measured, layout))
+    narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
+    (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
+    assert found.severity is Severity.ERROR and found.limit == pytest.approx(0.6e-3) and found.measured > 0.6e-3
+    assert "the board's body, 4.712 mm wide (coils 4 mm" in found.message and "unverified" in found.message
+    measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
+    (found,) = judge("SIT301", measured, replace(layout, spec=measured))
+    assert "unverified" not in found.message
     short = with_jaw(spec, length=9e-3)
     (found,) = judge("SIT302", short, replace(layout, spec=short))
     assert layout.body_size[0] < found.measured < layout.body_size[0] + 0.15e-3 and found.limit == 9e-3
@@ -194,7 +191,19 @@ def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, design
     assert narrow[0] == 10 and short[1] == 0.5
     less = design(fpc__margin=[short[0], narrow[1]])
     drawn = lay_out(less)
-    assert not [f for rule in ("SIT301", "SIT302") for f in judge(rule, less, drawn) if "body" in f.message]
+    left = [f for rule in ("SIT301", "SIT302") for f in judge(rule, less, drawn) if "body" in f.message]
+    assert not [f for f in left if f.severity is not Severity.NOTE]
+
+
+@pytest.mark.parametrize(("width", "severity"), [(4.0, "note"), (3.0, "error")])
+def test_a_body_wider_than_its_jaw_has_the_verdict_of_the_line_of_fit(width, severity, design):
+    """4.16 mm on a jaw of 4 mm was an error while the line of fit had 745 um to spare."""
+    spec = design(mount={"kind": "grasper-pad", "jaw": {"based_on": "generic-5mm", "width": width}, "standoff": 0.7})
+    result = check(spec, hints="none")
+    (over,) = [each for each in result.fit if each.name == OVERHANG]
+    (found,) = [each for each in result.findings if each.rule == "SIT301"]
+    assert (found.measured, found.limit) == (over.measured, over.limit) and found.severity == severity
+    assert (over.root_sum_square > over.limit) == (severity == "error")
 
 
 def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge, design):

@@ -11,6 +11,12 @@ from tolerance import approx
 
 from sitscad import parts
 from sitscad.drawing.pictures.assembly import assembly_svg
+from sitscad.drawing.pictures.exploded import exploded
+from sitscad.drawing.sheet import Shape, Sheet, flattened
+from sitscad.geometry.path import enclosed_area, rectangle
+from sitscad.parts.prism import one_solid, prism
+from sitscad.parts.solid import Solid
+from sitscad.scene.bodies import BodyRole
 
 pytestmark = pytest.mark.cad
 SVG = "{http://www.w3.org/2000/svg}"
@@ -79,3 +85,21 @@ def test_the_section_names_what_it_shows():
 
 def test_the_picture_is_the_same_twice():
     assert picture("jaw") == picture("jaw")
+
+
+def test_what_a_solid_hides_of_itself_is_not_drawn():
+    """A hollow block with a recess in its upper face: the walls of a cap's bore shone through its top."""
+    outer = prism(rectangle(-8e-3, -8e-3, 8e-3, 8e-3), -10e-3, 0.0)
+    bored = one_solid(outer - prism(rectangle(-6e-3, -6e-3, 6e-3, 6e-3), -9e-3, -1e-3), "cap")
+    sunk = one_solid(bored - prism(rectangle(-3e-3, -3e-3, 9e-3, 3e-3), -0.2e-3, 1e-3), "cap")
+    solids = [Solid("mount", shape, "printed resin", "#dfe6e9", BodyRole.MOUNT) for shape in (outer, sunk)]
+    whole, hollow = (painted(solid) for solid in solids)
+    assert hollow == pytest.approx(whole, rel=0.01, abs=0.0)
+
+
+def painted(solid: Solid) -> float:
+    """The area of the sheet that is painted where a solid is drawn alone: faces that hide others count twice."""
+    sheet = Sheet("", unit="")
+    exploded(sheet, (solid,), 300.0, 300.0)
+    shapes = (shape for shape in flattened(sheet.items) if isinstance(shape, Shape) and shape.fill)
+    return sum(abs(sum(enclosed_area(path) for path in shape.paths)) for shape in shapes)

@@ -27,47 +27,35 @@ from sitscad.units import show
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's."""
-    jaw, body = jaw_of(design), design.layout.body_size[1]
-    if body > jaw.width + ROUNDING:
-        less = _less_margin(design.spec, 1, body - jaw.width)
-        yield BODY_TOO_WIDE.found(
-            "fpc.margin" if less else "coil.outer_diameter",
-            body,
-            jaw.width,
-            "m",
-            advice=None if less else lambda left: _narrower_body(design, left),
-            shares=_shares(design),
-            unverified=unverified(jaw),
-            excess=body - jaw.width,
-            remedy=less or "a smaller part",
-        )
+    jaw = jaw_of(design)
     for slab in above_board(design.spec):
         yield from _across_jaw(design, jaw, slab)
-    if body <= jaw.width + ROUNDING:
-        yield from _overhang(design, jaw)
-    yield from _in_pocket(design, jaw, body)
+    yield from _overhang(design, jaw)
+    yield from _in_pocket(design, jaw, design.layout.body_size[1])
     yield from _through_port(design)
 
 
 def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
-    """Elastomer or target across the jaw, each where it stands."""
+    """Elastomer or target across the jaw, each where it stands, beyond both the jaw and the board that carries it."""
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, design.layout.body
     middle, width = (y0 + y1) / 2, high - low
-    needed = 2.0 * max(high - middle, middle - low)
-    if needed <= jaw.width + ROUNDING:
+    needed, carried = 2.0 * max(high - middle, middle - low), min(y1 - y0, jaw.port_diameter)
+    room = max(jaw.width, carried)
+    if needed <= room + ROUNDING:
         return
     aside = needed - width > ROUNDING
     beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
     yield PLATE_TOO_WIDE.found(
         f"{slab.name}.{'offset' if aside else 'size'}",
         needed,
-        jaw.width,
+        room,
         "m",
         name=slab.name,
         width=width,
         beside=beside,
+        carrier="jaw" if room == jaw.width else "board in its port",
         unverified=unverified(jaw),
-        excess=(needed - jaw.width) / 2,
+        excess=(needed - room) / 2,
         side="that" if aside else "each",
         middle=", one that stands in the middle" if aside else "",
     )
@@ -95,23 +83,22 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> str:
     return f"fpc.margin: [{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]" if margin[axis] >= 0.0 else ""
 
 
-def _narrower_body(design: Design, left: Left) -> str:
+def _narrower_body(design: Design, excess: float, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
-    spec, jaw = design.spec, jaw_of(design)
-    excess = design.layout.body_size[1] - jaw.width
-    found = ways((islice(_led_otherwise(design, left), 1), narrower(spec, excess)), left)
+    found = ways((islice(_led_otherwise(design, left), 1), narrower(design.spec, excess)), left)
     if found:
-        return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or a wider jaw"
-    return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or a wider jaw"
+        return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or {OTHER_SEAT}"
+    return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or {OTHER_SEAT}"
 
 
 def _led_otherwise(design: Design, left: Left) -> Iterator[Fix]:
-    """Other ends of the layers whose leads leave the body no wider than the jaw; as far as the budget goes."""
+    """Other ends of the layers whose leads leave the body narrow enough for the jaw; as far as the budget goes."""
     for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
         if layout is None:
             return
-        if layout.body_size[1] <= jaw_of(design).width + ROUNDING:
+        over = measure_of(Design(fix.spec, layout), OVERHANG)
+        if over is not None and weight_of(over) is not Severity.ERROR:
             yield fix
 
 
@@ -158,14 +145,15 @@ def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
 
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
-    """The board beside the jaw's true face, which is the chord of its half-round back."""
+    """The board beside the jaw's true face: how far it stands over it, against what the seat below holds."""
     over = measure_of(design, OVERHANG)
     if over is None or over.worst <= ROUNDING:
         return
     severity = weight_of(over)
     if severity is None and over.nominal <= ROUNDING:
         return
-    face = section(rim(jaw)).face
+    excess = 2.0 * (over.measured - over.limit)
+    less = _less_margin(design.spec, 1, excess) if severity is not None else ""
     wide = width_under(design.layout)
     cut = (
         f", which the port leaves {show(wide, 'm')} wide there"
@@ -173,18 +161,26 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
         else ""
     )
     carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
+    is_coils = severity is Severity.ERROR and not less
     yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
-        "coil.outer_diameter",
+        "fpc.margin" if less else "coil.outer_diameter",
         over.measured,
         over.limit,
         "m",
         severity=severity,
+        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils else None,
+        body=design.layout.body_size[1],
+        shares="" if severity is None else _shares(design),
         over=max(0.0, over.nominal),
-        face=face,
+        face=section(rim(jaw)).face,
         unverified=unverified(jaw),
         beyond=with_tolerances(over),
         carried=carried,
+        remedy=f"{less or 'a narrower board'}, or {OTHER_SEAT}",
     )
+
+
+OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
 
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
@@ -210,13 +206,8 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     )
 
 
-BODY_TOO_WIDE = Case(
-    "the board's body is {measured:m} wide{shares}, the jaw {limit:m}{unverified}",
-    hint="{excess:m} too much: {remedy}, or a wider jaw",
-)
-
 PLATE_TOO_WIDE = Case(
-    "the {name} is {width:m} wide{beside}, the jaw {limit:m}{unverified}",
+    "the {name} is {width:m} wide{beside}, the {carrier} {limit:m}{unverified}",
     hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw",
 )
 
@@ -239,13 +230,13 @@ WIDER_THAN_POCKET = Case(
 )
 
 _BODY_OVER_FACE = (
-    "the board's body stands {over:m,3} over each side of the jaw's face, which is {face:m} wide, the chord of its "
-    "half-round back{unverified}{beyond}; "
+    "the board's body, {body:m} wide{shares}, stands {over:m,3} over each side of the jaw's face, which is {face:m} "
+    "wide{unverified}{beyond}; "
 )
 
 BODY_OVER_FACE = Case(
     _BODY_OVER_FACE + "it is to be held by {carried}",
-    "a narrower board, a thicker seat (mount.standoff), or a jaw with a wider face",
+    "{remedy}",
 )
 
 HELD_BY_PLASTIC = Case(
@@ -264,9 +255,9 @@ BODY_TOO_LONG = Case(
 ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT301", "sensor-width", Severity.ERROR,
-        "The board's body, the elastomer and the target are not wider than the jaw (errors); what of the board stands "
-        "over the jaw's true face, the chord of its half-round back, is held by at least as much plastic below it (an "
-        "error nominally or by root-sum-square of the tolerances, a warning at worst, a note where it is held); nor is "
+        "What of the board's body stands over the jaw's true face, the chord of its half-round back, is held by at "
+        "least as much plastic below it (an error nominally or by root-sum-square of the tolerances, a warning at "
+        "worst, a note where it is held); elastomer and target are not wider than both jaw and board (errors), nor is "
         "the whole board, its tail and contacts included, wider than the port (a warning).",
         "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
         "A smaller coil or target, narrower leads, or a wider jaw.",

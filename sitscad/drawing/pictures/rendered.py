@@ -1,8 +1,7 @@
 """Meshes seen in parallel projection as coloured areas, hidden faces away, bodies that stand in each other included.
 
 A depth buffer finds which face every point of a fine raster shows; areas of one colour then become outlines, so that
-the picture is drawn with the same few words as all others. Written for pictures of what clashes: the painter's method
-of `sitscad.drawing.pictures.exploded` needs bodies that lie on top of one another.
+the picture is drawn with the same few words as all others.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ LIGHT = np.array((0.35, -0.55, 0.76))
 SHADES = 8
 """Steps between the darkest and the brightest face."""
 DARKEST = 0.55
-FINE = 2
+FINE = 4
 """Points of the raster on one unit of the sheet."""
 CREASE = 0.85
 """Neighbouring faces whose normals' product is below this meet at an edge that is drawn."""
-STAIR = 0.75
+STAIR = 1.5
 """How far (points of the raster) a slanted outline may run from the stairs that it stands for."""
 INK = Pen(0.6, "#22303c")
 
@@ -78,21 +77,26 @@ def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: t
     return View(*axes, float(scale), (float(across.min()), float(upwards.max())))
 
 
-def rendered(sheet: Sheet, meshes: Sequence[Coloured], view: View, size: tuple[float, float]) -> None:
-    """Draw meshes on a sheet, from (0, 0) to the right and downwards, no farther than `size`."""
+def rendered(
+    sheet: Sheet, meshes: Sequence[Coloured], view: View, size: tuple[float, float], opacity: float = 1.0
+) -> None:
+    """Draw meshes on a sheet, from (0, 0) to the right and downwards, no farther than `size`; less than opaque, what is
+    drawn before is seen through them.
+    """
     wide, high = (int(np.ceil(side * FINE)) for side in size)
-    seen = _seen(meshes, view, wide, high)
+    seen, corner = _cropped(_seen(meshes, view, wide, high))
     shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
     colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
     corners = _junctions(colours)
     for colour in np.unique(colours[colours >= 0]):
         outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
         fill = f"#{colour:06x}"
-        sheet.draw([_path(loop) for loop in outlines if len(loop) > 2], Pen(0.4, fill), fill)
+        pen = Pen(0.4, fill) if opacity == 1.0 else None
+        sheet.draw([_path(loop, corner) for loop in outlines if len(loop) > 2], pen, fill, opacity=opacity)
     surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
     edges = _edges(surfaces)
     if edges:
-        sheet.draw([polyline([_point(corner) for corner in edge]) for edge in edges], INK)
+        sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], INK)
 
 
 def _seen(meshes: Sequence[Coloured], view: View, wide: int, high: int) -> Indices:
@@ -107,6 +111,14 @@ def _seen(meshes: Sequence[Coloured], view: View, wide: int, high: int) -> Indic
             _fill(depth, seen, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
     return seen
+
+
+def _cropped(seen: Indices) -> tuple[Indices, Corner]:
+    """The part of a raster that shows anything, and where its left upper corner lies."""
+    rows, columns = (np.flatnonzero((seen >= 0).any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
+        return seen, (0, 0)
+    return seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], (int(columns[0]), int(rows[0]))
 
 
 def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> None:
@@ -176,12 +188,15 @@ def _junctions(labels: Indices) -> set[Corner]:
 def _borders(area: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
     """The sides of a padded raster's points that bound an area, directed: from each corner to the next ones."""
     following: dict[Corner, list[Corner]] = {}
-    for row, column in zip(*np.nonzero(area[1:, :] != area[:-1, :]), strict=True):
-        ends = (int(column) - 1, int(row)), (int(column), int(row))
+    rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))
+    top, left = int(rows[0]) - 1, int(columns[0]) - 1
+    area = area[top : rows[-1] + 2, left : columns[-1] + 2]
+    for row, column in np.argwhere(area[1:, :] != area[:-1, :]).tolist():
+        ends = (left + column - 1, top + row), (left + column, top + row)
         a, b = ends if area[row + 1, column] else ends[::-1]
         following.setdefault(a, []).append(b)
-    for row, column in zip(*np.nonzero(area[:, 1:] != area[:, :-1]), strict=True):
-        ends = (int(column), int(row) - 1), (int(column), int(row))
+    for row, column in np.argwhere(area[:, 1:] != area[:, :-1]).tolist():
+        ends = (left + column, top + row - 1), (left + column, top + row)
         a, b = ends[::-1] if area[row, column + 1] else ends
         following.setdefault(a, []).append(b)
     return following
@@ -261,9 +276,9 @@ def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
     return tuple(line[i] for i in sorted(kept))
 
 
-def _point(corner: Corner) -> Point:
-    return Point(corner[0] / FINE, -corner[1] / FINE)
+def _point(each: Corner, corner: Corner) -> Point:
+    return Point((each[0] + corner[0]) / FINE, -(each[1] + corner[1]) / FINE)
 
 
-def _path(loop: list[Corner]) -> Path:
-    return closed_polygon([_point(corner) for corner in loop])
+def _path(loop: list[Corner], corner: Corner) -> Path:
+    return closed_polygon([_point(each, corner) for each in loop])
