@@ -94,7 +94,7 @@ def test_what_a_solid_hides_of_itself_is_not_drawn():
     sunk = one_solid(bored - prism(rectangle(-3e-3, -3e-3, 9e-3, 3e-3), -0.2e-3, 1e-3), "cap")
     solids = [Solid("mount", shape, "printed resin", "#dfe6e9", BodyRole.MOUNT) for shape in (outer, sunk)]
     whole, hollow = (painted(solid) for solid in solids)
-    assert hollow == pytest.approx(whole, rel=0.01, abs=0.0)
+    assert hollow == approx(whole, rel=0.01)
 
 
 def painted(solid: Solid) -> float:
