@@ -1,15 +1,12 @@
 """The documentation as a static site of the Markdown files here: ``sphinx-build -W docs outputs/site``."""
 
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
+from typing import Any
 
 from sitscad.version import __version__
 
 project = "sitscad"
 version = release = __version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "directives"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_heading_anchors = 4
 napoleon_google_docstring = False
 html_theme = "furo"
@@ -24,3 +21,13 @@ autodoc_default_options = {"members": True, "undoc-members": True, "exclude-memb
 # Links out of the site are looked at by `sphinx-build -b linkcheck docs outputs/links`, which needs a network.
 linkcheck_timeout = 20
 linkcheck_ignore = [r"https://example\.org/.*"]
+
+
+def bare_values(app: Any, what: str, name: str, value: Any, options: Any, signature: str, result: str) -> Any:
+    """The heading of a class of values: its fields follow below, and are no arguments that a caller would write."""
+    return ("", result) if what in ("class", "exception") and signature else None
+
+
+def setup(app: Any) -> None:
+    """Leave the arguments out of the headings of values."""
+    app.connect("autodoc-process-signature", bare_values)

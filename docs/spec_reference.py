@@ -1,14 +1,9 @@
-"""Writes the tables of keys in docs/spec.md from the declarations that read the spec.
-
-Run it after a change of the format: ``python docs/spec_reference.py``.
-"""
+"""The tables of keys in docs/spec.md, made from the declarations that read the spec; ``pages.py`` writes them."""
 
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.documents.spec import SpecDocument
@@ -24,21 +19,14 @@ from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 
-PAGE = Path(__file__).with_name("spec.md")
-MARK = "<!-- Below this line the page is written by docs/spec_reference.py. -->\n"
-
-
-def whole_page(text: str) -> str:
-    """The page with its tables made anew: what stands above the mark is kept."""
-    return text.partition(MARK)[0] + MARK + "\n" + reference()
-
 
 def reference() -> str:
-    """Every section of the spec with a table of its keys."""
+    """The tables of keys: sections that every user needs, what the names of presets stand for, deeper sections."""
     places = _places(SpecDocument, "")
-    parts = [f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
-             for section, paths in places.items()]  # fmt: skip
-    return "\n".join((*parts, *_presets_in_figures()))
+    parts = {section: f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
+             for section, paths in places.items()}  # fmt: skip
+    first = [part for section, part in parts.items() if "." not in places[section][0]]
+    return "\n".join((*first, *_presets_in_figures(), *(part for part in parts.values() if part not in first)))
 
 
 def _presets_in_figures() -> Iterator[str]:
@@ -197,8 +185,3 @@ def _section_value(kind: Kind, places: Places) -> str:
         return f"list of {_value(kind.entry, places)}"
     assert isinstance(kind, NameOr), kind
     return f"{_value(kind.preset, places)}, or {_value(kind.written, places)}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(whole_page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    sys.exit(0)

@@ -36,7 +36,7 @@ def test_every_spec_of_the_tutorial_is_what_the_page_says():
     import sitscad
 
     text = (DOCS / "tutorial.md").read_text(encoding="utf-8")
-    first, second = re.findall(r"^```\{spec-file\} fingertip.yaml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    first, second = re.findall(r"^<!-- file fingertip.yaml -->\n```yaml\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     for spec in (first, second):
         findings = sitscad.check(sitscad.load_text(spec), hints="none").findings
         assert {finding.rule for finding in findings if finding.severity == "error"} == {"SIT202"}

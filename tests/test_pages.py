@@ -1,0 +1,70 @@
+"""What README and the pages of docs show is what the program does: outputs of commands, files, pictures, tables."""
+
+from __future__ import annotations
+
+import pages
+import pytest
+
+BUILT = {"assembling", "examples", "getting-started", "templates", "tutorial"}
+"""Pages that show packages: CAD, some ten seconds each."""
+
+
+@pytest.mark.parametrize("name", sorted(pages.PAGES.keys() - BUILT))
+def test_a_page_is_what_the_program_shows(name):
+    assert pages.stale(name) == [], f"run python docs/pages.py {name}"
+
+
+@pytest.mark.slow
+@pytest.mark.cad
+@pytest.mark.parametrize("name", sorted(BUILT))
+def test_a_page_of_packages_is_what_the_program_shows(name):
+    assert pages.stale(name) == [], f"run python docs/pages.py {name}"
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    path = tmp_path / "page.md"
+    monkeypatch.setitem(pages.PAGES, "page", path)
+    return path
+
+
+FRESH = """# A page
+
+<!-- file c.yaml -->
+```yaml
+sitscad: 1
+```
+
+<!-- exit 2, last 1 -->
+```console
+$ sitscad check c.yaml
+```
+
+<!-- shows c.yaml -->
+```text
+```
+
+<!-- picture docs/pictures/grasper-4layer-body.svg -->
+![a board](made/board.svg)
+"""
+
+
+def test_a_page_is_filled_once_and_then_stays(page):
+    page.write_text(FRESH, encoding="utf-8")
+    assert pages.stale("page") == ["page.md", "board.svg"]
+    made = pages.made("page")
+    text = made[page].decode()
+    assert "\n$ sitscad check c.yaml\n...\nnot ok: " in text and "```text\nsitscad: 1\n```" in text
+    assert text.startswith(FRESH.partition("$")[0])
+    for path, data in made.items():
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(data)
+    assert pages.stale("page") == []
+    page.write_text(text.replace("not ok", "ok"), encoding="utf-8")
+    assert pages.stale("page") == ["page.md"]
+
+
+def test_another_exit_code_than_the_page_says_is_refused(page):
+    page.write_text(FRESH.replace("exit 2", "exit 1"), encoding="utf-8")
+    with pytest.raises(ValueError, match="ended with 2, not 1"):
+        pages.made("page")
