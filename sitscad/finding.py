@@ -149,7 +149,7 @@ class Finding:
     in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
     standard deviations of manufacture lie between them, where that is known. ``file`` is the path of the file that line
     and column count in, where that is not the spec itself (a fabricator's profile). ``fixes`` are what mends it, the
-    best first.
+    best first. ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little.
     """
 
     rule: str
@@ -168,6 +168,7 @@ class Finding:
     sigma: float | None = None
     file: str | None = None
     fixes: tuple[Remedy, ...] = ()
+    keeps_limit: bool = False
 
 
 @record

@@ -44,6 +44,7 @@ class Case:
         place: Place | None = None,
         sigma: float | None = None,
         advice: Advice | None = None,
+        keeps_limit: bool = False,
         **values: object,
     ) -> Complaint:
         """The complaint with its figures (SI, in ``unit``); a hint or severity that is given stands for the row's."""
@@ -51,6 +52,7 @@ class Case:
         return Complaint(
             worded(self.message, values), worded(self.hint, values) if hint is None else hint, key, measured, limit,
             unit, severity or (self.grave if is_grave else self.severity), source, place, sigma, advice,
+            keeps_limit,
         )  # fmt: skip
 
 

@@ -17,7 +17,8 @@ class Complaint:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
 
     ``advice`` writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where
-    none are tried, and where it finds nothing to say (an empty text).
+    none are tried, and where it finds nothing to say (an empty text). ``keeps_limit`` is set where ``measured`` lies on
+    the right side of the limit, by little.
     """
 
     message: str
@@ -31,6 +32,7 @@ class Complaint:
     place: Place | None = None
     sigma: float | None = None
     advice: Advice | None = None
+    keeps_limit: bool = False
 
 
 @record
@@ -199,6 +201,7 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
         source=complaint.source or rule.source,
         place=complaint.place,
         sigma=complaint.sigma,
+        keeps_limit=complaint.keeps_limit,
     )
 
 

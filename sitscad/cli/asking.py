@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import sitscad
+from sitscad.cli.telling import say
 
 if TYPE_CHECKING:
-    from sitscad import Baseline
+    from sitscad import Baseline, CheckedSpec
 
 
 class Example(click.Command):
@@ -82,6 +83,16 @@ def specs_of(paths: Iterable[str]) -> list[str]:
 def baseline_of(path: str | None) -> Baseline | None:
     """The findings that a file holds; None where no file is named."""
     return None if path is None else sitscad.read_baseline(path)
+
+
+def tell_of_strangers(baseline: Baseline | None, checked: Iterable[CheckedSpec]) -> None:
+    """Say which specs a baseline knows nothing of, where they have findings: none of these was known before."""
+    for spec in checked:
+        if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
+            named = f" named {spec.name}" if spec.name else ""
+            say(
+                f"{spec.path}: {baseline.named} holds no spec{named} at this path (its paths count from its own folder)"
+            )
 
 
 def require_rule(pattern: str) -> Any:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import sitscad
-from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, specs_of
+from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, specs_of, tell_of_strangers
 from sitscad.cli.telling import print_result, progress, say, show_findings
 
 if TYPE_CHECKING:
@@ -67,6 +67,7 @@ def build(
         work = functools.partial(_build_one, **asked, force=force, progress=progress if alone else None)
     again = _options(output, only, baseline)
     for result in sitscad.each_of(work, loaded, jobs):
+        tell_of_strangers(asked["baseline"], [result.checked])
         code = max(code, _told(result, only or (), again, len(loaded) > 1))
     return code
 

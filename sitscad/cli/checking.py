@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, require_rule, row_of, specs_of
+from sitscad.cli.asking import (
+    BASELINE,
+    JOBS,
+    PLUGIN,
+    Example,
+    Names,
+    baseline_of,
+    require_rule,
+    row_of,
+    specs_of,
+    tell_of_strangers,
+)
 from sitscad.cli.telling import counted, manner, print_result, say, show_findings
 from sitscad.finding import Finding, Remedy, Severity
 
@@ -104,6 +115,7 @@ def check(
         show_findings(checked)
     else:
         print_result(show(checked, manner(sys.stdout, weight)))
+    tell_of_strangers(held.baseline, checked)
     _append_job_summary(_summary_path(format_name), inspected)
     for path, drawn in zip(drawings, inspected, strict=False):
         _draw(path, drawn)

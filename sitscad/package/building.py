@@ -58,10 +58,9 @@ class Asked:
     baseline: Baseline | None
 
     @property
-    def known(self) -> dict[str, str]:
+    def known(self) -> dict[str, Any]:
         """What the baseline knows of the spec, as plain values."""
-        found = {} if self.baseline is None else self.baseline.of(self.spec.source.path)
-        return {name: severity.value for name, severity in found.items()}
+        return {} if self.baseline is None else self.baseline.as_json(self.spec.source.path, self.spec.name)
 
     def made_from(self, old: Manifest) -> str:
         """Hash of everything that the whole package depends on, after what it was: the same hash, the same bytes."""

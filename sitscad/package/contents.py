@@ -6,7 +6,7 @@ import json
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sitscad.checks import all_rules
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
@@ -104,10 +104,10 @@ class Contents:
         return "\n".join([*lines, ""])
 
     @property
-    def baseline_entries(self) -> dict[str, str]:
+    def known(self) -> dict[str, Any]:
         """What the baseline knows of this spec, as plain values."""
-        known = {} if self.baseline is None else self.baseline.of(self.design.spec.source.path)
-        return {name: severity.value for name, severity in known.items()}
+        spec = self.design.spec
+        return {} if self.baseline is None else self.baseline.as_json(spec.source.path, spec.name)
 
     @cached_property
     def file_name(self) -> str:

@@ -71,9 +71,12 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
 
 
 def _configuration(contents: Contents) -> dict[str, Any]:
-    """What besides the spec the package goes by: the policy that its findings are held against, and plugins."""
+    """What besides the spec the package goes by: the policy and the baseline that its findings are held against, and
+    plugins.
+    """
     said = contents.policy.as_json() if contents.policy.says_anything else {}
-    return {**said, **({"plugins": dict(marks())} if marks() else {})}
+    beside = {"baseline": contents.known, "plugins": dict(marks())}
+    return {**said, **{key: value for key, value in beside.items() if value}}
 
 
 def make_all(
@@ -127,7 +130,7 @@ def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[
 
 def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
     """Everything that the files of a stage depend on, besides sitscad itself."""
-    judged_by = (contents.policy.as_json(), contents.baseline_entries)
+    judged_by = (contents.policy.as_json(), contents.known)
     text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
         read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}

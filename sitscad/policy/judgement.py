@@ -10,7 +10,6 @@ from sitscad.policy.baseline import Baseline
 from sitscad.policy.comments import RULE, Comment, comments
 from sitscad.policy.values import Policy, chosen_rules, stands_for
 from sitscad.report.findings import CheckedSpec, RuleTexts
-from sitscad.report.findings.identity import identities
 from sitscad.spec.source import SpecSource
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
@@ -109,11 +108,10 @@ def _waived(checked: CheckedSpec, reasons: Mapping[str, str]) -> CheckedSpec:
 
 def _known(checked: CheckedSpec, baseline: Baseline) -> CheckedSpec:
     """Findings that a baseline knows, and that have not become graver, as ignored ones."""
-    known = baseline.of(checked.path)
     kept, ignored = [], []
-    for finding, name in zip(checked.findings, identities(checked.findings), strict=True):
-        is_old = name in known and not finding.rule.startswith("SIT0") and known[name].weighs(finding.severity)
-        if is_old:
+    covered = baseline.covered(checked.path, checked.name, checked.findings)
+    for finding, is_known in zip(checked.findings, covered, strict=True):
+        if is_known and not finding.rule.startswith("SIT0"):
             ignored.append(Ignored(finding, f"known before ({baseline.named})", "baseline"))
         else:
             kept.append(finding)

@@ -36,12 +36,13 @@ class Policy:
         return bool(self.select or self.ignore or self.reasons or self.severity)
 
     def as_json(self) -> dict[str, object]:
-        """The rules' part as plain values."""
+        """The rules' part as plain values, and what reports call it."""
         return {
             "select": list(self.select),
             "ignore": [*self.ignore],
             "reasons": dict(sorted(self.reasons.items())),
             "severity": {pattern: severity.value for pattern, severity in sorted(self.severity.items())},
+            "named": self.named if self.says_anything else "",
         }
 
 

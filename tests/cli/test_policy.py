@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from sitscad.finding import Finding, Severity
+from sitscad.policy.baseline import Baseline, Known
 from sitscad.policy.comments import comments
 
 COMMENT = "# sitscad: ignore "
@@ -206,6 +208,82 @@ def test_a_known_finding_that_became_graver_is_new(run):
     Path("known.json").write_text(json.dumps(document))
     spec = spec_of(run, "weak.yaml", "--baseline", "known.json")
     assert {f["rule"] for f in spec["findings"] if f["severity"] == "error"} == {errors[0]["rule"]}
+
+
+TIGHT = """\
+sitscad: 1
+name: tight
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 160 um, trace_spacing: 90 um}
+"""
+
+
+def known_of_tight(run, change=lambda finding: None) -> dict:
+    """The baseline of a spacing of 90 um, each finding changed; what the spec says is then known."""
+    Path("tight.yaml").write_text(TIGHT)
+    document = json.loads(run("check", "tight.yaml", "--hints", "none", "--format", "json").out)
+    (spec,) = document["specs"]
+    assert "SIT102" in rules_of(spec) and not document["ok"]
+    for finding in spec["findings"]:
+        change(finding)
+    Path("known.json").write_text(json.dumps(document))
+    return document
+
+
+def test_a_known_error_whose_figure_got_worse_is_new(run):
+    known_of_tight(run)
+    assert run("check", "tight.yaml", "--baseline", "known.json").code == 0
+    for spacing, code in (("95 um", 0), ("89 um", 1), ("2 um", 1)):
+        Path("tight.yaml").write_text(TIGHT.replace("90 um", spacing))
+        done = run("build", "tight.yaml", "--only", "firmware", "--baseline", "known.json")
+        assert done.code == code and ("SIT102 error" in done.err) == bool(code), spacing
+
+
+@pytest.mark.parametrize("figure", [float("nan"), -1e99, None, True, "0"])
+def test_a_baseline_without_the_figure_that_was_measured_silences_nothing(run, figure):
+    known_of_tight(run, lambda finding: finding.update(measured=figure))
+    assert run("check", "tight.yaml", "--baseline", "known.json", "--hints", "none").code == 1
+
+
+def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
+    """Of what is told because it comes near its limit, less room is worse: of what is beyond it, more is."""
+    told = dict(key="coil.turns", limit=1.8)
+    for before, now, keeps, is_known in (
+        (1.7, 1.6, True, True), (1.7, 1.75, True, False), (1.9, 1.95, False, False), (1.9, 1.85, False, True),
+        (1.7, 1.85, False, False), (1.9, 1.7, True, False),
+    ):  # fmt: skip
+        entry = Known(Severity.WARNING, before, 1.8, keeps_limit=before < 1.8 and keeps)
+        finding = Finding("SIT204", "", Severity.WARNING, "", measured=now, keeps_limit=keeps, **told)
+        assert entry.covers(finding) == is_known, (before, now, keeps)
+
+
+def test_what_was_mended_leaves_the_others_of_its_rule_and_key_known(run):
+    """Findings of one rule at one key are told apart by their turn: the second is the first once that is mended."""
+    figures = {
+        "SIT102\0coil.turns\0\0" + turn: Known(Severity.ERROR, value, 1.0) for turn, value in (("1", 0.9), ("2", 0.5))
+    }
+    baseline = Baseline("known.json", {(str(Path("a.yaml").absolute()), "a"): figures})
+
+    def told(*values):
+        return [Finding("SIT102", "", Severity.ERROR, "", key="coil.turns", measured=v, limit=1.0) for v in values]
+
+    assert baseline.covered("a.yaml", "a", told(0.5)) == [True]
+    assert baseline.covered("a.yaml", "a", told(0.9, 0.4)) == [True, False]
+    assert baseline.covered("a.yaml", "a", told(0.5, 0.5)) == [False, True]
+
+
+def test_a_spec_is_known_by_its_path_from_the_baseline_and_its_name(run, tmp_path, monkeypatch):
+    known_of_tight(run)
+    here = Path.cwd()
+    other = here / "other"
+    other.mkdir()
+    (other / "tight.yaml").write_text(TIGHT)
+    assert run("check", "other/tight.yaml", "--baseline", "known.json").code == 1
+    monkeypatch.chdir(other)
+    done = run("check", "tight.yaml", "--baseline", "../known.json")
+    assert done.code == 1 and "holds no spec named tight at this path" in done.err
+    assert run("check", "../tight.yaml", "--baseline", "../known.json").code == 0
+    (here / "tight.yaml").write_text(TIGHT.replace("name: tight", "name: another"))
+    assert run("check", "../tight.yaml", "--baseline", "../known.json").code == 1
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"specs": [{}]}', '{"specs": 3}', "\x00"])

@@ -102,6 +102,7 @@ def near_limit(
             unit,
             hint=hint,
             sigma=count,
+            keeps_limit=True,
             is_grave=count < AT_RISK,
             words=words,
             where=where(reading),

@@ -23,7 +23,7 @@ class CheckedSpec:
     the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``reached``
     what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
     reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
-    but mark its package.
+    but mark its package; ``name`` the spec's own name, empty where it could not be read.
     """
 
     path: str
@@ -37,6 +37,7 @@ class CheckedSpec:
     silenced: tuple[Finding, ...] = ()
     closing: Closing | None = None
     reached: tuple[Reached, ...] = ()
+    name: str = ""
 
     @property
     def ok(self) -> bool:
@@ -96,6 +97,7 @@ def checked_spec(
         fit=tuple(fit),
         closing=closing,
         reached=tuple(reached),
+        name=spec.name,
     )
 
 

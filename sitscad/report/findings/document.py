@@ -27,6 +27,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
         "specs": [
             {
                 "spec": spec.path,
+                "name": spec.name or None,
                 "ok": spec.ok,
                 "findings": [finding_json(finding) for finding in spec.findings],
                 "ignored": [_ignored_json(ignored) for ignored in spec.ignored],
@@ -114,6 +115,8 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     }
     if finding.sigma is not None:
         entry["sigma"] = finding.sigma
+    if finding.keeps_limit:
+        entry["keeps_limit"] = True
     if finding.file is not None:
         entry["file"] = finding.file
     if finding.place is not None:

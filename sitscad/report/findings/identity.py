@@ -22,6 +22,11 @@ def identities(findings: Sequence[Finding]) -> list[str]:
     return names
 
 
+def turnless(identity: str) -> str:
+    """An identity without its turn: all findings of one rule at one key share it."""
+    return identity.rpartition("\0")[0]
+
+
 def fingerprint(*parts: str) -> str:
     """Sixteen hexadecimal digits of the SHA-256 of some texts."""
     import hashlib  # loads OpenSSL, which a plain check does not need

@@ -27,6 +27,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             fit=tuple(map(_measure, spec["fit"])),
             closing=_closing(spec["closing"]),
             reached=tuple(Reached(**each) for each in spec["felt"]),
+            name=spec["name"] or "",
         )  # fmt: skip
     except (ValueError, KeyError, TypeError):
         return None
@@ -40,6 +41,7 @@ def _finding(entry: dict[str, Any]) -> Finding:
         **{name: entry[name] for name in told},
         severity=Severity(entry["severity"]),
         sigma=entry.get("sigma"),
+        keeps_limit=entry.get("keeps_limit", False),
         file=entry.get("file"),
         place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
         fixes=tuple(_remedy(each) for each in entry.get("fixes", ())),
