@@ -125,14 +125,18 @@ def _built(result: BuildResult) -> str:
 
 @click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
 @click.argument("directory", type=click.Path())
-def verify(directory: str) -> int:
+@click.option("--rebuild", is_flag=True, help="Build it again from its own spec, and compare every byte.")
+@PLUGIN
+def verify(directory: str, rebuild: bool) -> int:
     """Read a finished package back.
 
-    Its files are held against the manifest, its copper's nets against the intended ones, every board of its panel
-    against the single board.
+    Its files are held against the manifest, its copper's nets against the intended ones, layers and holes against job
+    file and netlist, the order archive against the files beside it, every board of its panel against the single board.
+    Hashes can be written anew by whoever changes a file: --rebuild finds that, too. What it cannot tell is whether the
+    spec in the package is yours.
     Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
     """
-    found = sitscad.verify(directory)
+    found = sitscad.verify(directory, rebuild)
     for difference in found.differences:
         print_result(difference)
     print_result(f"{'ok' if found.ok else 'differs'}: {', '.join(found.looked_at)}")

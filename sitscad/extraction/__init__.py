@@ -1,7 +1,8 @@
 """Nets out of finished files: what the copper that the Gerber and drill files draw really joins.
 
 `extract` reads a directory of finished files, `compare` holds the nets found against the nets that the same files name,
-`compare_panel` holds every copy of a panel against the single board,
+`compare_job` what files say of themselves against the job file, `compare_panel` holds every copy of a panel against
+the single board,
 `copper_resistance` solves for the resistance of the extracted copper. Nothing here knows how the files were written.
 """
 
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from sitscad.extraction.artwork import Artwork, ExtractionError, Flash, Hole
 from sitscad.extraction.differences import Difference, Kind, compare
 from sitscad.extraction.intent import UNUSED, Mark, Source
+from sitscad.extraction.job import compare_job
 from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet, Loop, Piece, extract
 from sitscad.extraction.panel import compare_panel
 
@@ -34,6 +36,7 @@ __all__ = [
     "Piece",
     "Source",
     "compare",
+    "compare_job",
     "compare_panel",
     "copper_resistance",
     "extract",

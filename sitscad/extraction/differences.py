@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from enum import StrEnum
@@ -24,6 +25,9 @@ registration of the coverlay, which is 0.05 to 0.2 mm."""
 HELD = 0.5
 """The share of a contact that may be under the coverlay: rims of solder pads and the ends of fingers are held so."""
 
+ROUNDED = 2.6e-6
+"""Netlists round a hole's diameter (m) by so much: to a ten-thousandth of an inch."""
+
 SMALLEST_TRACK = 1e-9
 """Copper beyond the pads that is no more than this (m2) is no track: a square of 30 um."""
 
@@ -38,6 +42,7 @@ class Kind(StrEnum):
     NO_NET = "no-net"
     NO_INTENT = "no-intent"
     NO_HOLE = "no-hole"
+    HOLE_SIZE = "hole-size"
     HOLE_OFF_PAD = "hole-off-pad"
     NETLISTS = "netlists-differ"
     COVERED = "covered-contact"
@@ -72,6 +77,7 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
         *_astray(board),
         *_holes(board),
         *_vias_without_hole(board),
+        *_hole_sizes(board),
         *_netlists(board),
         *_covered(board),
         *_exposed(board),
@@ -144,6 +150,17 @@ def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
         point = shapely.Point(x, y)
         if not any(shapely.intersects(hole.shape, point) for hole in plated):
             yield Difference(Kind.NO_HOLE, f"the via of {net} at {_place(x, y, None)} is not drilled", (net,), x, y)
+
+
+def _hole_sizes(board: ExtractedBoard) -> Iterator[Difference]:
+    """Plated holes of another size than the netlist has at their place."""
+    sizes = [(mark.x, mark.y, mark.drill, mark.net) for mark in board.marks if mark.drill is not None]
+    for hole in (hole for hole in board.artwork.holes if hole.is_plated):
+        for x, y, drill, net in sizes:
+            if math.hypot(hole.x - x, hole.y - y) < hole.diameter / 2.0 and abs(hole.diameter - drill) > ROUNDED:
+                wrong = f"is {hole.diameter * 1e6:.0f} um wide, where the netlist has {drill * 1e6:.0f} um"
+                message = f"the hole at {_place(hole.x, hole.y, None)} {wrong}"
+                yield Difference(Kind.HOLE_SIZE, message, (net,), hole.x, hole.y)
 
 
 def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
@@ -244,5 +261,5 @@ def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
 
 
 def _place(x: float, y: float, layer: int | None) -> str:
-    where = f"x {x * 1e3:.4g} mm, y {y * 1e3:.4g} mm"
+    where = ", ".join(f"{axis} {round(at * 1e3, 6) + 0.0:.4g} mm" for axis, at in (("x", x), ("y", y)))
     return f"{where}, layer {layer}" if layer else where

@@ -27,7 +27,7 @@ class Mark:
 
     ``layer`` counts from 1 at the top, None for a hole's pads on every layer; ``x``, ``y`` in metres; ``pin`` is the
     contact's reference and number (``J1-1``) and ``function`` what it is for (``C1.A``), where the file says so;
-    ``is_via`` marks a via's pad.
+    ``is_via`` marks a via's pad; ``drill`` is the diameter (m) of its hole, where the file says so.
     """
 
     net: str
@@ -38,6 +38,7 @@ class Mark:
     pin: str | None = None
     function: str | None = None
     is_via: bool = False
+    drill: float | None = None
 
 
 _STATEMENT = re.compile(r"%([^%]*)%|([^%*]*)\*")
@@ -194,6 +195,7 @@ def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Ma
         source=Source.IPC_D_356,
         pin=pad,
         is_via=is_via,
+        drill=int(record["drill"]) * unit if record["drill"] else None,
     )
 
 

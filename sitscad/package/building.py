@@ -7,6 +7,7 @@ something has to be made.
 from __future__ import annotations
 
 import dataclasses
+import json
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -65,10 +66,10 @@ class Asked:
     def made_from(self, old: Manifest) -> str:
         """Hash of everything that the whole package depends on, after what it was: the same hash, the same bytes."""
         source = self.spec.source
-        files = {name: sha256(content) for name, content in source.files.items()}
+        files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
-        said = (source.text, Path(source.path).name, files, self.policy.as_json(), self.known)
+        said = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), self.known)
         return made_from(without_text(self.spec), *said, versions, *marks())
 
 

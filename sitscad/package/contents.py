@@ -12,6 +12,7 @@ from sitscad.checks import all_rules
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.package.values import NOT_WRITTEN
 from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, checked_spec
@@ -21,8 +22,6 @@ from sitscad.spec.sensor import SensorSpec
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.layout.board import Layout
-
-FORCED_NOTE = "FORCED.txt"
 
 
 @record
@@ -100,7 +99,7 @@ class Contents:
         lines += [f"- {finding.rule} {finding.name}: {finding.message}" for finding in errors]
         lines += [f"- {finding.rule} {finding.name} (silenced): {finding.message}" for finding in silenced]
         if failures:
-            lines += ["", "Left out, because it cannot be written:", "", *(f"- {failure}" for failure in failures)]
+            lines += [NOT_WRITTEN, "", *(f"- {failure}" for failure in failures)]
         return "\n".join([*lines, ""])
 
     @property

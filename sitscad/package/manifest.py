@@ -11,13 +11,15 @@ from collections.abc import Mapping
 from dataclasses import field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sitscad.package.folder import PackageError, list_files, require_inside
 from sitscad.record import record
 from sitscad.version import __version__
 
 MANIFEST = "manifest.json"
+
+Part = TypeVar("Part")
 
 
 @record
@@ -76,32 +78,59 @@ def read_manifest(folder: Path) -> Manifest:
         when there is none, when it is not one of ours, or when it names a file outside the package.
     """
     try:
-        document = json.loads((folder / MANIFEST).read_bytes())
-        files = {require_inside(name): Entry(**_texts(entry)) for name, entry in document["files"].items()}
-        nets = {str(net): tuple(map(str, pins)) for net, pins in document.get("nets", {}).items()}
-        forced = document.get("forced") is True
-        configuration = document.get("configuration", {})
-        if not isinstance(configuration, dict):
-            raise ValueError("its configuration is no mapping")
-        built = document.get("built", {})
-        return Manifest(
-            str(document["sitscad"]),
-            _texts(document["spec"]),
-            forced,
-            nets,
-            files,
-            configuration,
-            str(built.get("from", "")),
-            tuple(map(str, built.get("for", ()))),
-        )
+        return _read(json.loads((folder / MANIFEST).read_bytes()))
     except OSError as error:
         inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""
         raise PackageError(
             f"{folder} is not a package of sitscad: {MANIFEST}: {error.strerror or error}{hint}"
         ) from error
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except RecursionError as error:
+        raise PackageError(f"{folder / MANIFEST} is not a manifest of sitscad: it is nested too deeply") from error
+    except ValueError as error:
         raise PackageError(f"{folder / MANIFEST} is not a manifest of sitscad: {error}") from error
+
+
+def _read(document: Any) -> Manifest:
+    """The manifest that a document of JSON is; ValueError that says what of it is none."""
+    if not isinstance(document, dict):
+        raise ValueError("it is no mapping")
+    built = _part(document, "built", dict, {})
+    return Manifest(
+        _part(document, "sitscad", str),
+        _texts("spec", _part(document, "spec", dict), {"name", "file", "sha256"}),
+        _part(document, "forced", bool, False),
+        {net: _names(f"nets of {net}", pins) for net, pins in _part(document, "nets", dict, {}).items()},
+        {require_inside(name): _entry(name, entry) for name, entry in _part(document, "files", dict).items()},
+        _part(document, "configuration", dict, {}),
+        _part(built, "from", str, ""),
+        _names("for", built.get("for", [])),
+    )
+
+
+def _part(document: dict[str, Any], key: str, kind: type[Part], default: Part | None = None) -> Part:
+    """What stands at a key; ValueError where that is missing or of another kind."""
+    value = document.get(key, default)
+    if not isinstance(value, kind):
+        raise ValueError(f"{key!r} is {'of another kind' if key in document else 'missing'}")
+    return value
+
+
+def _names(key: str, value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise ValueError(f"{key!r} is no list of names")
+    return tuple(value)
+
+
+def _entry(name: str, value: Any) -> Entry:
+    return Entry(**_texts(name, value, {"sha256", "stage", "made_from"}))
+
+
+def _texts(key: str, value: Any, within: set[str]) -> dict[str, str]:
+    """A mapping of texts with some keys; ValueError for another."""
+    if not isinstance(value, dict) or set(value) != within or not all(isinstance(text, str) for text in value.values()):
+        raise ValueError(f"{key!r} has not just the texts {', '.join(sorted(within))}")
+    return value
 
 
 def sha256(content: bytes) -> str:
@@ -144,12 +173,6 @@ def made_from(*ingredients: object) -> str:
 def _is_left_by_kicad(name: str) -> bool:
     last = name.rpartition("/")[2]
     return last.endswith((".kicad_prl", ".lck")) or last == "fp-info-cache" or "-backups/" in name
-
-
-def _texts(mapping: Mapping[str, Any]) -> dict[str, str]:
-    if not all(isinstance(value, str) for value in mapping.values()):
-        raise ValueError("an entry is not text")
-    return dict(mapping)
 
 
 def _plain(value: object) -> object:

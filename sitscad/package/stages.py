@@ -13,11 +13,20 @@ from typing import Any
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.formats import WRITERS
-from sitscad.package.contents import FORCED_NOTE, Contents
+from sitscad.package.contents import Contents
 from sitscad.package.dependence import BESIDE_TAIL, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError, require_inside
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
-from sitscad.package.values import CHECK_STAGE, EXTRA_STAGES, KERNELS, SOLID_STAGES, Progress, StageResult, version_of
+from sitscad.package.values import (
+    CHECK_STAGE,
+    EXTRA_STAGES,
+    FORCED_NOTE,
+    KERNELS,
+    SOLID_STAGES,
+    Progress,
+    StageResult,
+    version_of,
+)
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy
@@ -36,8 +45,8 @@ FIT = "mount/fit.json"
 FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 """What does not fit: sections with dimensions, and the bodies themselves."""
 
-SPEC_FOLDER = "spec"
-"""Where a package keeps the files that it was made from."""
+SPEC_FOLDER, UNNAMED = "spec", "spec.yaml"
+"""Where a package keeps the files that it was made from, and its spec where that has no name that it may hold."""
 
 
 @record
@@ -130,10 +139,10 @@ def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[
 
 def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
     """Everything that the files of a stage depend on, besides sitscad itself."""
-    judged_by = (contents.policy.as_json(), contents.known)
+    judged_by = (json.dumps(contents.policy.as_json()), contents.known)
     text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
-        read = {name: sha256(content) for name, content in contents.design.spec.source.files.items()}
+        read = {name: sha256(content) for name, content in contents.design.spec.source.kept.items()}
         felt = entries[FELT].sha256 if FELT in entries else None
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries), felt)
     if stage == "report":
@@ -242,9 +251,8 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
     """What the package was made from, byte by byte: the spec under its own name (``spec.yaml`` where it has none that a
     package may hold), and the profiles that it names where it looks for them, so that the folder builds the same again.
     """
-    source, own = contents.design.spec.source, contents.file_name
-    files = source.files if own in source.files else {own: source.text.encode("utf-8")}
-    names = {name: _kept_name(name) for name in files} | ({} if FILE_NAME.fullmatch(own) else {own: "spec.yaml"})
+    files, own = contents.design.spec.source.kept, contents.file_name
+    names = {name: _kept_name(name) for name in files} | ({} if FILE_NAME.fullmatch(own) else {own: UNNAMED})
     return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
 
 

@@ -33,6 +33,12 @@ NOTHING_FOR = {
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""
 
+FORCED_NOTE = "FORCED.txt"
+"""The note of a package that was built in spite of errors, there and beside what goes to a fabricator."""
+
+NOT_WRITTEN = "\nLeft out, because it cannot be written:"
+"""With what a forced package's note goes on where something is missing."""
+
 Progress = Callable[[str, str, float], None]
 """Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""
 

@@ -1,15 +1,18 @@
-"""Reading a finished package back: every file against the manifest, the copper's nets against the intended ones, every
-board of the panel against the single board.
+"""Reading a finished package back: every file against the manifest, the copper's nets against the intended ones, layers
+and holes against job file and netlist, what is sent against what lies beside it, every board of the panel against the
+single board; and all of it against what its spec makes, built again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from sitscad.package.folder import explained
-from sitscad.package.manifest import Manifest, foreign_files, intact, read_manifest
+from sitscad.package.manifest import Manifest, foreign_files, intact, read_manifest, sha256
+from sitscad.package.values import FORCED_NOTE, NOT_WRITTEN
 from sitscad.record import record
 
 
@@ -21,7 +24,9 @@ class Verification:
     as they were built, ``foreign`` others; ``nets`` are the
     layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
-    ``forced`` is set of a package that was built in spite of errors.
+    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts what is not, byte by byte, what
+    its spec makes, None where nothing was built again; ``wrong_layers`` what layers and job file contradict each other
+    in, ``wrong_archive`` what of the archive that is sent is not as the files beside it.
     """
 
     directory: Path
@@ -35,6 +40,9 @@ class Verification:
     changed: int = 0
     foreign: int = 0
     forced: bool = False
+    rebuilt: int | None = None
+    wrong_layers: int = 0
+    wrong_archive: int | None = None
 
     @property
     def ok(self) -> bool:
@@ -57,24 +65,38 @@ class Verification:
             yield f"the copper of the Gerber files is not that of nets {', '.join(self.nets)}"
         else:
             yield f"nets {', '.join(self.nets)} read back from the Gerber files"
+        if self.wrong_layers:
+            yield "the job file does not say what the layers are"
+        if self.wrong_archive:
+            yield "the order archive is not made of the files beside it"
+        elif self.wrong_archive is not None:
+            yield "the order archive made of the files beside it"
         if self.wrong_boards:
             yield "the panel is not made of the single board"
         elif self.panel_boards is not None:
             yield f"{self.panel_boards} boards on the panel equal to the single board"
         if self.forced:
             yield "built in spite of errors and not for order"
+        if self.rebuilt:
+            yield "not what its spec makes"
+        elif self.rebuilt is not None:
+            yield "byte by byte what its spec makes"
 
 
-def verify(directory: str | Path) -> Verification:
-    """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, and
-    every board of its panel with the single board.
+def verify(directory: str | Path, rebuild: bool = False) -> Verification:
+    """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, its
+    layers and holes with job file and netlist, the archive that is sent with the files beside it, and every board of
+    its panel with the single board.
+
+    Whoever changes a file can write its hash anew. With `rebuild` the package is built again from its own ``spec/``, in
+    memory, and every byte compared: then it is what this spec makes, and only whether the spec is yours is left to see.
 
     Raises
     ------
     PackageError
-        when the folder is not a package of sitscad, or cannot be read.
+        when the folder is not a package of sitscad, cannot be read, or cannot be built again.
     MissingExtra
-        when a package that reads Gerber files is not installed.
+        when a package that reads Gerber files is not installed, or one that `rebuild` needs.
     """
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
@@ -84,18 +106,83 @@ def verify(directory: str | Path) -> Verification:
             *(f"{name} is missing" for name in missing),
             *(f"{name} is not the file that was built (its SHA-256 differs)" for name in changed),
             *(f"{name} is not in the manifest" for name in foreign),
+            *_spec_differences(folder, manifest),
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
-        forced = manifest.forced
-        if not any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
-            return Verification(folder, files, len(manifest.files), None, forced=forced, **counts)
-        with _readers():
-            nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
-            boards, panel = _panel_differences(folder, manifest)
-    return Verification(
-        folder, (*files, *nets, *panel), len(manifest.files), tuple(sorted(manifest.nets)), wrong_nets=len(nets),
-        panel_boards=boards, wrong_boards=len(panel), forced=forced, **counts,
-    )  # fmt: skip
+        again = tuple(_rebuilt_differences(folder, manifest)) if rebuild else None
+        read = Verification(folder, files, len(manifest.files), None, forced=manifest.forced, **counts)
+        if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
+            with _readers():
+                read = _with_boards(read, folder, manifest)
+    if again is None:
+        return read
+    return replace(read, differences=(*read.differences, *again), rebuilt=len(again))
+
+
+def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
+    """What was read, and what the files for the fabricator say."""
+    nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
+    layers, sent = tuple(_layer_differences(folder)), _archive_differences(folder, manifest)
+    boards, panel = _panel_differences(folder, manifest)
+    return replace(
+        read,
+        differences=(*read.differences, *nets, *layers, *(sent or ()), *panel),
+        nets=tuple(sorted(manifest.nets)),
+        wrong_nets=len(nets),
+        wrong_layers=len(layers),
+        wrong_archive=None if sent is None else len(sent),
+        panel_boards=boards,
+        wrong_boards=len(panel),
+    )
+
+
+def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
+    """The kept spec against the manifest's own hash of its text."""
+    from sitscad.package.rebuilding import spec_path
+    from sitscad.spec.format.reading import decoded, read_file
+    from sitscad.spec.format.yaml.text import TextError
+
+    path = spec_path(folder, manifest)
+    try:
+        is_same = sha256(decoded(read_file(path)).encode("utf-8")) == manifest.spec["sha256"]
+    except TextError as error:
+        yield f"the package's spec is none: {error}"
+        return
+    if not is_same:
+        yield f"{path.relative_to(folder).as_posix()} is not the spec that the manifest names (its SHA-256 differs)"
+
+
+def _rebuilt_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
+    """What is not what the package's spec makes; nothing for it is loaded where nobody asks."""
+    from sitscad.package.rebuilding import rebuilt_differences
+
+    return rebuilt_differences(folder, manifest)
+
+
+def _layer_differences(folder: Path) -> Iterator[str]:
+    """Layers and drill files against the job file."""
+    import sitscad.extraction as extraction
+
+    try:
+        yield from extraction.compare_job(folder / "fpc")
+    except extraction.ExtractionError as error:
+        yield str(error)
+
+
+def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
+    """The archive that is sent against the files that it is made of; None without one."""
+    from sitscad.papers.order.archive import differences
+
+    archive = f"fpc/{manifest.spec['name']}-order.zip"
+    if not (folder / archive).is_file():
+        return None
+    note = folder / "fpc" / FORCED_NOTE
+    forced = note.read_text("utf-8", "replace").partition(NOT_WRITTEN)[0] if note.is_file() else ""
+    ours = (name for name, entry in manifest.files.items() if entry.stage == "gerber" and name != archive)
+    files = {name: (folder / name).read_bytes() for name in ours if (folder / name).is_file()}
+    has_plugins = bool(manifest.configuration.get("plugins"))
+    found = differences((folder / archive).read_bytes(), files, manifest.spec["name"], forced, not has_plugins)
+    return tuple(f"{archive}: {words}" for words in found)
 
 
 @contextmanager
@@ -124,7 +211,7 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
 
     try:
         board = extraction.extract(folder)
-    except extraction.ExtractionError as error:
+    except ValueError as error:  # an ExtractionError, or what a netlist is that cannot be read
         yield f"the Gerber files do not make up a board: {error}"
         return
     yield from (f"{difference.kind.value}: {difference.message}" for difference in extraction.compare(board))

@@ -4,10 +4,10 @@ was known before. Rules find, the policy judges; nothing of it changes what is d
 
 from __future__ import annotations
 
-from sitscad.policy.baseline import Baseline, read_baseline
+from sitscad.policy.baseline import Baseline, kept_baseline, read_baseline
 from sitscad.policy.configuration import nearest_policy
 from sitscad.policy.judgement import judged
-from sitscad.policy.values import Policy, PolicyError, chosen_rules, stands_for
+from sitscad.policy.values import Policy, PolicyError, chosen_rules, kept_policy, stands_for
 
 __all__ = [
     "Baseline",
@@ -15,6 +15,8 @@ __all__ = [
     "PolicyError",
     "chosen_rules",
     "judged",
+    "kept_baseline",
+    "kept_policy",
     "nearest_policy",
     "read_baseline",
     "stands_for",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import field
+from typing import Any
 
 from sitscad.finding import Severity
 from sitscad.record import record
@@ -36,14 +37,24 @@ class Policy:
         return bool(self.select or self.ignore or self.reasons or self.severity)
 
     def as_json(self) -> dict[str, object]:
-        """The rules' part as plain values, and what reports call it."""
+        """The rules' part as plain values, patterns in their order (the last one counts), and what reports call it."""
         return {
             "select": list(self.select),
             "ignore": [*self.ignore],
-            "reasons": dict(sorted(self.reasons.items())),
-            "severity": {pattern: severity.value for pattern, severity in sorted(self.severity.items())},
+            "reasons": dict(self.reasons),
+            "severity": {pattern: severity.value for pattern, severity in self.severity.items()},
             "named": self.named if self.says_anything else "",
         }
+
+
+def kept_policy(said: Mapping[str, Any]) -> Policy:
+    """The policy that a manifest keeps (`Policy.as_json`); ValueError, TypeError or KeyError for what is none."""
+    reasons, severity = dict(said["reasons"]), dict(said["severity"])
+    for text in (*said["select"], *said["ignore"], *reasons, *reasons.values(), *severity, said["named"]):
+        if not isinstance(text, str):
+            raise TypeError(f"{text!r} is no text")
+    weights = {pattern: Severity(word) for pattern, word in severity.items()}
+    return Policy(tuple(said["select"]), tuple(said["ignore"]), reasons, weights, None, said["named"])
 
 
 def stands_for(pattern: str, rule: str, name: str) -> bool:

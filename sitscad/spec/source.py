@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import field
 
@@ -31,6 +32,12 @@ class SpecSource:
         import hashlib  # loads OpenSSL, which most uses of a spec do not need
 
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
+
+    @property
+    def kept(self) -> Mapping[str, bytes]:
+        """What builds the same again: `files`, and the text itself where it came from none."""
+        own = os.path.basename(self.path)
+        return self.files if own in self.files else {own: self.text.encode("utf-8"), **self.files}
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
         """Line and column of a dotted key's value; of its nearest parent where it is missing;

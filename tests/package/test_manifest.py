@@ -34,12 +34,26 @@ class Other:
     b: Mapping[str, float]
 
 
+ENTRY = {"sha256": "0", "stage": "gerber", "made_from": "0"}
+WHOLE = {
+    "sitscad": "0.1.0", "spec": {"name": "x", "file": "x.yaml", "sha256": "0"}, "forced": False, "nets": {},
+    "configuration": {}, "built": {}, "files": {},
+}  # fmt: skip
+
+
+def test_what_the_hostile_ones_are_made_from_is_a_manifest(tmp_path):
+    (tmp_path / MANIFEST).write_text(json.dumps({**WHOLE, "files": {"a": ENTRY}}))
+    assert read_manifest(tmp_path).files["a"].stage == "gerber"
+
+
 def _package(tmp_path, **files: bytes):
     entries = {}
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
         entries[name] = Entry(sha256(content), "gerber", "0")
-    manifest = Manifest(spec={"name": "x"}, nets={"C1": ("C1.A", "C1.B")}, files=entries)
+    manifest = Manifest(
+        spec={"name": "x", "file": "x.yaml", "sha256": "0"}, nets={"C1": ("C1.A", "C1.B")}, files=entries
+    )
     (tmp_path / MANIFEST).write_bytes(manifest.as_bytes())
     return manifest
 
@@ -66,12 +80,27 @@ def test_a_manifest_reads_back_as_it_was_written(tmp_path):
         '{"sitscad": "1", "spec": {}, "files": {"/etc/passwd": {"sha256": "0", "stage": "x", "made_from": "0"}}}',
         "[" * 100_000,
         "\xff",
+        "1" * 5000,
+        *(
+            json.dumps({**WHOLE, key: value})
+            for key, value in [
+                *((key, value) for key in WHOLE for value in (3, 3.5, "x", None, True, [], [3], {"a": 3}, {"a": [3]})),
+                ("files", {"a": {**ENTRY, "more": "1"}}),
+                ("files", {"a": {**ENTRY, "stage": 7}}),
+                ("spec", {"name": "x", "file": 3, "sha256": "0"}),
+                ("built", {"from": [], "for": []}),
+                ("built", {"from": "", "for": {"a": 1}}),
+            ]
+            if type(value) is not type(WHOLE[key]) or (value and key in ("files", "nets", "spec"))
+        ),
     ],
 )
-def test_what_is_not_a_manifest_is_said_to_be_none(tmp_path, text):
+def test_what_is_not_a_manifest_is_said_to_be_none_in_plain_words(tmp_path, text):
     (tmp_path / MANIFEST).write_bytes(text.encode("latin-1"))
-    with pytest.raises(PackageError):
+    with pytest.raises(PackageError) as said:
         read_manifest(tmp_path)
+    for words in ("object", "attribute", "argument", "iterable", "subscript", "indices", "unpack", "NoneType", "__"):
+        assert words not in str(said.value), said.value
 
 
 def test_changed_added_linked_and_missing_files_are_told_apart(tmp_path):

@@ -122,8 +122,9 @@ def test_a_hole_that_is_not_on_the_panel_is_found_though_every_hash_agrees(packa
     manifest["files"][name]["sha256"] = hashlib.sha256((package / name).read_bytes()).hexdigest()
     (package / "manifest.json").write_text(json.dumps(manifest))
     found = sitscad.verify(package)
-    assert found.differences == tuple(said.splitlines())
-    assert (found.wrong_nets, found.wrong_boards) == (0, len(found.differences))
+    sent = "fpc/small-part-order.zip: small-part-panel-PTH.drl is not as the file beside it"
+    assert found.differences == (sent, *said.splitlines())
+    assert (found.wrong_nets, found.wrong_archive, found.wrong_boards) == (0, 1, len(said.splitlines()))
 
 
 def test_a_coupon_that_is_wrong_in_every_place_is_found(package):
@@ -232,8 +233,8 @@ def test_the_summary_says_what_was_not_so(package, capsys):
     assert len([line for line in lines if line.startswith("no-hole")]) == 1
     assert lines[-1] == (
         f"differs: {count} files against the manifest (1 missing, 1 changed, 1 not in the manifest), "
-        "the copper of the Gerber files is not that of nets C1, C2, the panel is not made of the single board, "
-        "built in spite of errors and not for order"
+        "the copper of the Gerber files is not that of nets C1, C2, the order archive made of the files beside it, "
+        "the panel is not made of the single board, built in spite of errors and not for order"
     )
 
 

@@ -446,9 +446,11 @@ def test_names_are_those_that_kicad_gives(tmp_path):
     plots = [path for path in folder.glob("*.g*") if path.suffix != ".gbrjob"]
     theirs = {re.search(r"FileFunction,(\w+,L?\w+)", path.read_text())[1]: path.suffix for path in plots}
     files = layouts.order_set(layout)
+    rules = layout.spec.fpc.rules
+    named = order_archive.Naming(layout.spec.name, rules.file_naming, layout.copper_layers)
     for path in (path for path in files if path.endswith(("Cu.gbr", "Mask.gbr", "Edge_Cuts.gbr"))):
         function = re.search(rb"FileFunction,(\w+,L?\w+)", files[path])[1].decode()
-        ours = order_archive.archive_name(layout, path, files[path])
+        ours = order_archive.archive_name(named, path, files[path])
         assert ours.lower().endswith(theirs[function]), function
 
 

@@ -16,6 +16,8 @@ from functools import cache
 from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.panel import Panel
+from sitscad.record import record
+from sitscad.spec.profiles.names import names
 from sitscad.spec.profiles.presets import DATA
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
@@ -31,27 +33,79 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
 
     ``forced`` says why the order ought not to be placed; where it is not empty it is in the archive.
     """
-    chosen = [path for path in sorted(files) if _is_sent(path, panel is not None)]
-    names = {path: archive_name(layout, path, files[path]) for path in chosen}
-    contents = {names[path]: _renamed(path, files[path], names) for path in chosen}
-    if forced:
-        contents[NOTE] = forced.encode("utf-8")
+    named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
+    contents = _members(files, named, panel is not None, forced)
     return {fabrication_path(layout, "order.zip"): _zipped(contents)}
 
 
-def archive_name(layout: Layout, path: str, content: bytes) -> str:
+@record
+class Naming:
+    """What names in the archive depend on: the design's name, the fabricator's way to call files, the copper layers."""
+
+    name: str
+    way: str
+    layers: int
+
+
+def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
+    """What of an archive is not as the files beside it (by their paths in the package) make it, under whatever names a
+    fabricator calls them; `forced` is the note that has to be in it. Only where `every` file has to be in it does one
+    that is missing count: plugins write files that are not sent.
+    """
+    layers = sum(_is_single_copper(path, files[path]) for path in files)
+    in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
+    ways = [_members(files, Naming(name, way, layers), in_panel, forced) for way in names("file naming")]
+    if any(_zipped(members) == content for members in ways):
+        return
+    try:
+        found = _unzipped(content)
+    except (ValueError, RuntimeError, NotImplementedError, EOFError, OSError, zipfile.BadZipFile) as error:
+        yield f"cannot be read as it is written here: {error}"
+        return
+    wanted = max(ways, key=lambda members: len(members.keys() & found.keys()))
+    wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
+    missing = [f"{each} is missing" for each in sorted(wanted.keys() - found.keys()) if every]
+    yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
+
+
+def _is_single_copper(path: str, content: bytes) -> bool:
+    found = _FUNCTION.search(content)
+    return path.endswith(".gbr") and "/panel/" not in path and found is not None and found[1].startswith(b"Copper,")
+
+
+def _unzipped(content: bytes) -> dict[str, bytes]:
+    """The files of an archive by their names; ValueError where one is compressed or there twice."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        entries = archive.infolist()
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
+            raise ValueError("a file in it is compressed")
+        found = {entry.filename: archive.read(entry) for entry in entries}
+    if len(found) != len(entries):
+        raise ValueError("two files in it have one name")
+    return found
+
+
+def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
+    """What is in the archive of some files, by name."""
+    chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
+    called = {path: archive_name(named, path, files[path]) for path in chosen}
+    contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
+    return {**contents, NOTE: forced.encode("utf-8")} if forced else contents
+
+
+def archive_name(named: Naming, path: str, content: bytes) -> str:
     """What a file is called in the archive: by its X2 file function where it has one, else as in the package."""
     own = path.rpartition("/")[2]
     found = _FUNCTION.search(content)
     if found is None or not path.endswith((".gbr", ".drl")):
         return own
-    function = found[1].decode("ascii")
+    function = found[1].decode("ascii", errors="replace")
     inner = _COPPER.match(function)
     if inner:
         function = "Copper,L{inner},Inr"
-    for pattern, ending in _endings(layout.spec.fpc.rules.file_naming):
-        if ending and function.startswith(pattern.replace("{last}", str(layout.copper_layers))):
-            stem = f"{layout.spec.name}-panel" if "/panel/" in path else layout.spec.name
+    for pattern, ending in _endings(named.way):
+        if ending and function.startswith(pattern.replace("{last}", str(named.layers))):
+            stem = f"{named.name}-panel" if "/panel/" in path else named.name
             return stem + ending.replace("{below}", str(int(inner[1]) - 1) if inner else "")
     return own
 
@@ -73,11 +127,11 @@ def _is_sent(path: str, in_panel: bool) -> bool:
     return not (in_panel and name.endswith((".gbr", ".drl", ".gbrjob")))
 
 
-def _renamed(path: str, content: bytes, names: Mapping[str, str]) -> bytes:
+def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
     """What names other files (the readmes, the job file) names them as in the archive."""
     if not path.endswith((".txt", ".gbrjob")):
         return content
-    for old, new in sorted(names.items(), key=lambda pair: -len(pair[0])):
+    for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
         content = _called(content, old.rpartition("/")[2].encode("ascii"), new.encode("ascii"))
     return content
 

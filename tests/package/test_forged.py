@@ -1,0 +1,312 @@
+"""A package that was changed by somebody who wrote its hashes anew: what is built again from its spec finds it, and
+much of it shows without that.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import shutil
+import zipfile
+from dataclasses import replace
+
+import pytest
+
+import sitscad
+from sitscad.cli import main
+from sitscad.package import stages, verification
+from sitscad.package.manifest import MANIFEST, Entry, read_manifest, sha256
+from sitscad.spec import templates
+
+pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
+
+STEM = "fpc/single-coil-"
+SPEC = "spec/single_coil.yaml"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    spec = sitscad.load_text(templates.read("single_coil"), "single_coil.yaml")
+    return sitscad.build(spec, tmp_path_factory.mktemp("forged"), ["gerber"]).directory
+
+
+@pytest.fixture(scope="module")
+def made_once():
+    """`make_all`, with what one spec makes under one policy made once: a table of changes builds it again and again."""
+    kept, real = {}, stages.make_all
+
+    def make_all(contents, directory, old, wanted, *rest, **how):
+        key = (contents.design.spec.source.text, json.dumps(contents.policy.as_json()), wanted)
+        if key not in kept:
+            kept[key] = real(contents, directory, old, wanted, *rest, **how)
+        return kept[key]
+
+    return make_all
+
+
+@pytest.fixture
+def package(whole, tmp_path, monkeypatch, made_once):
+    monkeypatch.setattr(stages, "make_all", made_once)
+    return shutil.copytree(whole, tmp_path / whole.name)
+
+
+def signed(package):
+    """The manifest written anew for the files as they are; what is gone goes out of it, what is new comes in."""
+    manifest = read_manifest(package)
+    there = {path.relative_to(package).as_posix(): path for path in package.rglob("*") if path.is_file()}
+    files = {
+        name: replace(manifest.files.get(name, Entry("", "gerber", "0")), sha256=sha256(path.read_bytes()))
+        for name, path in there.items()
+        if name != MANIFEST
+    }
+    spec = {**manifest.spec, "sha256": files[SPEC].sha256} if SPEC in files else manifest.spec
+    (package / MANIFEST).write_bytes(replace(manifest, files=files, spec=spec).as_bytes())
+
+
+def rewritten(name, old, new, count=1):
+    def change(package):
+        path = package / name
+        text = path.read_bytes().decode("latin-1")
+        assert old in text, (name, old)
+        path.write_bytes(text.replace(old, new, count).encode("latin-1"))
+
+    return name, change
+
+
+def swapped(one, other):
+    def change(package):
+        a, b = (package / f"{STEM}{name}" for name in (one, other))
+        kept = a.read_bytes()
+        a.write_bytes(b.read_bytes())
+        b.write_bytes(kept)
+
+    return f"{STEM}{one}", change
+
+
+def swapped_drawings(one, other):
+    """What two layers draw exchanged, and what each says that it is left: no attribute is wrong."""
+
+    def change(package):
+        paths = [package / f"{STEM}{name}" for name in (one, other)]
+        (head, body), (other_head, other_body) = (path.read_text().split("%LPD*%", 1) for path in paths)
+        paths[0].write_text(f"{head}%LPD*%{other_body}")
+        paths[1].write_text(f"{other_head}%LPD*%{body}")
+
+    return f"{STEM}{one}", change
+
+
+def removed(name):
+    return name, lambda package: (package / name).unlink()
+
+
+def added(name):
+    return name, lambda package: (package / name).write_bytes(b"M02*\n")
+
+
+def member(change):
+    """The order's archive with its files changed, packed as it was."""
+
+    def of(package):
+        path = package / f"{STEM}order.zip"
+        with zipfile.ZipFile(path) as archive:
+            files = {name: archive.read(name) for name in archive.namelist()}
+        made = io.BytesIO()
+        with zipfile.ZipFile(made, "w") as archive:
+            for name, content in change(files).items():
+                archive.writestr(zipfile.ZipInfo(name), content)
+        path.write_bytes(made.getvalue())
+
+    return f"{STEM}order.zip", of
+
+
+def exchanged(files, one, other):
+    return {**files, one: files[other], other: files[one]}
+
+
+def without(files, name):
+    return {each: content for each, content in files.items() if each != name}
+
+
+def of_manifest(change):
+    def of(package):
+        document = json.loads((package / MANIFEST).read_text())
+        change(document)
+        (package / MANIFEST).write_text(json.dumps(document, indent=1) + "\n")
+
+    return MANIFEST, of
+
+
+CU, DRILL = f"{STEM}F_Cu.gbr", f"{STEM}PTH.drl"
+ZIP = "single-coil"
+CHANGES = {
+    "copper layers exchanged": swapped("F_Cu.gbr", "B_Cu.gbr"),
+    "what copper layers draw exchanged": swapped_drawings("F_Cu.gbr", "B_Cu.gbr"),
+    "coverlays exchanged": swapped("F_Mask.gbr", "B_Mask.gbr"),
+    "a copper layer called the other": rewritten(CU, "Copper,L1,Top", "Copper,L2,Bot"),
+    "tracks of 20 um": rewritten(CU, "C,0.16*", "C,0.02*"),
+    "tracks of 140 um": rewritten(CU, "C,0.16*", "C,0.14*"),
+    "smaller contacts": rewritten(CU, "R,2.0X0.8*", "R,2.0X0.7*"),
+    "a drill of 0.44 mm": rewritten(DRILL, "T1C0.200", "T1C0.440"),
+    "a drill of 0.21 mm": rewritten(DRILL, "T1C0.200", "T1C0.210"),
+    "a hole moved by 10 um": rewritten(DRILL, "X0.355", "X0.365"),
+    "holes that are not plated": rewritten(DRILL, "Plated,1,2,PTH", "NonPlated,1,2,NPTH"),
+    "the outline moved": rewritten(f"{STEM}Edge_Cuts.gbr", "X5810000", "X5910000"),
+    "a coverlay's opening moved": rewritten(f"{STEM}F_Mask.gbr", "Y", "Y1", 1),
+    "a positive coverlay": rewritten(f"{STEM}F_Mask.gbr", "Negative", "Positive"),
+    "a stack-up of 35 um": rewritten(f"{STEM}job.gbrjob", '"Thickness": 0.018', '"Thickness": 0.035'),
+    "another finish": rewritten(f"{STEM}job.gbrjob", "ENIG", "HASL"),
+    "layers of the job exchanged": rewritten(f"{STEM}job.gbrjob", "F_Cu.gbr", "X_Cu.gbr"),
+    "a net of another name": rewritten(f"{STEM}netlist.d356", "327C1 ", "327C2 "),
+    "a netlist's drill": rewritten(f"{STEM}netlist.d356", "D0200", "D0300"),
+    "the readme's thickness": rewritten("fpc/readme.txt", "18 um", "35 um"),
+    "the readme's finish": rewritten("fpc/readme.txt", "ENIG", "HASL"),
+    "a drill map's table": rewritten(f"{STEM}Drill_Map.gbr", "D01*", "D02*"),
+    "a drawing": rewritten(f"{STEM}drawing.svg", "0.2", "0.3"),
+    "a drawing's last byte": rewritten(f"{STEM}drawing.pdf", "%%EOF", "%%EOG"),
+    "a picture": rewritten(f"{STEM}board.svg", "#", "##"),
+    "an order without its netlist": member(lambda files: without(files, f"{ZIP}-netlist.d356")),
+    "layers of the order exchanged": member(lambda files: exchanged(files, f"{ZIP}.GTL", f"{ZIP}.GBL")),
+    "a drill of the order": member(
+        lambda files: {**files, f"{ZIP}-PTH.drl": files[f"{ZIP}-PTH.drl"].replace(b"0.200", b"0.440")}
+    ),
+    "a note in the order": member(lambda files: {**files, "note.txt": b"make it thinner"}),
+    "a readme of the order": member(
+        lambda files: {**files, "readme.txt": files["readme.txt"].replace(b"ENIG", b"HASL")}
+    ),
+    "an order that is none": rewritten(f"{STEM}order.zip", "PK", "KP", 99),
+    "turns of the spec": rewritten(SPEC, "turns: 13 ", "turns: 12 "),
+    "a comment of the spec": rewritten(SPEC, "# across", "# over"),
+    "findings": rewritten("findings.json", '"ok": true', '"ok": false'),
+    "an estimate": rewritten("estimate.json", "1", "2"),
+    "a file taken out": removed("estimate.json"),
+    "a layer taken out": removed(f"{STEM}B_Mask.gbr"),
+    "the archive taken out": removed(f"{STEM}order.zip"),
+    "all but the spec taken out of fpc": removed(f"{STEM}job.gbrjob"),
+    "a file of another": added("fpc/single-coil-In1_Cu.gbr"),
+    "nets of the manifest": of_manifest(lambda document: document["nets"].update(C1=["C1.A"])),
+    "a package that is called forced": of_manifest(lambda document: document.update(forced=True)),
+    "what a stage was made from": of_manifest(lambda document: document["files"][CU].update(made_from="0")),
+    "rules that are ignored": of_manifest(
+        lambda document: document.update(
+            configuration={"select": [], "ignore": ["SIT1"], "reasons": {}, "severity": {}, "named": "x"}
+        )
+    ),
+}
+"""By what was changed, the file that is not as it was built any more, and the change."""
+
+
+def test_a_package_is_what_its_spec_makes(package, capsys):
+    found = sitscad.verify(package, rebuild=True)
+    assert found.ok and found.rebuilt == 0 and found.wrong_archive == 0
+    with pytest.raises(SystemExit) as stop:
+        main(["verify", str(package), "--rebuild"])
+    assert stop.value.code == 0 and capsys.readouterr().out.endswith(", byte by byte what its spec makes\n")
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_a_change_is_found_though_every_hash_agrees(package, what, monkeypatch):
+    monkeypatch.setattr(verification, "_with_boards", lambda read, folder, manifest: read)  # by its bytes alone
+    name, change = CHANGES[what]
+    change(package)
+    if name != MANIFEST:
+        signed(package)
+    said = sitscad.verify(package, rebuild=True).differences
+    assert any(words.startswith((f"{name} ", f"{MANIFEST} ")) for words in said), said
+    if what not in ("turns of the spec", "a comment of the spec"):  # these are what a build goes by
+        ours = f"{name} is not made by spec/" if what == "a file of another" else f"{name} is "
+        assert any(words.startswith(ours) for words in said), said
+
+
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ("copper layers exchanged", "F_Cu.gbr says that it is Copper,L2,Bot, and single-coil-job.gbrjob that it"),
+        ("coverlays exchanged", "F_Mask.gbr says that it is Soldermask,Bot"),
+        ("a drill of 0.44 mm", "the hole at x 0.355 mm, y 0 mm is 440 um wide, where the netlist has 200 um"),
+        ("a netlist's drill", "is 200 um wide, where the netlist has 300 um"),
+        ("layers of the job exchanged", "lists single-coil-X_Cu.gbr, which is not there"),
+        ("a layer taken out", "lists single-coil-B_Mask.gbr, which is not there"),
+        ("layers of the order exchanged", "order.zip: single-coil.GTL is not as the file beside it"),
+        ("a drill of the order", "order.zip: single-coil-PTH.drl is not as the file beside it"),
+        ("a readme of the order", "order.zip: readme.txt is not as the file beside it"),
+        ("a note in the order", "order.zip: note.txt is not as the file beside it"),
+        ("an order without its netlist", "order.zip: single-coil-netlist.d356 is missing"),
+        ("an order that is none", "order.zip: cannot be read"),
+        ("tracks of 140 um", "order.zip: single-coil.GTL is not as the file beside it"),
+    ],
+)  # fmt: skip
+def test_much_shows_without_building_again(package, what, said):
+    _, change = CHANGES[what]
+    change(package)
+    signed(package)
+    found = sitscad.verify(package)
+    assert any(said in words for words in found.differences), found.differences
+    assert not found.ok and found.rebuilt is None
+
+
+def test_the_kept_spec_is_held_against_the_manifests_own_hash(package):
+    kept = (package / MANIFEST).read_text()
+    CHANGES["turns of the spec"][1](package)
+    text = re.sub(f'("{SPEC}": {{\n.*?"sha256": )"[0-9a-f]+"', rf'\1"{sha256((package / SPEC).read_bytes())}"', kept)
+    assert text != kept
+    (package / MANIFEST).write_text(text)
+    (said,) = sitscad.verify(package).differences
+    assert said == f"{SPEC} is not the spec that the manifest names (its SHA-256 differs)"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"sitscad": "0.0.9"}, "was built with sitscad 0.0.9"),
+        ({"configuration": {"plugins": {"own.py": "0"}}}, "with the plugins {'own.py': '0'}"),
+        ({"configuration": {"select": 3}}, "its configuration cannot be read"),
+        ({"configuration": {"baseline": 3}}, "its configuration cannot be read"),
+        ({"built": {"from": "", "for": ["soup"]}}, "no stage of sitscad's"),
+    ],
+)
+def test_what_cannot_be_built_again_is_not_said_to_be_equal(package, capsys, change, said):
+    of_manifest(lambda document: document.update(change))[1](package)
+    with pytest.raises(SystemExit) as stop:
+        main(["verify", str(package), "--rebuild"])
+    assert stop.value.code == 2 and said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["sitscad: 2\n", "", "coil: [", "\xff"])
+def test_a_spec_that_builds_nothing_is_said_to(package, capsys, text):
+    (package / SPEC).write_bytes(text.encode("latin-1"))
+    signed(package)
+    with pytest.raises(SystemExit) as stop:
+        main(["verify", str(package), "--rebuild"])
+    assert stop.value.code == 2 and "builds nothing: SIT0" in capsys.readouterr().err
+
+
+KNOWN = """\
+sitscad: 1
+name: kept
+coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 100 um, trace_spacing: 90 um}
+fpc: {rules: ourshop.yaml}
+"""
+
+
+def test_what_a_build_is_held_against_is_held_against_when_built_again(tmp_path, monkeypatch, capsys):
+    """A profile of one's own, a configuration, a waiver and a baseline: no package of those is said to be forged."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sitscad.toml").write_text(
+        'profiles = "shops"\n[ignore]\nSIT116 = "agreed"\n[severity]\nSIT1 = "note"\nSIT102 = "error"\n'
+    )
+    (tmp_path / "shops").mkdir()
+    (tmp_path / "shops/ourshop.yaml").write_text("based_on: generic-flex\n")
+    (tmp_path / "odd: name?.yaml").write_bytes(b"\xef\xbb\xbf" + KNOWN.replace("\n", "\r\n").encode())
+    for command, code in (
+        (["check", "odd: name?.yaml", "--format", "json"], 1),
+        (["build", "odd: name?.yaml", "--only", "gerber,firmware,report", "--baseline", "known.json"], 0),
+        (["verify", "outputs/kept"], 0),
+        (["verify", "outputs/kept", "--rebuild"], 0),
+    ):
+        with pytest.raises(SystemExit) as stop:
+            main(command)
+        told = capsys.readouterr()
+        assert stop.value.code == code, (command, told)
+        if command[0] == "check":
+            (tmp_path / "known.json").write_text(told.out)
