@@ -22,6 +22,7 @@ from sitscad.checks import check
 from sitscad.drawing.svg import path_data
 from sitscad.formats import laser_dxf, laser_svg
 from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
+from sitscad.layout import lay_out
 from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
 from sitscad.papers.order import laser_notes
 from sitscad.scene.stack import sheets, shield
@@ -354,7 +355,7 @@ for render in (laser_dxf.render, laser_svg.render):
 
 def test_same_bytes_across_processes():
     here, tests = Path(__file__).parent, Path(__file__).parents[1]
-    paths = os.pathsep.join(map(str, (here, tests / "samples", tests.parent)))
+    paths = os.pathsep.join(map(str, (here, tests / "samples", tests / "oracles", tests.parent)))
 
     def hashes(**environment: str) -> str:
         whole = os.environ | {"PYTHONPATH": paths} | environment
@@ -447,3 +448,30 @@ def test_a_shield_too_large_for_its_sheet_is_found():
     )
     said = [each for each in check(load_text(text, "s.yaml"), hints="none").findings if each.rule == "SIT317"]
     assert [each.message.split(" with ")[0] for each in said] == ["the shield"]
+
+
+def copies(gap, boards=4):
+    """Four copies of a pad of 6 mm at a distance from each other."""
+    return load_text(
+        f"sitscad: 1\nname: s\ncoil: {{shape: circle, outer_diameter: 6, turns: 9, layers: 2, trace_width: 120 um, "
+        f"trace_spacing: 120 um}}\nfpc: {{boards: {boards}}}\ncutting: {{gap: {gap}}}\n"
+        "elastomer: {material: ecoflex-00-30, shape: square, size: 6, thickness: 2, kerf: 0.15}\n",
+        "s.yaml",
+    )
+
+
+@pytest.mark.parametrize(("gap", "boards", "is_found"), [(0, 4, True), (0.15, 4, True), (0.2, 4, False), (0, 1, False)])
+def test_copies_whose_cuts_meet_are_refused(gap, boards, is_found):
+    """An edge of two copies would be cut twice."""
+    said = [each for each in check(copies(gap, boards), hints="none").findings if each.rule == "SIT317"]
+    assert [(each.key, each.measured, each.limit) for each in said] == [("cutting.gap", gap * MM, 0.15 * MM)] * is_found
+
+
+def test_the_readme_counts_what_stays_between_copies():
+    """Not only what is between the two cuts of one: with no gap it said 5.85 mm where one edge is cut twice."""
+    for gap, words in (
+        ("0", "0 mm between two cuts"),
+        ("0.4", "0.25 mm between two cuts; lasers for it leave 0.5 mm: TOO NARROW"),
+        ("1.5", "1.35 mm between two cuts; lasers for it leave 0.5 mm: wide enough"),
+    ):
+        assert words in laser_notes.render(lay_out(copies(gap)))["laser/readme.txt"].decode()

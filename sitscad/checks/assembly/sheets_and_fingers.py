@@ -9,14 +9,16 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.layout.cutting.laser_sheet import CutPart, cut_parts, sheet_needed
+from sitscad.layout.cutting.laser_sheet import CutPart, cut_parts, nests, sheet_needed
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.stack import shield_part
 from sitscad.spec.pieces.plates import Cutting
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:
-    """Elastomer, target and shield, each with its kerf and the coupon beside it, on the sheet."""
+    """Elastomer, target and shield, each with its kerf and the coupon beside it, on the sheet; and something between
+    two copies that lie side by side.
+    """
     spec = design.spec
     if (spec.fpc.boards or 1) == 1 and spec.cutting == Cutting():
         return  # one part is its own drawing, and nothing is said of sheets
@@ -27,6 +29,10 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
                 wanted = [max(pair) * 1e3 for pair in zip(needed, spec.cutting.sheet, strict=True)]
                 yield SHEET_TOO_SMALL.found("cutting.sheet", needs, has, "m", name=plate.part, x=wanted[0], y=wanted[1])
                 break
+        else:
+            copies = nests(plate.size, plate.kerf, spec.cutting, spec.fpc.boards or 1)
+            if copies[0].count > 1 and spec.cutting.gap <= plate.kerf + ROUNDING:
+                yield CUTS_MEET.found("cutting.gap", spec.cutting.gap, plate.kerf, "m", name=plate.part)
 
 
 def _cut(design: Design) -> tuple[CutPart, ...]:
@@ -61,6 +67,12 @@ SHEET_TOO_SMALL = Case(
     "cutting.sheet: [{x:.6g}, {y:.6g}] or larger, the size of yours",
 )
 
+CUTS_MEET = Case(
+    "copies of the {name} lie so near each other that their cuts are {measured:m} apart, and the beam takes {limit:m}: "
+    "nothing stays between them, and an edge is cut twice",
+    "leave sheet between them that holds: cutting.gap 1.5 or more",
+)
+
 WIDER_THAN_FINGER = Case(
     "the board's body is {measured:m,3} wide, the finger {limit:m,3}: the cap carries {over:m,3} of it on each side "
     "beyond the finger, where it bends under load{thin}",
@@ -71,10 +83,11 @@ SHEET_AND_FINGER_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT317", "laser-sheet", Severity.ERROR,
         "Elastomer, target and shield, each with its kerf, the coupon and the margins, lie on the sheet that they are "
-        "cut from.",
-        "A shop that is sent a drawing larger than its sheet sends it back.",
-        "The size of your sheets, or smaller parts.",
-        "geometry: cutting.sheet", apply=laser_sheet,
+        "cut from, and copies so far apart that sheet stays between their cuts.",
+        "A shop that is sent a drawing larger than its sheet sends it back; an edge that is cut twice burns, and its "
+        "piece moves before the second cut.",
+        "The size of your sheets, or smaller parts; more of `cutting.gap`.",
+        "geometry: cutting.sheet, cutting.gap", apply=laser_sheet,
     ),
     Rule(
         "SIT318", "finger-width", Severity.WARNING,

@@ -77,7 +77,8 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     least = _least(_kind(sheet))
     if least is not None:
-        narrow = min(sheet.size) - sheet.kerf
+        beside = [layout.spec.cutting.gap] if nest.count > 1 else []
+        narrow = max(0.0, min(*sheet.size, *beside) - sheet.kerf)
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
 

@@ -245,7 +245,7 @@ class CuttingDocument(Section):
     sheet: tuple[float, float] = key(
         Pair(Size), "[x, y] of the sheet, all of it; unverified: measure yours", [100, 100]
     )
-    gap: float = key(Gap, "between two cuts", 1.5)
+    gap: float = key(Gap, "between the cuts of two copies, more than the kerf", 1.5)
 
 
 class CableDocument(Section):
