@@ -24,26 +24,16 @@ OFFSETS = ((0.1127016654, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346, 5.0 / 1
 """Gauss points and weights over half a pitch: how far crossing tracks of two layers are shifted, all shifts alike."""
 
 
-def stacked_strips(width: float, distance: float, inside: float, outside: float | None = None) -> float:
+def stacked_strips(width: float, distance: float, relative_permittivity: float) -> float:
     """Capacitance per length (F/m) of two equal thin strips face to face, widths and distance of the faces in metres.
 
     Half of a microstrip's over the plane of symmetry: Hammerstad and Jensen (IEEE MTT-S 1980), stated to 0.2 % for
-    width over half the distance from 0.01 to 100. `inside` is the relative permittivity between the strips and beside
-    it, `outside` that above and below (the same when None); thickness of the strips is not in it (adds 3 to 10 %).
+    width over half the distance from 0.01 to 100. The permittivity is that between the strips and all round; thickness
+    of the strips is not in it (adds 3 to 10 %).
     """
-    outside = inside if outside is None else outside
     u = 2.0 * width / distance
     shape = 6.0 + (2.0 * math.pi - 6.0) * math.exp(-((30.666 / u) ** 0.7528))
-    logarithm = math.log(shape / u + math.sqrt(1.0 + (2.0 / u) ** 2))
-    return EPSILON0 * outside * math.pi / logarithm * _filling(u, inside / outside)
-
-
-def _filling(u: float, ratio: float) -> float:
-    # Effective relative permittivity of a microstrip (Hammerstad and Jensen 1980, equations 3 to 5).
-    fourth = u**4
-    a = 1.0 + math.log((fourth + (u / 52.0) ** 2) / (fourth + 0.432)) / 49.0 + math.log1p((u / 18.1) ** 3) / 18.7
-    b = 0.564 * (abs(ratio - 0.9) / (ratio + 3.0)) ** 0.053
-    return 0.5 * (ratio + 1.0) + 0.5 * (ratio - 1.0) * (1.0 + 10.0 / u) ** (-a * b)
+    return EPSILON0 * relative_permittivity * math.pi / math.log(shape / u + math.sqrt(1.0 + (2.0 / u) ** 2))
 
 
 def coplanar_strips(width: float, spacing: float, relative_permittivity: float) -> float:

@@ -314,6 +314,19 @@ def test_a_panel_that_the_fabricator_does_not_make_is_told(judge, design, parts,
     assert all(f.measured > f.limit for f in found)
 
 
+@pytest.mark.parametrize("most", [(0.1, 0.05), (0.05, 0.1)])
+@pytest.mark.parametrize(
+    ("x", "y", "over"), [(80, 40, 0), (40, 80, 0), (40, 120, 0.12), (60, 60, 0.06), (120, 40, 0.12)]
+)
+def test_a_panel_may_be_turned(judge, design, most, x, y, over):
+    """A house's 100 x 50 mm take 40 x 80 mm, too: longer side to longer side. Rails and gaps are 7 mm of each."""
+    spec = design(fpc__panel={"parts": [1, 1], "rail": 3, "gap": 0.5})
+    spec = replace(spec, fpc=replace(spec.fpc, rules=replace(spec.fpc.rules, panel_size=most)))
+    layout = replace(lay_out(spec), outline=rectangle(0, 0, (x - 7) * 1e-3, (y - 7) * 1e-3))
+    found = [f for f in judge("SIT116", spec, layout) if f.key == "fpc.panel"]
+    assert [f.measured for f in found] == approx([over] if over else [], rel=1e-6)
+
+
 SMALL_PART = """sitscad: 1
 name: small
 coil: {{shape: circle, outer_diameter: 4, turns: 5, layers: 1, trace_width: 76 um, trace_spacing: 76 um}}

@@ -52,6 +52,16 @@ def test_a_track_as_wide_as_the_pad_or_too_short_has_none(bench):
     assert lone(bench, [at, at.shifted(2 * MM, 0.0)], replace(via, net="C2")).teardrops == ()
 
 
+@pytest.mark.parametrize(("x", "y"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_one_of_a_contact_reaches_into_the_contact(bench, x, y):
+    """Whichever way the track leaves: copper that only touches may leave a slit where machines round."""
+    at, size = Point(14 * MM, 0.0), (0.5 * MM, 0.3 * MM) if x else (0.3 * MM, 0.5 * MM)
+    pad = replace(bench.pads[0], centre=at, size=size, net="C1", layer=1)
+    (drop,) = replace(lone(bench, [at, at.shifted(2 * MM * x, 2 * MM * y)]), pads=(pad,)).teardrops
+    ways = [(s.start.x - at.x) * x + (s.start.y - at.y) * y for s in drop.outline]
+    assert (min(ways), max(ways)) == approx((0.25 * MM - 10 * UM, 0.25 * MM + 0.45 * MM), rel=1e-6)
+
+
 def test_room_decides_how_long_one_is(bench):
     """A foreign via beside the track shortens the teardrop, and takes it away where it is nearer still."""
     at, rules = Point(14 * MM, 0.0), bench.spec.fpc.rules

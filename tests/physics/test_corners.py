@@ -85,7 +85,7 @@ def test_a_loop_in_an_even_field_is_a_dipole():
     field = 4.0 * MU0 / (4.0 * math.pi) * 2.0 * math.sqrt(0.5) / 50e-3
     seen = 2.0 * moment(math.pi / 2) * (100 * UM) ** 2 * field
     # and the frame's own corners see the small one's arms, which is next to nothing
-    assert with_frame - alone == approx(-seen, rel=0.02)
+    assert with_frame - alone == approx(-seen, rel=3e-4)
 
 
 def test_resistance_goes_by_the_map_of_a_bent_strip():

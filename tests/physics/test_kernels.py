@@ -46,8 +46,10 @@ def test_unequal_rings_and_symmetry():
 
 
 def test_far_rings_reach_the_dipole_limit():
-    z = 1e4
-    assert float(coaxial_rings(1.0, 2.0, 1.0 + z * z)) == approx(MU0 * math.pi * 4.0 / (2.0 * z**3), rel=1e-6)
+    """Short of it by 3 (a^2 + b^2) / 2 z^2, the next term of the series."""
+    for z, tolerance in ((40.0, 6e-3), (1000.0, 1e-5)):
+        short = 1.0 - float(coaxial_rings(1.0, 2.0, 1.0 + z * z)) / (MU0 * math.pi * 4.0 / (2.0 * z**3))
+        assert short == approx(1.5 * (1.0 + 4.0) / z**2, rel=tolerance)
 
 
 def test_self_mean_distance_of_square_and_thin_strip():

@@ -230,4 +230,12 @@ def test_skin_depth_and_strips():
     # a thin strip between its two limits: uniform current, and current at the surface alone
     most = 1.0 + 3e-4 / skin_depth(10e6, COPPER)
     assert 1.3 < lone_track_loss(3e-4, 35e-6, COPPER).resistance_ratio(10e6) < most
-    assert via_resistance(60e-6, 0.2e-3, 20e-6, COPPER) < 1e-3
+
+
+@pytest.mark.parametrize(("drill", "plating"), [(0.2e-3, 20e-6), (0.1e-3, 40e-6), (0.3e-3, 5e-6)])
+def test_a_barrel_is_the_ring_that_plating_leaves_of_the_hole(drill, plating):
+    """The drill is the outer diameter; a hole that plating fills is a rod."""
+    ring = math.pi / 4.0 * (drill**2 - (drill - 2.0 * plating) ** 2)
+    assert via_resistance(60e-6, drill, plating, COPPER) == approx(60e-6 / (COPPER * ring), rel=1e-9)
+    rod = 60e-6 / (COPPER * math.pi / 4.0 * drill**2)
+    assert via_resistance(60e-6, drill, drill, COPPER) == approx(rod, rel=1e-9)

@@ -137,9 +137,12 @@ def test_coincident_crossing_and_nearly_touching_tracks_stay_finite():
 def test_far_tracks_reach_the_dipole_limit():
     one = polygon(4, 1.0, 1e-3, 0.0, 20e-6)
     area = 2e-6
-    for distance in (0.1, 10.0):
+    excess = []
+    for distance in (0.02, 0.04, 1.0, 10.0):
         mutual = tracks_mutual_inductance(one, one.shifted(distance, 0.0), (1, 1))
-        assert mutual == approx(-1e-7 * area**2 / distance**3, rel=5e-3)
+        excess.append(mutual / (-1e-7 * area**2 / distance**3) - 1.0)
+    assert excess[0] == approx(4.0 * excess[1], rel=0.01) and excess[0] < 5e-3
+    assert excess[2:] == approx([0.0, 0.0], abs=1e-4)  # at 10 m the sides cancel to 1e-12 of each
 
 
 def test_extreme_aspect_ratios():
