@@ -23,7 +23,8 @@ class Writer:
 
     ``module`` counts from ``sitscad``, with its function after a colon where that is not ``render``; it is imported
     when it renders, not before; a plugin's writer has a ``function`` instead, that gives files by their paths inside
-    the package. ``takes`` names the arguments of its ``render`` in their order, out of ``layout``, ``solids``,
+    the package, and in force its plugin's name there.
+    ``takes`` names the arguments of its ``render`` in their order, out of ``layout``, ``solids``,
     ``whole`` (the assembly film by film), ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where none
     is wanted), ``coupon_estimates``, ``bench_estimates`` (the estimates at 20 degrees Celsius, at which boards are
     tested), ``response`` (the model that is asked), ``performance`` (what the sensor feels; empty where nothing),
@@ -37,6 +38,11 @@ class Writer:
     takes: tuple[str, ...] = ("layout",)
     applies: Callable[[SensorSpec], bool] = lambda spec: True
     function: Callable[..., dict[str, bytes]] | None = None
+
+    @property
+    def maker(self) -> str:
+        """What messages call it: a plugin's with the plugin."""
+        return self.name if self.function is None else f"{self.module}: writer {self.name}"
 
     def render(self, *values: object) -> dict[str, bytes]:
         """The finished files by their paths inside the package."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 from dataclasses import fields
@@ -14,7 +15,7 @@ from click.testing import CliRunner
 
 import sitscad
 from sitscad.checks.rules import NEEDS
-from sitscad.cli import cli
+from sitscad.cli import cli, run
 from sitscad.spec import templates
 from sitscad.writer import STAGES
 
@@ -60,6 +61,14 @@ def spec(tmp_path):
     file = tmp_path / "jaw.yaml"
     file.write_text(templates.read("jaw_5x20"))
     return file
+
+
+@pytest.fixture
+def typed(capsys):
+    def told(*words):
+        return run([str(word) for word in words]), capsys.readouterr()
+
+    return told
 
 
 def ran(*words):
@@ -188,6 +197,111 @@ def test_a_writer_writes_into_the_package_and_over_nothing(plugin, spec, tmp_pat
     with pytest.raises(sitscad.PackageError):
         sitscad.build(sitscad.load(spec), tmp_path / "out", only=["firmware"])
     assert not (tmp_path / "outside.txt").exists() and not Path("/outside.txt").exists()
+
+
+ENDS = (
+    "raise SystemExit(0)",
+    "raise KeyboardInterrupt",
+    "raise GeneratorExit",
+    "raise BaseException('out')",
+    "raise type('Mute', (Exception,), {'__str__': lambda self: exit(0)})",
+)
+
+
+@pytest.mark.parametrize("body", ENDS)
+@pytest.mark.parametrize("where", ["import", "apply", "the rule's text", "writer"])
+def test_a_plugin_does_not_end_the_program(plugin, spec, typed, tmp_path, body, where):
+    """Exit 2 and its name, at whatever time it tries: exit 0 with nothing checked would pass any bad design."""
+    if where == "writer":
+        file = plugin(WRITER, body=body)
+    else:
+        file = plugin(RULE, body=body if where == "apply" else "return ()")
+    text = "import sys\n" + file.read_text()
+    if where == "import":
+        text += f"\n{body}\n"
+    if where == "the rule's text":
+        text += f"\ndel RULES\ndef __getattr__(name):\n    {body}\n"
+    file.write_text(text)
+    if where == "writer":
+        code, said = typed("build", spec, "-o", tmp_path / "out", "--only", "firmware", "--plugin", file)
+    else:
+        code, said = typed("check", spec, "--hints", "none", "--plugin", file)
+    assert code == 2 and re.search(r"plugin .*own\.py", said.err), said
+    assert not (tmp_path / "out" / "jaw-5x20").exists()
+
+
+def test_an_installed_plugin_does_not_end_the_program(tmp_path):
+    info = tmp_path / "our_lab-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: our-lab\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[sitscad.plugins]\nleaver = our_lab_leaver\n")
+    for body in ("raise SystemExit(0)", "raise KeyboardInterrupt", "def __getattr__(name): raise SystemExit(0)"):
+        (tmp_path / "our_lab_leaver.py").write_text(body)
+        code = (
+            f"import sys; sys.path[:0] = [{str(ROOT)!r}, {str(tmp_path)!r}]\n"
+            "from sitscad.cli import main; main(['check', 'templates'])"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+        assert done.returncode == 2 and "plugin leaver (our_lab_leaver)" in done.stderr, done.stderr
+
+
+def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed):
+    body = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(5)"
+    before = signal.getsignal(signal.SIGINT)
+    code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
+    assert code == 130 and "own.py" not in said.err
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize("where", ["import", "apply"])
+def test_what_takes_long_is_told_by_name(plugin, spec, monkeypatch, caplog, where):
+    monkeypatch.setattr("sitscad.plugins.guard.SLOW", 0.05)
+    file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
+    if where == "import":
+        file.write_text("import time; time.sleep(0.4)\n" + file.read_text())
+    ran("check", spec, "--hints", "none", "--plugin", file)
+    what = "own.py: rule LAB001" if where == "apply" else "own.py"
+    told = re.findall(rf"plugin .*{re.escape(what)} has been at work for ([\d.]+) s", caplog.text)
+    assert [float(seconds) for seconds in told[:2]] == [0.05, 0.1] and len(told) < 5, caplog.text
+
+
+def test_what_is_quick_is_not_told(spec, caplog):
+    ran("check", spec, "--hints", "none", "--plugin", EXAMPLE)
+    assert not caplog.text
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("message", "3"), ("hint", "None"), ("key", "3"), ("measured", "'a'"), ("limit", "True"),
+                         ("severity", "'error'"), ("unit", "3"), ("place", "(1, 2)")],
+)  # fmt: skip
+def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, field, value):
+    given = {"message": "'m'", field: value}
+    body = f"return [sitscad.Complaint({', '.join(f'{name}={word}' for name, word in given.items())})]"
+    code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
+    assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Complaint" in said.err
+
+
+@pytest.mark.parametrize(
+    ("stage", "path", "only"),
+    [("report", "report.html", "report"), ("report", "Report.HTML", "report"),
+     ("firmware", "bom.csv", "firmware,report"), ("calibration", "calibration/calibration.h", "calibration"),
+     ("firmware", "findings.json", "firmware"),
+     ("gerber", "firmware/ldc1614_config.h", "gerber,firmware"), ("firmware", "spec/jaw.yaml", "firmware")],
+)  # fmt: skip
+def test_a_writer_that_names_a_file_of_ours_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
+    file = plugin(WRITER, stage=stage, body=f"return {{'{path}': b'x'}}")
+    code, said = typed("build", spec, "-o", tmp_path / "out", "--only", only, "--plugin", file)
+    assert code == 2
+    assert re.search(r"plugin own\.py: writer own would write .*, which is", said.err), said
+    assert not (tmp_path / "out" / "jaw-5x20").exists()
+
+
+def test_a_process_that_a_plugin_ends_is_no_internal_error(plugin, spec, tmp_path):
+    (tmp_path / "more.yaml").write_text(spec.read_text())
+    file = plugin(RULE, body="import os; os._exit(0)")
+    words = ["check", str(spec), str(tmp_path / "more.yaml"), "--jobs", "2", "--hints", "none", "--plugin", str(file)]
+    done = subprocess.run([sys.executable, "-m", "sitscad", *words], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 2 and "ended without a word" in done.stderr and "internal error" not in done.stderr
 
 
 def test_an_installed_package_is_used_without_being_named(tmp_path):

@@ -70,6 +70,8 @@ def crash(error: Exception) -> int:
         raise error
     if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, sitscad.PolicyError, sitscad.PluginError)):
         say(str(error))
+    elif type(error).__name__ == "BrokenProcessPool":  # of concurrent.futures, which few commands load
+        say("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")
     elif isinstance(error, sitscad.PartsError):
         say(f"a part cannot be made: {error}")
         return 1

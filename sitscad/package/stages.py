@@ -15,7 +15,7 @@ from sitscad.finding import Severity
 from sitscad.formats import WRITERS
 from sitscad.package.contents import Contents
 from sitscad.package.dependence import BESIDE_TAIL, read_by, read_of_board
-from sitscad.package.folder import FILE_NAME, PackageError, require_inside
+from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
 from sitscad.package.values import (
     CHECK_STAGE,
@@ -113,6 +113,7 @@ def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[
     files: dict[str, bytes] = {}
     entries: dict[str, Entry] = {}
     failures: list[str] = []
+    theirs: dict[str, str] = {}
     for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1]):
         began = time.perf_counter()
         if stage != CHECK_STAGE:
@@ -122,7 +123,7 @@ def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[
         if kept is not None:
             outcome, new = "kept", kept
         elif stage in wanted:
-            new = _distinct(stage, files, _render(contents, stage, files, failures))
+            new = _distinct(stage, files, _render(contents, stage, files, failures, theirs), theirs)
             outcome = "made" if new else "none"
         else:
             outcome, new = ("dropped" if old.of_stage(stage) else "none"), {}
@@ -177,26 +178,30 @@ def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) ->
     return intact(directory, entries)
 
 
-def _render(contents: Contents, stage: str, files: dict[str, bytes], failures: list[str]) -> dict[str, bytes]:
-    """The files of one stage."""
+def _render(
+    contents: Contents, stage: str, files: dict[str, bytes], failures: list[str], theirs: dict[str, str]
+) -> dict[str, bytes]:
+    """The files of one stage; those of plugins are added to `theirs`, each with its maker."""
     if stage == CHECK_STAGE:
         return _checked_files(contents, failures, files)
     try:
         writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers()) if writer.stage == stage]
-        new = _written(contents, writers, failures)
+        new = _written(contents, writers, failures, theirs)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "calibration":
         from sitscad.package.calibration_files import drawn_calibration
 
-        new |= drawn_calibration(contents.design.bare, bool(contents.forced))
+        new |= _distinct(stage, new, drawn_calibration(contents.design.bare, bool(contents.forced)), theirs)
     if stage == "report":
-        new |= _report(contents, files | new)
+        new |= _distinct(stage, new, _report(contents, files | new), theirs)
     return new
 
 
-def _written(contents: Contents, writers: list[Writer], failures: list[str]) -> dict[str, bytes]:
+def _written(
+    contents: Contents, writers: list[Writer], failures: list[str], theirs: dict[str, str]
+) -> dict[str, bytes]:
     """The files of some writers. What cannot be written stops a build; a forced one goes on and says so in its note."""
     new: dict[str, bytes] = {}
     for writer in writers:
@@ -209,16 +214,25 @@ def _written(contents: Contents, writers: list[Writer], failures: list[str]) -> 
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
-        new |= _distinct(writer.name, new, made)
+        new |= _distinct(writer.maker, new, made, theirs)
+        theirs |= {name.lower(): writer.maker for name in made if writer.function is not None}
     return new
 
 
-def _distinct(maker: str, before: dict[str, bytes], new: dict[str, bytes]) -> dict[str, bytes]:
-    """The new files, once their names are known to be safe and none to be taken, whatever the case of letters."""
+def _distinct(
+    maker: str, before: dict[str, bytes], new: dict[str, bytes], theirs: Mapping[str, str]
+) -> dict[str, bytes]:
+    """The new files, once their names are known to be safe and none to be taken, whatever the case of letters; where a
+    plugin took a name of ours before, it is the plugin that is refused.
+    """
     taken = {name.lower() for name in (*before, MANIFEST)}
     for name in new:
-        if require_inside(name).lower() in taken:
-            raise PackageError(f"{maker} would write {name}, which is there already")
+        if not FILE_NAME.fullmatch(name):
+            raise PackageError(f"{maker} would write {name!r}, which is not a file name that a package may hold")
+        if name.lower() in taken:
+            first = theirs.get(name.lower())
+            whose = "which is there already" if first is None else f"which is a file of sitscad's ({maker})"
+            raise PackageError(f"{first or maker} would write {name}, {whose}; nothing was changed")
     return new
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+from sitscad.plugins.guard import at_work
 from sitscad.plugins.values import Plugin, PluginError
 
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
@@ -38,13 +39,11 @@ def use_plugin(path: str | Path) -> Plugin:
     module = ModuleType(f"sitscad_plugin_{digest[:16]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
-    try:
+    with at_work(f"plugin {path}"):
         exec(compile(content, str(path), "exec"), module.__dict__)
-    except Exception as error:
-        raise PluginError(f"plugin {path}: {type(error).__name__}: {error}") from error
-    from sitscad.plugins.force import in_force  # loads every rule
+        from sitscad.plugins.force import in_force  # loads every rule
 
-    return in_force(name, module, digest)
+        return in_force(name, module, digest)
 
 
 def _digest(content: bytes) -> str:
@@ -66,12 +65,9 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
 
     found = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        try:
+        with at_work(f"plugin {point.name} ({point.value})"):
             module = point.load()
-            content = Path(str(module.__file__)).read_bytes()
-        except Exception as error:
-            raise PluginError(f"plugin {point.name} ({point.value}): {type(error).__name__}: {error}") from error
-        found.append(in_force(point.name, module, _digest(content)))
+            found.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
     return tuple(found)
 
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from sitscad.checks import add_rules, all_rules
 from sitscad.checks.rules import NEEDS, Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Severity
+from sitscad.finding import Place, Severity
+from sitscad.plugins.guard import at_work
 from sitscad.plugins.values import Plugin, PluginError
 from sitscad.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks
 
@@ -79,30 +80,45 @@ def _require_writable(name: str, writer: Writer) -> None:
             raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
 
 
-def _guarded(name: str, rule: Rule) -> Callable[[Design], Iterator[Verdict]]:
+def _guarded(name: str, rule: Rule) -> Callable[[Design], list[Verdict]]:
     """A rule's function; what goes wrong in it is told as the plugin's."""
 
-    def apply(design: Design) -> Iterator[Verdict]:
+    def apply(design: Design) -> list[Verdict]:
         """The rule's verdicts, without searches; PluginError for whatever goes wrong in it."""
-        try:
-            for verdict in (rule.apply(design) if rule.apply else None) or ():
-                if not isinstance(verdict, (Complaint, Undecided)):
-                    raise TypeError(f"it gives a {type(verdict).__name__}, no Complaint and no Undecided")
-                yield replace(verdict, advice=None) if isinstance(verdict, Complaint) else verdict
-        except Exception as error:
-            raise PluginError(f"plugin {name}: rule {rule.id}: {type(error).__name__}: {error}") from error
+        with at_work(f"plugin {name}: rule {rule.id}"):
+            return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
 
     return apply
+
+
+def _fitting(verdict: object) -> Verdict:
+    """A verdict that can be told; TypeError for what is none, or has fields of another kind."""
+    if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
+        return verdict
+    if not isinstance(verdict, Complaint):
+        raise TypeError(f"it gives a {type(verdict).__name__}, no Complaint and no Undecided")
+    for field, kinds in _FIELDS.items():
+        value = getattr(verdict, field)
+        if not isinstance(value, kinds) or isinstance(value, bool):
+            raise TypeError(f"the {field} of its Complaint is a {type(value).__name__}")
+    return replace(verdict, advice=None)
+
+
+_TEXT, _NUMBER = (str, type(None)), (int, float, type(None))
+_FIELDS: dict[str, Any] = {
+    **{"message": str, "hint": str, "severity": (Severity, type(None)), "place": (Place, type(None))},
+    **dict.fromkeys(("key", "unit", "source"), _TEXT),
+    **dict.fromkeys(("measured", "limit", "sigma"), _NUMBER),
+}
+"""What the fields of a Complaint are."""
 
 
 def _checked(name: str, writer: Writer) -> Writer:
     """A writer whose functions tell what goes wrong in them as the plugin's."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
-        try:
+        with at_work(f"plugin {name}: writer {writer.name}"):
             return function(*values)
-        except Exception as error:
-            raise PluginError(f"plugin {name}: writer {writer.name}: {type(error).__name__}: {error}") from error
 
     def render(*values: object) -> dict[str, bytes]:
         made = writer.function(*values) if writer.function else {}
@@ -110,4 +126,6 @@ def _checked(name: str, writer: Writer) -> Writer:
             raise TypeError("it gives no dictionary of paths with the bytes of files")
         return dict(made)
 
-    return replace(writer, function=partial(told, render), applies=partial(told, writer.applies))
+    return replace(
+        writer, module=f"plugin {name}", function=partial(told, render), applies=partial(told, writer.applies)
+    )

@@ -1,0 +1,78 @@
+"""A plugin's own code at work: whatever way it takes out of the program is an error of its own, and what takes long is
+told by name.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from sitscad.plugins.values import PluginError
+
+SLOW = 10.0
+"""Seconds after which a plugin that is at work is told, and then each time that it has taken twice as long."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """The user's own interruption, which a plugin that raises KeyboardInterrupt cannot be taken for."""
+
+
+@contextmanager
+def at_work(what: str) -> Iterator[None]:
+    """The part of a plugin that is named does something here.
+
+    Raises `PluginError` with that name for whatever goes wrong, also for what would end the program (SystemExit,
+    KeyboardInterrupt, GeneratorExit). What ends the process itself (``os._exit``, a signal) nobody can catch.
+    """
+    done = threading.Event()
+    threading.Thread(target=_tell, args=(what, done), daemon=True).start()
+    try:
+        with _own_interruption():
+            yield
+    except (Interrupted, PluginError):
+        raise
+    except BaseException as error:
+        raise PluginError(f"{what}: {type(error).__name__}{_said(error)}") from error
+    finally:
+        done.set()
+
+
+def _said(error: BaseException) -> str:
+    """What an exception says, after a colon; nothing where it says nothing, or its text cannot be made."""
+    try:
+        text = str(error)
+    except BaseException:  # its own code once more
+        return ""
+    return f": {text}" if text else ""
+
+
+def _tell(what: str, done: threading.Event) -> None:
+    """Say again and again, on standard error unless a program has it otherwise, what is still at work."""
+    passed, wait = 0.0, SLOW
+    while not done.wait(wait):
+        import logging  # only where something is slow
+
+        passed += wait
+        logging.getLogger("sitscad").warning("%s has been at work for %.3g s", what, passed)
+        wait = passed
+
+
+@contextmanager
+def _own_interruption() -> Iterator[None]:
+    """Have the user's interruption raise `Interrupted`, where Python's own handler is in force."""
+    is_ours = threading.current_thread() is threading.main_thread()
+    if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise Interrupted
