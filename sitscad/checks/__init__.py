@@ -36,6 +36,7 @@ from sitscad.checks.reading.thin_target import THIN_TARGET_RULES
 from sitscad.checks.reading.timing import TIMING_RULES
 from sitscad.checks.rules import Outcome, Rule, outcomes
 from sitscad.checks.trials import Trials
+from sitscad.checks.usual_ranges import USUAL_RANGE_RULES
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.layout.board import Layout
@@ -61,7 +62,7 @@ _TABLES = (
     BEND_RULES, PLUG_RULES, OFFER_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES,
     FIT_RULES, ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEET_AND_FINGER_RULES,
     SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES, REQUIREMENT_RULES,
-    MAP_RULES, SOLID_FIT_RULES,
+    MAP_RULES, SOLID_FIT_RULES, USUAL_RANGE_RULES,
 )  # fmt: skip
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sitscad.geometry.footprint import Footprint
-from sitscad.geometry.path import Point
+from sitscad.geometry.path import Point, bounding_box
 from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
 
 
@@ -18,21 +18,22 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
-    """By coil, the middle of the box that it has in common with the target at rest, from the mean of the coils'
-    centres; of a coil beside the target the nearest place of it.
+    """By coil, the middle of the box that it has in common with the target at rest, both as they are turned, from the
+    mean of the coils' centres; of a coil beside the target the nearest place of it.
     """
-    target, (mx, my) = spec.target, spec.array.middle
-    assert target is not None
+    assert spec.target is not None
+    outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
     found = []
     for placement in spec.array.placements:
-        sides = zip(placement.centre, (mx, my), spec.coil.size, target.offset, target.size, strict=True)
-        found.append(Point(*(_shared(c - m, size, offset, across) for c, m, size, offset, across in sides)))
+        (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)
+        _, _, along, across = bounding_box([turned])  # of an outline that is the same after half a turn
+        found.append(Point(_shared(x, along, covered[0], covered[2]) - mx, _shared(y, across, covered[1], covered[3]) - my))
     return tuple(found)
 
 
-def _shared(centre: float, size: float, offset: float, across: float) -> float:
-    """The middle of what a coil's side and a target's side have in common along one axis (m)."""
-    low, high = (min(max(centre + 0.5 * way * size, offset - 0.5 * across), offset + 0.5 * across) for way in (-1, 1))
+def _shared(centre: float, half: float, start: float, end: float) -> float:
+    """The middle of what half a coil's extent to both sides of its centre and a target's extent have in common (m)."""
+    low, high = (min(max(centre + way * half, start), end) for way in (-1, 1))
     return 0.5 * (low + high)
 
 

@@ -15,7 +15,7 @@ from sitscad.geometry.path import Line, Path, Point, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout import lay_out
 from sitscad.layout.pieces import Pad, Role, Trace, Via
-from sitscad.layout.tail.bending import bend_stretch
+from sitscad.layout.tail.bending import bend_length, bend_stretch
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.order import notes as fabrication_notes
@@ -59,15 +59,21 @@ def test_what_lies_in_the_bend(advised, bench):
     assert "stiffener" in stiff.message and stiff.measured == approx(0.5 * MM, rel=1e-6)
 
 
-def test_a_bend_without_straight_tracks_is_a_warning(advised, bench):
+def test_a_bend_without_room_is_an_error(advised, bench):
     start, _ = bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
-    assert found.severity is Severity.WARNING and "long enough (it was tried)" in found.hint
+    assert found.severity is Severity.ERROR and "long enough (it was tried)" in found.hint
+
+
+def test_a_bend_in_a_zone_that_is_long_enough_but_nowhere_straight_is_a_warning(advised, bench):
+    needed, (start, _) = bend_length(bench.spec), bench.bend_zone
+    (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
+    assert found.severity is Severity.WARNING and found.measured < found.limit == needed
 
 
 def short(advised, changed):
     """The finding of a tail too short for its bend, if any."""
-    found = [f for f in advised("SIT123", changed, lay_out(changed)) if f.severity is Severity.WARNING]
+    found = [f for f in advised("SIT123", changed, lay_out(changed)) if f.severity is not Severity.NOTE]
     assert len(found) <= 1 and all(f.measured < f.limit for f in found)
     return found[0] if found else None
 
@@ -110,14 +116,14 @@ def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
     rules = replace(bench.spec.fpc.rules, static_bend_ratio={2: 30_000.0})
     far = replace(bench.spec, fpc=replace(bench.spec.fpc, rules=rules))
     (found,) = advised("SIT123", far, bench)
-    assert found.severity is Severity.WARNING and "mm is long enough" not in found.hint and "none" in found.hint
+    assert found.severity is Severity.ERROR and "mm is long enough" not in found.hint and "none" in found.hint
 
 
 def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
     (found,) = advised("SIT123", silent, lay_out(silent))
-    assert found.severity is Severity.WARNING and found.measured == found.limit == 0.0 and "mm is long" in found.hint
+    assert found.severity is Severity.ERROR and found.measured == found.limit == 0.0 and "mm is long" in found.hint
     assert "needs" not in found.message
 
 

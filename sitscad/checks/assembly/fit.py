@@ -42,6 +42,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
             is_grave=tail.layers > 2,
             layers=tail.layers,
         )
+    if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
+        yield BRITTLE.found("fpc.copper", copper=spec.fpc.copper)
     figure = bend_figure(spec)
     if figure is None:
         yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
@@ -159,6 +161,12 @@ BENT_TOO_OFTEN = Case(
     grave=Severity.ERROR,
 )
 
+BRITTLE = Case(
+    "the tail bends at every grasp (dynamic), and its foil is {copper}, which cracks after fewer bends",
+    hint="fpc.copper: rolled-annealed, its grain along the tail; or bend it once (bend: static)",
+    severity=Severity.WARNING,
+)
+
 TOO_WIDE_A_BEND = Case(
     "a bend of {measured:m,3} inside radius is wanted; inside the port there are {limit:m,3}",
     hint="fpc.tail.bend.radius: {wanted:m,3}, or leave it out",
@@ -197,10 +205,11 @@ FIT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT308", "tail-bend", Severity.ERROR,
         "The tail can be bent as the spec says: one copper layer where it moves at every grasp (two are a warning, "
-        "more an error), and a radius that half of the port leaves (a note for a static bend of up to two layers, "
-        "else a warning).",
-        "Several layers of copper crack in a hinge; bend radii are multiples of the thickness.",
-        "One layer through the hinge, a thinner board, or no bend.",
+        "more an error), of rolled foil (else a warning), and a radius that half of the port leaves (a note for a "
+        "static bend of up to two layers, else a warning).",
+        "Several layers of copper crack in a hinge, and so does deposited foil, whose grain stands across it; bend radii "
+        "are multiples of the thickness.",
+        "One layer of rolled foil through the hinge, a thinner board, or no bend.",
         "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
         "dynamic",
         ("tail",), tail_bend,

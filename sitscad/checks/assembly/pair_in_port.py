@@ -13,9 +13,10 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import Measure
-from sitscad.scene.column import GLUE
+from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, measures
 from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
+from sitscad.spec.sensor import Jaw
 from sitscad.units import show
 
 SMALLEST_MEASURED_PORT = 1.1
@@ -32,6 +33,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield JAW_TOO_WIDE.found("mount.jaw.width", jaw.width, jaw.port_diameter, "m", unverified=unverified(jaw))
+    yield from _sunk(design, jaw)
     severity = None if pair is None else weight_of(pair)
     if pair is None or severity is None:
         return
@@ -53,6 +55,15 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
         widest=_widest(pair),
     )
+
+
+def _sunk(design: Design, jaw: Jaw) -> Iterator[Verdict]:
+    """The rims of pad pockets against what lies between the pockets' floors."""
+    at = levels(column(design.layout))
+    between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
+    rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
+    if rims > between + ROUNDING:
+        yield SUNK.found("mount.jaw.recess", rims, between, "m")
 
 
 def _to_take_off(design: Design, pair: Measure) -> float:
@@ -132,11 +143,18 @@ JAW_TOO_WIDE = Case(
     hint="mount.jaw.port_diameter: that of the port that this jaw passes",
 )
 
+SUNK = Case(
+    "the rims of the pad pockets are {measured:m,3} high together, and {limit:m,3} lie between the pockets' floors: they "
+    "meet before anything touches the sensor, which feels nothing",
+    hint="a higher stack (mount.standoff), or mount.jaw.recess as it is measured",
+)
+
 PAIR_IN_PORT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT303", "stack-height", Severity.ERROR,
         "The closed jaws, with the sensor's whole stack and every glue line between them, pass the port's circle: "
-        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning).",
+        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning). The stack is higher than "
+        "the rims of the pockets that it lies in.",
         "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
         "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
         "The pad is taken at rest: what it gives way in the port is not counted on.",

@@ -19,6 +19,7 @@ from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.profiles.presets import elastomer as elastomer_preset
 from sitscad.spec.profiles.presets import names
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5
@@ -97,23 +98,38 @@ def _otherwise(nominal: elastomer.Compression) -> str:
 
 
 def target_rotation(design: Design) -> Iterator[Verdict]:
-    """Thickness over width of the pad under the target: slender pads let it tilt."""
+    """Thickness over width of the pad under the target: slender pads let it tilt, and give way under the force."""
     if _is_beside(design):
         yield from _not_pressed()
         return
     pad, face = pad_of(design), _loaded(design)
+    lost = _gives_way(design)
     width = min(face.width_x, face.width_y)
     ratio = pad.thickness / width
-    if ratio > SLENDERNESS + ROUNDING:
-        yield TOO_SLENDER.found(
+    if ratio > SLENDERNESS + ROUNDING or lost:
+        yield (lost or TOO_SLENDER).found(
             "elastomer.thickness",
             ratio,
             SLENDERNESS,
             None,
+            force=design.spec.requirements.normal_force,
             wide="wide" if width == min(pad.size) else "the target is wide",
             reading="force" if len(design.spec.array.placements) == 1 else "shear",
             slender=SLENDERNESS * width,
         )
+
+
+def _gives_way(design: Design) -> Case | None:
+    """What is said of a pad that gives way sideways under the required normal force, the target held level or free."""
+    import numpy as np
+
+    from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, pushed
+
+    force = design.spec.requirements.normal_force
+    if not force:
+        return None
+    _, (note,) = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))
+    return {GIVES_WAY: GIVES_WAY_FREE, TOO_SOFT: GIVES_WAY_LEVEL}.get(note)
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
@@ -239,7 +255,8 @@ def _mm2(area: float) -> str:
 def target_gap(design: Design) -> Iterator[Verdict]:
     """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
     if design.spec.elastomer is None:
-        yield NO_GAP.found("elastomer", 0.0, None, "m")
+        top = design.spec.fpc.stackup.layers[0].kind
+        yield NO_GAP.found("elastomer", 0.0, None, "m", top="bare copper" if top is LayerKind.COPPER else f"the {top}")
 
 
 def _is_beside(design: Design) -> bool:
@@ -336,12 +353,30 @@ TOO_SOFT = Case(
     grave=Severity.ERROR,
 )
 
+_SLENDER = "the elastomer is {measured:.2g} times as thick as {wide}"
+
 TOO_SLENDER = Case(
-    "the elastomer is {measured:.2g} times as thick as {wide}: the target tilts easily, and tilt reads as {reading}",
+    _SLENDER + ": the target tilts easily, and tilt reads as {reading}",
     hint=(
         "{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, "
         "thesis, Leeds); thinner is steadier still"
     ),
+    severity=Severity.NOTE,
+)
+
+GIVES_WAY_FREE = Case(
+    _SLENDER + ": under {force:N} it gives way sideways where the target is free to tilt, and no reading is one force",
+    hint="{slender:m,3} stays level, as the bench pad did (8 x 8 x 2 mm; Jones, thesis, Leeds); or a stiffer one, or a "
+    "face that keeps the target level",
+    severity=Severity.WARNING,
+)
+
+GIVES_WAY_LEVEL = Case(
+    _SLENDER + ": under {force:N} it gives way sideways, even with the target held level, and the target is off the "
+    "coils",
+    hint="{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); or a "
+    "stiffer one",
+    severity=Severity.ERROR,
 )
 
 PAST_THE_COILS = Case(
@@ -366,7 +401,7 @@ TOO_MUCH_SHEAR = Case(
 
 NO_GAP = Case(
     "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and "
-    "the numbers at rest are those of metal against the coverlay",
+    "the numbers at rest are those of metal against {top}",
     hint="add an elastomer (like elastomer: {{thickness: 1}}): its thickness is the gap between board and target",
 )
 
@@ -386,10 +421,12 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
     ),
     Rule(
-        "SIT310", "target-rotation", Severity.NOTE,
+        "SIT310", "target-rotation", Severity.ERROR,
         "What the target covers of the elastomer is not more slender than the bench pad of Jones (thesis, Leeds): not "
-        "thicker than a quarter of its lesser width.",
-        "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear.",
+        "thicker than a quarter of its lesser width (a note). Under the required normal force, where there is one, the "
+        "pad's law finds a place for the target, free to tilt (else a warning) and held level (else an error).",
+        "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear. One more slender still "
+        "gives way sideways, as a column buckles.",
         "A thinner elastomer: 1 mm instead of 2 mm also gave nearly ten times the normal range.",
         "thesis of Jones 6.5, 7.5.1", ("elastomer", "target"), target_rotation,
     ),

@@ -76,12 +76,34 @@ def _too_short(design: Design) -> Iterator[Complaint]:
         source=source_of(design, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
         advice=None if fits else lambda left: _longer(design, left),
+        is_grave=not _has_room(design, needed),
         have=max(0.0, straight.length),
         bend=tail.bend,
         angle=_degrees(tail),
         start=straight.start,
         radius=worded(AT_RADIUS, at) if at else "",
     )
+
+
+def _has_room(design: Design, needed: float) -> bool:
+    """Whether so much of the tail (m) lies between body and contacts without anything stiff, straight or not."""
+    zone = design.layout.bend_zone
+    return zone is not None and zone[1] - zone[0] >= needed - ROUNDING
+
+
+def tail_length(design: Design) -> Iterator[Verdict]:
+    """The tail as drawn against the length that the spec asks for."""
+    tail, drawn = design.spec.fpc.tail, design.layout.tail_length
+    assert tail is not None
+    if drawn <= tail.length + ROUNDING:
+        return
+    needed = LENGTH_GRAIN * math.ceil(drawn / LENGTH_GRAIN - 1e-6)
+    longer = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, length=needed)))
+    fix = Fix((Edit("fpc.tail.length", f"{needed * 1e3:.1f} mm"),), longer)
+    yield DRAWN_LONGER.found(
+        "fpc.tail.length", tail.length, drawn, "m", words=fix.words,
+        advice=lambda left: f"{fix.words} is what is drawn{tried(fix, left)}; a shorter one wants fewer contacts",
+    )  # fmt: skip
 
 
 def _misplaced(design: Design) -> Iterator[Complaint]:
@@ -222,8 +244,17 @@ def _place_of(item: Via | Pad) -> Place:
 
 AT_RADIUS = " at the radius of {ratio:g} thicknesses that {house} asks"
 
+DRAWN_LONGER = Case(
+    "a tail of {measured:m,3} is asked for and {limit:m,3} are drawn: so much its leads take to come together, to spread "
+    "to the contacts, and for the stiffener under them",
+    "{words} is what is drawn; a shorter one wants fewer contacts",
+)
+
 NO_STRETCH = Case(
-    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend{radius}", NO_ROOM, Severity.WARNING
+    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend{radius}",
+    NO_ROOM,
+    Severity.WARNING,
+    Severity.ERROR,
 )
 
 SHORT = Case(
@@ -231,6 +262,7 @@ SHORT = Case(
     "{limit:m,3}{radius}",
     NO_ROOM,
     Severity.WARNING,
+    Severity.ERROR,
 )
 
 STRAIGHT_FOR = Case(
@@ -245,6 +277,7 @@ STRAIGHT_BUT_SHORT = Case(
     "they run straight at one width, and a bend by {angle} needs {limit:m,3}{radius}",
     NO_ROOM,
     Severity.WARNING,
+    Severity.ERROR,
 )
 
 MISPLACED = Case(
@@ -272,10 +305,19 @@ BEND_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT123", "bend-zone", Severity.ERROR,
         "Where the tail bends there are no vias, no contacts, no stiffener, tracks run straight at one width, and the "
-        "radius is the fabricator's or larger.",
+        "radius is the fabricator's or larger. A bend for which the tail is too short between what is stiff is an "
+        "error, one whose tracks are not straight a warning.",
         "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
         "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
         "Lengthen the tail, so that everything lies outside the bend.",
         "IPC-2223, 5.2.4 (unverified: quoted from memory)", ("tail",), bend_zone,
+    ),
+    Rule(
+        "SIT133", "tail-length", Severity.WARNING,
+        "The tail is drawn as long as the spec asks.",
+        "Leads, contacts and stiffener take some millimetres: a shorter tail is drawn as long as they need it, and "
+        "what was planned by the spec's length does not fit.",
+        "Write the length that is drawn, or take fewer contacts or a connector of narrower pitch.",
+        "geometry: fpc.tail.length", ("tail",), tail_length,
     ),
 )  # fmt: skip

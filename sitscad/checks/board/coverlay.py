@@ -18,6 +18,7 @@ from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.pieces import Trace, Via
+from sitscad.spec.stackup import LayerKind
 
 
 def coverlay_web(design: Design) -> Iterator[Verdict]:
@@ -106,14 +107,29 @@ def _narrow_web(
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
-    """Copper that must stay covered, to the edge of every opening of the coverlay over it."""
-    layout = design.layout
+    """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
+    layout, films = design.layout, design.spec.fpc.stackup.layers
+    for side, film, openings in (
+        ("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)
+    ):  # fmt: skip
+        if film.kind is LayerKind.COPPER:
+            yield NO_COVERLAY.found("fpc.stackup", side=side, finish=design.spec.fpc.finish, lies=_lies_on(design, side))
+        elif film.kind is not LayerKind.COVERLAY and openings:
+            yield NOTHING_TO_OPEN.found("fpc.stackup", side=side, film=film.kind)
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
             for item, gap, point in _bared(design, number, region.outline):
                 yield _opening_complaint(
                     design, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
                 )
+
+
+def _lies_on(design: Design, side: str) -> str:
+    """What of the sensor lies on bare copper without anything between."""
+    target = design.spec.target
+    if side == "bottom" or target is None or design.spec.elastomer is not None:
+        return ""
+    return f", and the target of {target.material.name} lies on them, a short from turn to turn"
 
 
 def _smallest(one: Primitives, other: Primitives, within: float) -> float:
@@ -176,6 +192,17 @@ NARROW_WEB = Case(
     "{what} a web of {measured:m} {where}; {house} asks {limit:m}",
 )
 
+NO_COVERLAY = Case(
+    "the {side} of the board has no coverlay: all its tracks lie bare, are finished with {finish} as the contacts are, "
+    "which no estimate counts{lies}",
+    hint="begin and end fpc.stackup with a coverlay: 27.5 um are 12.5 um polyimide and 15 um adhesive",
+)
+
+NOTHING_TO_OPEN = Case(
+    "the contacts are bared in the {side} coverlay, and the stack-up has a {film} there: no openings are made in it",
+    hint="write that layer of fpc.stackup as a coverlay",
+)
+
 OPENING_NEAR_TRACK = Case(
     "{what} on layer {layer} comes within {gap:m} of an opening of the coverlay; {house} asks {limit:m}",
     hint="bare copper beside the contact: lengthen the tail or move the track",
@@ -189,8 +216,10 @@ COVERLAY_RULES: tuple[Rule, ...] = (
         "Join the openings, move the contacts apart, or give them more board beside them.",
     ), FABRICATOR, coverlay_web),
     drawn_rule(115, "coverlay-opening", (
-        "Copper that must stay covered keeps its distance from every opening of the coverlay.",
-        "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare.",
-        "Move the track, or lengthen the tail.",
+        "Copper that must stay covered lies under a coverlay on both faces of the board, and keeps its distance from "
+        "every opening in it.",
+        "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare. Bare "
+        "turns are plated with nickel and gold, which changes them, and whatever conducts and touches them shorts them.",
+        "Move the track, or lengthen the tail; give the stack-up a coverlay above and below.",
     ), FABRICATOR, coverlay_opening),
 )  # fmt: skip

@@ -103,8 +103,10 @@ def part_size(design: Design) -> Iterator[Verdict]:
             )
             break
     if is_wanted(design.layout):
-        yield from _panel_size(design)
+        yield from _panel_size(design, LARGE_PANEL, least_size(design.layout))
         yield from _too_few_bridges(design)
+    elif not is_unverified(source_of(design, "panel_size")):
+        yield from _panel_size(design, LARGE_BOARD, (x1 - x0, y1 - y0))
 
 
 def _too_few_bridges(design: Design) -> Iterator[Verdict]:
@@ -130,14 +132,13 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _panel_size(design: Design) -> Iterator[Verdict]:
-    """An error where what is delivered is larger than the fabricator's panel."""
-    rules, size = design.spec.fpc.rules, least_size(design.layout)
-    have, most = sorted(size), sorted(rules.panel_size)
+def _panel_size(design: Design, case: Case, size: tuple[float, float]) -> Iterator[Verdict]:
+    """A complaint where what is delivered (m) is larger than the fabricator's panel."""
+    rules, have, most = design.spec.fpc.rules, sorted(size), sorted(design.spec.fpc.rules.panel_size)
     for side, largest in zip(have, most, strict=True):
         if side > largest + ROUNDING:
-            yield LARGE_PANEL.found(
-                "fpc.panel",
+            yield case.found(
+                "fpc.rules" if case is LARGE_BOARD else "fpc.panel",
                 side,
                 largest,
                 "m",
@@ -230,6 +231,13 @@ LARGE_PANEL = Case(
     severity=Severity.WARNING,
 )
 
+LARGE_BOARD = Case(
+    "the board is {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}, out of which a "
+    "board that is sold singly is cut, too",
+    hint="a smaller board or a shorter tail, or a fabricator of larger panels",
+    severity=Severity.WARNING,
+)
+
 
 FABRICATION_RULES: tuple[Rule, ...] = (
     Rule(
@@ -255,8 +263,8 @@ FABRICATION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT116", "part-size", Severity.ERROR,
-        "The board is not smaller than the smallest part that the fabricator handles, nor its panel too large, and at "
-        "least three bridges hold it there.",
+        "The board is not smaller than the smallest part that the fabricator handles, nor it or its panel too large for "
+        "a panel size that is known, and at least three bridges hold it there.",
         "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
         "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",

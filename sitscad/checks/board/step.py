@@ -12,6 +12,7 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
+from sitscad.layout.routing.ring import Ring
 from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
@@ -34,8 +35,9 @@ def step(design: Design) -> Iterator[Verdict]:
         place = Place(*near.centre, nets=(near.net,))
         yield _too_near(design, HOLE_NEAR_STEP, gap, rules.hole_to_step, "hole_to_step", place, values)
     asked = rules.coverlay_lap + rules.registration
-    coil = max(layout.coils, key=lambda coil: coil.centre.x)
-    gap = end - coil.centre.x - design.spec.coil.size[0] / 2.0
+    reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
+    coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
+    gap = end - coil.centre.x - reach[coil.name]
     if has_tail_coverlay(layout) and gap < asked - ROUNDING:
         values = {"coil": coil.name, "lap": rules.coverlay_lap, "registration": rules.registration}
         place = Place(*coil.centre, nets=(coil.net,))

@@ -29,13 +29,20 @@ takes is 3 to 5 % of the change, so that a smaller one is not known to be there;
 shifted target add to it is of that size, too."""
 
 
+TOLD_FROM_NOISE = 3.0
+"""Sigmas of noise from which on a change is told from it: the usual limit of detection."""
+
+
 @record
 class Response:
-    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), and one step of it (H)."""
+    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), one step of it (H), and one
+    sigma of its noise by the law measured on the converter, in steps.
+    """
 
     coil: str
     change: float
     step: float
+    noise: float
 
     @property
     def steps(self) -> float:
@@ -45,14 +52,15 @@ class Response:
 
 def responses(design: Design) -> list[Response]:
     """The response of every coil that has both states."""
-    found = []
+    found, family, rcount = [], design.family, design.estimates.readout.rcount
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
         if rest is None or pressed is None or not rest.quantum:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
         if before is not None and after is not None and math.isfinite(after - before):
-            found.append(Response(coil.name, after - before, rest.quantum))
+            noise = family.measured_noise(rest.frequency, rcount) / family.frequency_quantum(rest.frequency, rcount)
+            found.append(Response(coil.name, after - before, rest.quantum, noise))
     return found
 
 
@@ -70,7 +78,8 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         return
     worst = min(deaf, key=lambda response: response.steps)
     beside = best.steps >= FEWEST_STEPS
-    yield HARDLY_FELT.found(
+    is_lost = best.steps < TOLD_FROM_NOISE * best.noise
+    yield (NOT_FELT if is_lost else HARDLY_FELT).found(
         "target.size" if beside else "elastomer.thickness",
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
@@ -83,6 +92,8 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
         fewest_steps=FEWEST_STEPS,
         least_share=LEAST_SHARE,
+        sigmas=TOLD_FROM_NOISE,
+        noise=best.noise,
     )
 
 
@@ -192,6 +203,13 @@ HARDLY_FELT = Case(
     "{named} hardly feel{verb_end} the force: from rest to pressed by {force:N} "
     "{changes}{against}. Asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of the best "
     "coil's change",
+    severity=Severity.WARNING,
+)
+
+NOT_FELT = Case(
+    "the sensor feels nothing: from rest to pressed by {force:N} {changes}, and noise alone is {noise:.2g} steps (one "
+    "sigma). No coil changes by the {sigmas:g} sigma that tell a change from noise",
+    severity=Severity.ERROR,
 )
 
 SMALL_SIGNAL = Case(
@@ -208,9 +226,10 @@ SMALL_SIGNAL = Case(
 
 RESPONSE_RULES: tuple[Rule, ...] = (
     Rule(
-        "SIT215", "coil-response", Severity.WARNING,
+        "SIT215", "coil-response", Severity.ERROR,
         f"From rest to pressed every coil changes by at least {FEWEST_STEPS:.0f} steps of the converter and by at "
-        f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most.",
+        f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most (a warning). It is an error "
+        f"where no coil changes by {TOLD_FROM_NOISE:g} sigma of the converter's noise: the sensor measures nothing.",
         "A coil beside the target, or too far from it, reads the same whatever the force: its channel is noise, and "
         "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
         "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "

@@ -1,0 +1,207 @@
+"""SIT021: figures of the spec against what is usual for each (`data/usual_ranges.csv`), read by one rule."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from itertools import groupby
+from typing import Any
+
+from sitscad.checks.board.fabrication import outline_box
+from sitscad.checks.cases import Case
+from sitscad.checks.rules import Rule, Verdict
+from sitscad.data import cited, rows
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.record import record
+from sitscad.spec.stackup import LayerKind
+from sitscad.units import parse_quantity, show
+
+
+@record
+class UsualRange:
+    """What is usual for the figure of one key: least and most (SI; endless where one is open), as they are written, and
+    where that is from. ``value`` names what is looked at: a path of the spec's values, or one of `WORKED_OUT`.
+    """
+
+    key: str
+    value: str
+    dimension: str
+    low: float
+    high: float
+    words: str
+    source: str
+
+
+SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N", "pressure": "Pa",
+      "conductivity": "S/m"}  # fmt: skip
+"""The units in which figures of a dimension are shown with a prefix."""
+
+
+@cache
+def usual_ranges() -> tuple[UsualRange, ...]:
+    """Every row of the table."""
+    return tuple(_range(**row) for row in rows("usual_ranges"))
+
+
+def _range(key: str, value: str, dimension: str, low: str, high: str, **origin: str) -> UsualRange:
+    bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
+    words = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
+    return UsualRange(key, value or key, dimension, *bounds, words, cited(origin))
+
+
+def _figure(text: str, dimension: str, otherwise: float) -> float:
+    if not text:
+        return otherwise
+    return float(text) if dimension == "number" else parse_quantity(text, dimension)
+
+
+def _layers(kind: LayerKind) -> Callable[[Design], list[float]]:
+    return lambda design: [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind]
+
+
+def _foils(design: Design) -> list[float]:
+    stackup = design.spec.fpc.stackup
+    return [stackup.foil_thickness((copper.number,)) for copper in stackup.copper]
+
+
+def _poisson(design: Design) -> float | None:
+    """Poisson's ratio of the pad by its moduli: (3 K - 2 G) / (6 K + 2 G)."""
+    if design.spec.elastomer is None:
+        return None
+    bulk, shear = design.spec.elastomer.material.bulk_modulus, design.spec.elastomer.material.shear_modulus
+    return (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
+
+
+def _board(design: Design) -> list[float]:
+    x0, y0, x1, y1 = outline_box(design)
+    return [x1 - x0, y1 - y0]
+
+
+def _asked(design: Design) -> list[float]:
+    """What the requirements let an error be, in parts of the force that they require."""
+    asked, normal = design.spec.requirements, design.spec.requirements.normal_force
+    pairs = [(asked.normal_resolution, normal), (asked.tilt_error, normal), (asked.temperature_error, normal),
+             (asked.shear_resolution, asked.shear_force)]  # fmt: skip
+    return [error / force for error, force in pairs if error is not None and force]
+
+
+def _holes(design: Design) -> list[float]:
+    """The coordinates of the holes of a bench plate from the board's middle (m)."""
+    mount = design.spec.mount
+    return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
+
+
+WORKED_OUT: dict[str, Callable[[Design], Any]] = {
+    "coverlays": _layers(LayerKind.COVERLAY),
+    "copper": _layers(LayerKind.COPPER),
+    "dielectrics": _layers(LayerKind.DIELECTRIC),
+    "foils": _foils,
+    "board": _board,
+    "tolerances": lambda design: dict(design.spec.assembly.tolerances),
+    "poisson": _poisson,
+    "plating": lambda design: design.spec.fpc.stackup.plating_thickness or None,
+    "permittivities": lambda design: [one.relative_permittivity for one in design.spec.fpc.stackup.layers
+                                      if one.relative_permittivity is not None],
+    "asked": _asked,
+    "holes": _holes,
+}
+"""What no single value of the spec is, by the name that the table has for it."""
+
+
+def unusual(design: Design) -> Iterator[Verdict]:
+    """Every figure that lies beyond what is usual; a fabricator's rules are told at once."""
+    for section, found in groupby(_beyond(design), key=lambda pair: pair[0].key.rpartition(".")[0]):
+        if section == "fpc.rules":
+            yield _together(section, list(found))
+            continue
+        for usual, value in found:
+            bound = usual.low if value < usual.low else usual.high
+            yield UNUSUAL.found(
+                usual.key, value, bound, SI.get(usual.dimension), source=usual.source, what=_named(usual),
+                value=_shown(value, usual.dimension), usual=usual.words, why=usual.source,
+            )  # fmt: skip
+
+
+def _beyond(design: Design) -> Iterator[tuple[UsualRange, float]]:
+    """Every range that is left, with the value farthest beyond it."""
+    for usual in usual_ranges():
+        worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
+        if worst is not None and _by(usual, worst) > 1e-9:
+            yield usual, worst
+
+
+def _by(usual: UsualRange, value: float) -> float:
+    """By how much a value lies beyond a range, in parts of the bound that it passes."""
+    passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
+    return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
+
+
+def _values(design: Design, path: str) -> list[float]:
+    """The numbers at a path of the spec's values; nothing where one of them is left out."""
+    found: Any = design.spec
+    if path in WORKED_OUT:
+        found = WORKED_OUT[path](design)
+    else:
+        for name in path.split("."):
+            found = getattr(found, name) if found is not None else None
+    if isinstance(found, Mapping):
+        return list(found.values())
+    return [] if found is None else list(found) if isinstance(found, (tuple, list)) else [found]
+
+
+def _shown(value: float, dimension: str) -> str:
+    """A figure in words."""
+    if dimension in SI:
+        return show(value, SI[dimension])
+    others = {
+        "angle": f"{math.degrees(value):.4g} deg",
+        "temperature": f"{value:g} degC",
+        "temperature coefficient": f"{value * 1e6:.4g} ppm/K",
+    }
+    return others.get(dimension, f"{value:.4g}")
+
+
+def _together(section: str, found: list[tuple[UsualRange, float]]) -> Verdict:
+    """One complaint of several figures of a section."""
+    told = [f"{_named(usual)} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in found]
+    sources = "; ".join(dict.fromkeys(usual.source for usual, _ in found))
+    return TOGETHER.found(section, float(len(found)), 0.0, None, source=sources, told=", ".join(told))
+
+
+def _named(usual: UsualRange) -> str:
+    """What a finding calls a figure."""
+    return NAMES.get(usual.value, usual.key)
+
+
+NAMES = {
+    "coverlays": "a coverlay",
+    "copper": "finished copper",
+    "dielectrics": "a dielectric",
+    "foils": "the copper's foil, before plating,",
+    "board": "the board's longer side",
+    "poisson": "Poisson's ratio of the pad by its bulk and shear modulus",
+    "permittivities": "a layer's permittivity",
+    "asked": "what an error may be, in parts of the required force,",
+    "holes": "the place of a hole",
+}
+
+IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT021 they make it"
+
+UNUSUAL = Case("{what} is {value}; {usual} are usual", f"look at number and unit ({{why}}); {IGNORE}")
+
+TOGETHER = Case("nobody is known who makes what these rules say: {told}", f"look at numbers and units; {IGNORE}")
+
+
+USUAL_RANGE_RULES: tuple[Rule, ...] = (
+    Rule(
+        "SIT021", "unusual", Severity.WARNING,
+        "Lengths, angles, moduli, forces and temperatures are of a size that is usual for each "
+        "(sitscad/data/usual_ranges.csv has them all, with their reasons).",
+        "A unit that is forgotten, or a point in the wrong place, is often still within what the format takes, and makes "
+        "a package that looks right.",
+        "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT021 at its line.",
+        "each range's own, in sitscad/data/usual_ranges.csv", apply=unusual,
+    ),
+)  # fmt: skip

@@ -1,0 +1,301 @@
+"""Specs that a careless or devious hand would write: what each is told, or why it passes.
+
+A row is a base, the keys that are changed, and the rules that have to speak with their severity; or, in words, why
+nothing new is said. Only those rules are applied, so that a row costs what they need; rows that pass are checked whole.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from sitscad.checks import RULES, check
+from sitscad.checks.rules import apply_rule
+from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.spec.load import load
+from sitscad.spec.profiles import presets
+from sitscad.spec.rules import SpecError
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+BASES = {
+    "B": "bench_7mm", "G": "grasper_4layer", "S": "single_coil", "F": "fingertip_foil", "R": "racetrack_jaw",
+}  # fmt: skip
+
+FILM, COPPER, CORE = {"coverlay": "27.5 um"}, {"copper": "35 um"}, {"dielectric": "25 um"}
+JAW = {"width": 5, "length": 20, "height": 1.3, "port_diameter": 6}
+RUBBER = {"name": "x", "shear_modulus": "21 kPa"}
+
+
+def rules(**figures):
+    return {"fpc.rules": {"name": "my shop", **figures}}
+
+
+def layers(*films):
+    return {"fpc.stackup": list(films)}
+
+
+def bend(**keys):
+    return {"fpc.tail.bend": {"kind": "static", **keys}}
+
+
+def jaw(**keys):
+    return {"mount.jaw": {**JAW, **keys}}
+
+
+def rubber(**keys):
+    return {"elastomer.material": {**RUBBER, **keys}}
+
+
+TOLD = [
+    # The coil and where it stands.
+    ("B", {"coil.trace_width": 3, "coil.turns": 0.5, "coil.outer_diameter": 40, "array.pitch": 50}, "SIT021 SIT201!"),
+    ("B", {"coil.trace_spacing": 1.5, "coil.turns": 2, "array.pitch": 12}, "SIT021"),
+    ("S", {"coil.outer_diameter": 500}, "SIT021"),
+    ("S", {"coil.turns": 0.25, "coil.layers": 1}, "SIT201! SIT202!"),
+    ("B", {"array.pitch": 30}, "SIT215!"),
+    ("B", {"array.pitch": 400}, "SIT021 SIT215!"),
+    # The board and its tail.
+    ("S", {"fpc.margin": 100}, "SIT021"),
+    ("B", {"fpc.tail.length": 1}, "SIT133 SIT123!"),
+    ("B", {"fpc.tail.length": 5}, "SIT133"),
+    ("B", {"fpc.tail.length": 10, "fpc.tail.offset": 5}, "SIT133"),
+    ("B", {"fpc.tail.length": 5, "fpc.tail.turn": "left", "fpc.tail.bend": "none"}, "SIT133"),
+    ("B", {"fpc.tail.length": 500}, "SIT021"),
+    ("S", {"fpc": {"tail": {"length": 800}}}, "SIT021"),
+    ("B", {"fpc.tail.offset": 500}, "SIT021 SIT123!"),
+    ("B", {"fpc.tail.turn": "left", "fpc.tail.turn_radius": 100, "fpc.tail.length": 250}, "SIT021"),
+    ("B", {"fpc.tail.contacts": 200}, "SIT127-"),
+    ("B", {"fpc.tail.stiffener": "10 um"}, "SIT021 SIT117!"),
+    ("B", {"fpc.tail.stiffener": 2}, "SIT021 SIT117!"),
+    ("B", bend(angle="180 deg", radius=100), "SIT021 SIT123!"),
+    ("B", bend(angle="180 deg", radius=30), "SIT123!"),
+    ("B", bend(at=200), "SIT123!"),
+    ("B", bend(at=2), "SIT123!"),
+    ("B", bend(radius=0.1), "SIT123"),
+    ("B", {"fpc.tail.bend": "dynamic", "fpc.copper": "electrodeposited"}, "SIT308"),
+    ("B", {"fpc.tail.bend": "dynamic", "fpc.copper": "electrodeposited", "fpc.tail.layers": 1}, "SIT308"),
+    ("B", {"fpc.finish": "osp"}, "SIT128"),
+    ("B", {"fpc.panel": {"parts": [20, 20]}}, "SIT116"),
+    # Its layers.
+    ("B", layers(COPPER, CORE, COPPER), "SIT115!"),
+    ("B", {**layers(COPPER, CORE, COPPER), "elastomer": None}, "SIT115! SIT313"),
+    ("B", layers(COPPER, CORE, COPPER, FILM), "SIT115!"),
+    ("B", layers(FILM, COPPER, CORE, COPPER), "SIT115!"),
+    ("B", layers(CORE, COPPER, CORE, COPPER, CORE), "SIT115!"),
+    ("B", layers({"coverlay": "1 um"}, COPPER, CORE, COPPER, {"coverlay": "1 um"}), "SIT021"),
+    ("B", layers({"coverlay": "2 mm"}, COPPER, CORE, COPPER, {"coverlay": "2 mm"}), "SIT021"),
+    ("B", layers(FILM, COPPER, {"dielectric": "1 um"}, COPPER, FILM), "SIT021"),
+    ("B", layers(FILM, COPPER, {"dielectric": "5 mm"}, COPPER, FILM), "SIT021"),
+    ("B", layers(FILM, COPPER, {"dielectric": "25 um", "permittivity": 100}, COPPER, FILM), "SIT021"),
+    ("B", layers(FILM, {"copper": "1 um"}, CORE, {"copper": "1 um"}, FILM), "SIT021"),
+    ("B", layers(FILM, {"copper": "1 mm"}, CORE, {"copper": "1 mm"}, FILM), "SIT021 SIT101!"),
+    ("B", {**layers(FILM, {"copper": "12.5 um"}, CORE, {"copper": "12.5 um"}, FILM), "fpc.plating": "12 um"}, "SIT021"),
+    ("B", {**layers(FILM, COPPER, CORE, COPPER, FILM), "fpc.plating": "1 um"}, "SIT021"),
+    # A fabricator of one's own.
+    ("B", {**rules(trace_width="5 um", trace_spacing="5 um", via_drill="5 um", annular_ring="5 um"),
+           "coil.trace_width": "5 um", "coil.trace_spacing": "5 um"}, "SIT021"),
+    ("B", rules(copper_to_edge="5 um", hole_to_hole="5 um", drill_to_copper="5 um"), "SIT021"),
+    ("B", rules(coverlay_web="5 um", coverlay_opening_to_trace="5 um", registration="1 um"), "SIT021"),
+    ("B", rules(outline_tolerance="1 um"), "SIT021"),
+    ("B", rules(coil_trace_width="5 um", coil_trace_spacing="5 um"), "SIT021"),
+    ("B", rules(static_bend_2=1), "SIT021"),
+    ("B", rules(static_bend_2=1000), "SIT021 SIT123!"),
+    ("B", rules(part_size=[200, 300]), "SIT021"),
+    ("S", {"fpc": {"rules": {"name": "my shop", "panel_size": [1, 1]}}}, "SIT021 SIT116"),
+    ("S", {"fpc": {"rules": {"name": "my shop", "panel_size": [21, 300]}}}, None),
+    ("B", rules(panel_size=[40, 40], part_size=[1, 1]), "SIT116"),
+    # The target.
+    ("B", {"target.thickness": "1 um"}, "SIT021 SIT305"),
+    ("B", {"target.thickness": 100}, "SIT021"),
+    ("B", {"target.size": 0.5}, "SIT021 SIT304!"),
+    ("B", {"target.size": 200}, "SIT021 SIT307"),
+    ("B", {"target.kerf": 2}, "SIT021"),
+    ("B", {"target.offset": [30, 0]}, "SIT307!"),
+    ("B", {"target.offset": [30, 0], "elastomer.offset": [30, 0]}, "SIT307! SIT215!"),
+    ("B", {"target.offset": [0, 20], "elastomer.offset": [0, 20], "fpc.margin": [0, 30]}, "SIT215! SIT306"),
+    ("B", {"target.offset": [0, 9], "elastomer.offset": [0, 9], "fpc.margin": [0, 10]}, "SIT215 SIT217 SIT306"),
+    ("B", {"target.material": {"name": "x", "conductivity": "0 S/m"}}, "SIT305!"),
+    ("B", {"target.material": {"name": "x", "conductivity": "100 MS/m"}}, "SIT021"),
+    # The pad.
+    ("B", {"elastomer.thickness": 0.001}, "SIT021 SIT215!"),
+    ("B", {"elastomer.thickness": 100}, "SIT021 SIT215! SIT310!"),
+    ("B", {"elastomer.thickness": 4}, "SIT310"),
+    ("B", {"elastomer.thickness": 8}, "SIT310!"),
+    ("B", {"elastomer.size": 300}, "SIT021 SIT307"),
+    ("B", {"elastomer.kerf": 2}, "SIT021"),
+    ("B", {"elastomer.offset": [30, 0]}, "SIT307!"),
+    ("B", rubber(shear_modulus="100 MPa"), "SIT021 SIT215!"),
+    ("B", rubber(shear_modulus="100 Pa"), "SIT021 SIT304! SIT310!"),
+    ("B", rubber(shear_modulus="100 MPa", bulk_modulus="1 MPa"), "SIT021"),
+    ("B", rubber(shear_modulus="3 MPa", bulk_modulus="1 MPa"), "SIT021"),
+    ("B", rubber(uncertainty=2), "SIT021 SIT304"),
+    ("B", rubber(hysteresis=1, creep=1), "SIT021"),
+    ("B", rubber(expansion="0.002 1/K", modulus_temperature_coefficient="0.012 1/K"), "SIT021"),
+    ("B", {"encapsulation": {"thickness": 50}}, "SIT021 SIT215!"),
+    ("B", {"encapsulation": {"thickness": "1 um"}}, "SIT021"),
+    ("B", {"encapsulation": {"thickness": 1, "material": {"name": "x", "shear_modulus": "100 MPa"}}}, "SIT021 SIT215!"),
+    # What carries it.
+    ("B", {"mount.standoff": 100}, "SIT021"),
+    ("B", {"shield": {"gap": 0.1, "thickness": 50}, "mount.standoff": 60}, "SIT021 SIT314!"),
+    ("B", {"shield": {"gap": 0.5, "thickness": 0.1, "kerf": 2}}, "SIT021"),
+    ("B", {"mount.holes": [{"at": [300, 300], "diameter": 2.4, "head": 3.8}]}, "SIT021"),
+    ("G", jaw(width=400, length=400, port_diameter=500), "SIT021"),
+    ("G", jaw(height=0.001), "SIT021 SIT301!"),
+    ("G", jaw(hinge=100), "SIT021"),
+    ("G", jaw(hinge=5, opening="180 deg"), "SIT021"),
+    ("G", jaw(opposing_pad_thickness=50), "SIT021 SIT303!"),
+    ("G", jaw(recess=20, pocket=[18, 4.6]), "SIT021 SIT303!"),
+    ("G", jaw(recess=2.5, pocket=[18, 4.6]), "SIT303!"),
+    ("F", {"mount.finger.size": [500, 500]}, "SIT021"),
+    ("F", {"mount.finger.size": [1, 1]}, "SIT021 SIT318"),
+    ("F", {"mount.finger.grip": 100}, "SIT021"),
+    ("B", {"assembly": {"glue_line": 1}}, "SIT021 SIT217"),
+    ("B", {"assembly": {"tolerances": {"placement": 5}}}, "SIT021"),
+    ("G", {"assembly.shaft_bore": 500}, "SIT021"),
+    ("G", {"assembly.hinge_pin": 500}, "SIT021 SIT324"),
+    ("B", {"cutting": {"gap": 100}}, "SIT021"),
+    ("B", {"cutting": {"sheet": [0.1, 0.1]}}, "SIT021 SIT317!"),
+    # The readout.
+    ("B", {"readout.cable": {"length": 5000}}, "SIT021 SIT217"),
+    ("B", {"readout.cable": {"length": 100, "inductance": "1 mH"}}, "SIT021 SIT215!"),
+    ("B", {"readout.cable": {"length": 100, "capacitance": "1 uF"}}, "SIT021"),
+    ("B", {"readout.cable": {"length": 100, "resistance": "1 kohm"}}, "SIT021"),
+    ("B", {"readout.cable": {"length": 100, "resistance": "0 ohm", "capacitance": "0 pF"}}, "SIT021"),
+    ("B", {"readout.capacitance": "1 pF"}, "SIT202! SIT214"),
+    ("B", {"readout.clock": "100 kHz"}, "SIT213!"),
+    ("B", {"readout.scan_rate": "0.01 Hz"}, "SIT210!"),
+    ("B", {"readout.scan_rate": "100 kHz"}, "SIT208! SIT215!"),
+    ("B", {"readout.drive_code": 31}, "SIT204!"),
+    # What it is to bear and to tell.
+    ("B", {"requirements.normal_force": "10 kN"}, "SIT021 SIT304! SIT310!"),
+    ("B", {"requirements.normal_force": "1 mN"}, "SIT021 SIT215!"),
+    ("B", {"requirements.normal_force": "0 N"}, "SIT021"),
+    ("B", {"requirements.shear_force": "10 kN"}, "SIT021 SIT312"),
+    ("B", {"requirements.temperature": "-60 degC"}, "SIT021"),
+    ("B", {"requirements.temperature": "200 degC"}, "SIT021"),
+    ("B", {"requirements.temperature_range": [-60, 200], "requirements.temperature_error": "1 N"}, "SIT021"),
+    ("B", {"requirements.normal_resolution": "10 kN"}, "SIT021"),
+    ("B", {"requirements.tilt": "2 deg", "requirements.tilt_error": "10 kN"}, "SIT021"),
+]  # fmt: skip
+"""Rules that speak: `!` an error, `-` a note, else a warning. None: SIT116 is silent (it is as large as its panel)."""
+
+PASSES = [
+    ("S", {"coil.layers": 1}, "the way out of the middle is taken on the second layer"),
+    ("S", {"fpc.margin": 10}, "a board that is wider by a centimetre is for a hole or a pad"),
+    ("B", {"fpc.tail.length": 300}, "boards of 300 mm are made in one piece"),
+    ("B", {"fpc.boards": 100000}, "many boards are no fault of one"),
+    ("B", {"mount": None}, "the board alone is ordered before its mount"),
+    ("B", {"assembly": {"glue_line": 0}}, "a pad cast in its place has no glue line"),
+    ("B", {"mount.holes": [{"at": [0, 0], "diameter": 20, "head": 20}]}, "under the board an adapter is screwed first"),
+    ("B", rubber(uncertainty=0), "somebody has measured it"),
+    ("B", {"coil.shape": "square", "coil.corner_radius": 3.5}, "as round as it can be it is a circle"),
+    ("B", {"readout.cable": {"length": 300}}, "a cable of a foot is usual"),
+    ("B", {"requirements.tilt": "15 deg", "requirements.tilt_error": "1 N"}, "asked for, and judged by SIT404"),
+    ("B", layers({"coverlay": "12 um"}, COPPER, {"dielectric": "50 um"}, COPPER, {"coverlay": "50 um"}),
+     "such films are sold"),
+]  # fmt: skip
+"""What passes, and why it may."""
+
+REFUSED = [
+    ("B", {"coil.outer_diameter": 0.5, "coil.turns": 1}, "SIT016"),
+    ("B", {"coil.trace_spacing": 1.5, "coil.turns": 2}, "SIT014"),
+    ("B", {"coil.shape": "square", "coil.corner_radius": 100}, "SIT009"),
+    ("B", layers(FILM, COPPER, COPPER, FILM), "SIT009"),
+    ("B", layers(FILM, COPPER, FILM, COPPER, FILM), "SIT009"),
+    ("B", {**layers(FILM, COPPER, CORE, COPPER, FILM), "fpc.plating": "100 um"}, "SIT009"),
+    ("B", rubber(bulk_modulus="1 kPa"), "SIT006"),
+    ("B", {"shield": {"gap": 100, "thickness": 0.1}, "mount.standoff": 100}, "SIT009"),
+    ("B", {"assembly": {"glue_tolerance": 1}}, "SIT009"),
+]
+"""What cannot be read."""
+
+
+@cache
+def base(letter):
+    return load(TEMPLATES / f"{BASES[letter]}.yaml")
+
+
+def named(row):
+    changed = ", ".join(f"{key}: {value}" for key, value in row[1].items())
+    return f"{row[0]} {changed}"[:100]
+
+
+@cache
+def usual(letter):
+    """What is said of a base: rule and severity."""
+    return {(one.rule, one.severity) for one in check(base(letter), hints="none").findings}
+
+
+@pytest.mark.parametrize("row", TOLD, ids=named)
+def test_what_should_not_pass_is_told(row):
+    letter, changes, asked = row
+    design = Design(base(letter).replace(changes))
+    for word in asked.split() if asked else ():
+        severity = {"!": Severity.ERROR, "-": Severity.NOTE}.get(word[6:], Severity.WARNING)
+        found = apply_rule(next(rule for rule in RULES if rule.id == word[:6]), design)[0]
+        assert severity in {one.severity for one in found}, (word, [one.message for one in found])
+        assert (word[:6], severity) not in usual(letter) or any(one.key in " ".join(changes) for one in found), word
+    if not asked:
+        assert apply_rule(next(rule for rule in RULES if rule.id == "SIT116"), design)[0] == []
+
+
+@pytest.mark.parametrize("row", PASSES, ids=named)
+def test_what_passes_has_a_reason(row):
+    letter, changes, reason = row
+    result = check(base(letter).replace(changes), hints="none")
+    new = [one for one in result.findings if (one.rule, one.severity) not in usual(letter)]
+    graver = [one.message for one in new if one.severity is Severity.ERROR or one.rule == "SIT021"]
+    assert result.ok and reason and not graver, graver
+
+
+@pytest.mark.parametrize("row", REFUSED, ids=named)
+def test_what_makes_no_sense_is_refused(row):
+    letter, changes, rule = row
+    with pytest.raises(SpecError) as refused:
+        base(letter).replace(changes)
+    assert rule in {one.rule for one in refused.value.findings}
+
+
+def told(design):
+    return [one.message for one in apply_rule(next(rule for rule in RULES if rule.id == "SIT021"), design)[0]]
+
+
+@pytest.mark.parametrize(("kind", "letter", "key"), [
+    ("rules", "B", "fpc.rules"), ("stackup", "B", "fpc.stackup"), ("elastomer", "B", "elastomer.material"),
+    ("conductor", "B", "target.material"), ("jaw", "G", "mount.jaw"), ("adhesive", "B", "assembly.adhesive"),
+])  # fmt: skip
+def test_every_preset_is_usual(kind, letter, key):
+    for name in presets.names(kind):
+        assert told(Design(base(letter).replace(key, name))) == [], name
+
+
+@pytest.mark.parametrize("path", sorted(TEMPLATES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_template_is_usual(path):
+    assert told(Design(load(path))) == []
+
+
+def test_every_range_has_bounds_a_reason_and_something_to_look_at():
+    design = Design(base("G"))
+    for row in usual_ranges():
+        assert row.low < row.high and len(row.source) > 8, row.key
+        if row.value not in WORKED_OUT:
+            here = design.spec
+            for part in row.value.split("."):
+                assert here is None or hasattr(here, part), row.value
+                here = getattr(here, part, None)
+
+
+def test_rules_of_ones_own_are_told_once():
+    spec = base("B").replace(rules(trace_width="5 um", via_drill="5 um", annular_ring="5 um", hole_to_hole="5 um"))
+    (found,) = told(Design(spec))
+    assert all(word in found for word in ("trace_width", "via_drill", "annular_ring", "hole_to_hole"))
+
+
+def test_a_value_at_its_bound_is_usual_and_one_beyond_it_is_not():
+    assert told(Design(base("B").replace("elastomer.kerf", 0.5))) == []
+    (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51)))
+    assert found == "elastomer.kerf is 510 um; 0.5 mm at most are usual"
