@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.documents.spec import SpecDocument
 from sitscad.spec.format.kinds.figure import Sourced
@@ -120,11 +121,18 @@ def _about(section: type[Section], paths: list[str]) -> str:
 def _table(section: type[Section], places: Places) -> str:
     rows = ["| key | value | default | what it is |", "| --- | --- | --- | --- |"]
     for name, key in section.keys.items():
-        value = _value(key.kind, places).replace("|", "\\|")
+        value = _value(key.kind, places).replace("|", "\\|") + _usually(name, places[section])
         rows.append(f"| `{name}` | {value} | {_default(key)} | {key.about} |")
     for like in section.alike.values():
         rows.append(f"| `{like.example}` and the like | {_value(like.kind, places)} |  | {like.about} |")
     return "\n".join(rows)
+
+
+def _usually(name: str, paths: list[str]) -> str:
+    """The range beyond which SIT021 asks whether a value is meant."""
+    keys = {f"{path}.{name}".strip(".") for path in paths}
+    words = [row.words for row in usual_ranges() if row.key in keys and row.value not in WORKED_OUT]
+    return f"; usually {words[0]}" if words else ""
 
 
 def _default(key: Key) -> str:

@@ -102,8 +102,9 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
     "tolerances": lambda design: dict(design.spec.assembly.tolerances),
     "poisson": _poisson,
     "plating": lambda design: design.spec.fpc.stackup.plating_thickness or None,
-    "permittivities": lambda design: [one.relative_permittivity for one in design.spec.fpc.stackup.layers
-                                      if one.relative_permittivity is not None],
+    "permittivities": lambda design: [
+        one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
+    ],
     "asked": _asked,
     "holes": _holes,
 }
@@ -199,8 +200,8 @@ USUAL_RANGE_RULES: tuple[Rule, ...] = (
         "SIT021", "unusual", Severity.WARNING,
         "Lengths, angles, moduli, forces and temperatures are of a size that is usual for each "
         "(sitscad/data/usual_ranges.csv has them all, with their reasons).",
-        "A unit that is forgotten, or a point in the wrong place, is often still within what the format takes, and makes "
-        "a package that looks right.",
+        "A unit that is forgotten, or a point in the wrong place, is often still within what the format takes, and "
+        "makes a package that looks right.",
         "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT021 at its line.",
         "each range's own, in sitscad/data/usual_ranges.csv", apply=unusual,
     ),

@@ -27,7 +27,8 @@ def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     for placement in spec.array.placements:
         (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)
         _, _, along, across = bounding_box([turned])  # of an outline that is the same after half a turn
-        found.append(Point(_shared(x, along, covered[0], covered[2]) - mx, _shared(y, across, covered[1], covered[3]) - my))
+        x, y = _shared(x, along, covered[0], covered[2]), _shared(y, across, covered[1], covered[3])
+        found.append(Point(x - mx, y - my))
     return tuple(found)
 
 

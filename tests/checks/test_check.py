@@ -12,6 +12,7 @@ import pytest
 from sitscad.checks import RULES, check, explain
 from sitscad.checks.rules import NEEDS
 from sitscad.finding import Severity
+from sitscad.spec.rules import RULE_NAMES
 
 
 def test_every_rule_is_complete_and_stands_once():

@@ -17,6 +17,7 @@ from sitscad.design import Design
 from sitscad.estimates.performance.quick import quick_performance
 from sitscad.estimates.states.moved_target import moved_changes
 from sitscad.finding import Severity
+from sitscad.spec.places import shared_middles
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 (SHEAR,) = (rule for rule in RULES if rule.id == "SIT218")
@@ -115,3 +116,24 @@ def test_a_target_beside_its_pad_presses_nothing():
     reasons = {skipped.rule: skipped.reason for skipped in result.not_checked}
     assert all("wholly beside" in reasons[rule] for rule in ("SIT304", "SIT310", "SIT312", "SIT218"))
     assert result.signals == () and "SIT307" in {f.rule for f in result.findings if f.severity is Severity.ERROR}
+
+
+def boxes(size, turn, target):
+    text = f"""
+sitscad: 1
+name: turned
+coil: {{shape: rectangle, outer_diameter: {size}, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}}
+array: {{centres: [[-4, 0], [4, 1]], rotations: [{turn} deg, {turn} deg]}}
+target: {target}
+elastomer: {{size: 20}}
+"""
+    return [(at.x, at.y) for at in shared_middles(sitscad.load_text(text))]
+
+
+@pytest.mark.parametrize("target", ["{size: [8, 4]}", "{size: [4, 8], rotation: 90 deg}"])
+def test_what_coils_share_with_the_target_is_as_they_lie(target):
+    """A coil that is turned by a right angle shares what one shares that is as wide as it was long."""
+    upright = boxes([4, 6], 0, target)
+    assert boxes([6, 4], 90, target) == [approx(at, abs=1e-12) for at in upright]
+    assert upright == [approx(at, abs=1e-12) for at in boxes([4, 6], 0, "{size: [8, 4]}")]
+    assert boxes([6, 4], 0, target) != upright

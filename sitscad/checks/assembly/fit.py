@@ -207,8 +207,8 @@ FIT_RULES: tuple[Rule, ...] = (
         "The tail can be bent as the spec says: one copper layer where it moves at every grasp (two are a warning, "
         "more an error), of rolled foil (else a warning), and a radius that half of the port leaves (a note for a "
         "static bend of up to two layers, else a warning).",
-        "Several layers of copper crack in a hinge, and so does deposited foil, whose grain stands across it; bend radii "
-        "are multiples of the thickness.",
+        "Several layers of copper crack in a hinge, and so does deposited foil, whose grain stands across it; bend "
+        "radii are multiples of the thickness.",
         "One layer of rolled foil through the hinge, a thinner board, or no bend.",
         "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
         "dynamic",

@@ -144,8 +144,8 @@ JAW_TOO_WIDE = Case(
 )
 
 SUNK = Case(
-    "the rims of the pad pockets are {measured:m,3} high together, and {limit:m,3} lie between the pockets' floors: they "
-    "meet before anything touches the sensor, which feels nothing",
+    "the rims of the pad pockets are {measured:m,3} high together, and {limit:m,3} lie between the pockets' floors: "
+    "they meet before anything touches the sensor, which feels nothing",
     hint="a higher stack (mount.standoff), or mount.jaw.recess as it is measured",
 )
 
@@ -153,8 +153,8 @@ PAIR_IN_PORT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT303", "stack-height", Severity.ERROR,
         "The closed jaws, with the sensor's whole stack and every glue line between them, pass the port's circle: "
-        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning). The stack is higher than "
-        "the rims of the pockets that it lies in.",
+        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning). The stack is higher "
+        "than the rims of the pockets that it lies in.",
         "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
         "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
         "The pad is taken at rest: what it gives way in the port is not counted on.",

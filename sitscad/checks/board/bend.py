@@ -245,8 +245,8 @@ def _place_of(item: Via | Pad) -> Place:
 AT_RADIUS = " at the radius of {ratio:g} thicknesses that {house} asks"
 
 DRAWN_LONGER = Case(
-    "a tail of {measured:m,3} is asked for and {limit:m,3} are drawn: so much its leads take to come together, to spread "
-    "to the contacts, and for the stiffener under them",
+    "a tail of {measured:m,3} is asked for and {limit:m,3} are drawn: so much its leads take to come together, to "
+    "spread to the contacts, and for the stiffener under them",
     "{words} is what is drawn; a shorter one wants fewer contacts",
 )
 

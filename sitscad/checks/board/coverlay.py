@@ -113,7 +113,8 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
         ("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)
     ):  # fmt: skip
         if film.kind is LayerKind.COPPER:
-            yield NO_COVERLAY.found("fpc.stackup", side=side, finish=design.spec.fpc.finish, lies=_lies_on(design, side))
+            lies = _lies_on(design, side)
+            yield NO_COVERLAY.found("fpc.stackup", side=side, finish=design.spec.fpc.finish, lies=lies)
         elif film.kind is not LayerKind.COVERLAY and openings:
             yield NOTHING_TO_OPEN.found("fpc.stackup", side=side, film=film.kind)
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
@@ -219,7 +220,8 @@ COVERLAY_RULES: tuple[Rule, ...] = (
         "Copper that must stay covered lies under a coverlay on both faces of the board, and keeps its distance from "
         "every opening in it.",
         "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare. Bare "
-        "turns are plated with nickel and gold, which changes them, and whatever conducts and touches them shorts them.",
+        "turns are plated with nickel and gold, which changes them, and whatever conducts and touches them shorts "
+        "them.",
         "Move the track, or lengthen the tail; give the stack-up a coverlay above and below.",
     ), FABRICATOR, coverlay_opening),
 )  # fmt: skip

@@ -263,8 +263,8 @@ FABRICATION_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT116", "part-size", Severity.ERROR,
-        "The board is not smaller than the smallest part that the fabricator handles, nor it or its panel too large for "
-        "a panel size that is known, and at least three bridges hold it there.",
+        "The board is not smaller than the smallest part that the fabricator handles, nor it or its panel too large "
+        "for a panel size that is known, and at least three bridges hold it there.",
         "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
         "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",

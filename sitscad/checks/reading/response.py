@@ -55,7 +55,7 @@ def responses(design: Design) -> list[Response]:
     found, family, rcount = [], design.family, design.estimates.readout.rcount
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
-        if rest is None or pressed is None or not rest.quantum:
+        if rest is None or pressed is None or not rest.quantum or rcount is None:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
         if before is not None and after is not None and math.isfinite(after - before):
