@@ -70,7 +70,7 @@ def test_width_and_length(judge, design, drawn):
     layout = drawn(spec)
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
     (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
-    assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3) and found.measured > 0.6e-3
+    assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3, rel=1e-9) and found.measured > 0.6e-3
     assert "the board's body, 4.712 mm wide (coils 4 mm" in found.message and "unverified" in found.message
     measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
     (found,) = judge("SIT301", measured, replace(layout, spec=measured))
