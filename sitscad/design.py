@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from sitscad.estimates import Estimates
+    from sitscad.estimates.performance.quick import QuickPerformance
     from sitscad.estimates.performance.scatter import Scatter
-    from sitscad.estimates.performance.values import Performance
+    from sitscad.estimates.performance.values import Loads, Performance
     from sitscad.estimates.response.model import ResponseModel
     from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
@@ -108,9 +109,30 @@ class Design:
         from sitscad.estimates.response.pad import NoResponse
 
         try:
-            return performance(self.response)
+            return performance(self.response, lambda: self.twins)
         except NoResponse:
             return ()
+
+    @cached_property
+    def felt(self) -> QuickPerformance | None:
+        """The performance by the quick method, for checks; None where there is nothing to feel."""
+        from sitscad.estimates.performance.quick import quick_performance
+
+        return quick_performance(self.layout, self.estimates)
+
+    @cached_property
+    def twins(self) -> tuple[Loads, Loads] | None:
+        """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
+        and papers. The quick method finds them, and the response judges them (in seconds).
+        """
+        from sitscad.estimates.performance.bench import Solved, bench_of
+
+        if self.felt is None or not self.felt.is_range_held:
+            return None
+        found = self.felt
+        return found.working.twins(
+            lambda: bench_of(found.bench.spec, self.estimates, Solved(self.response).frequencies)
+        )
 
     @cached_property
     def scatter(self) -> tuple[Scatter, ...]:

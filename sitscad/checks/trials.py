@@ -84,15 +84,16 @@ class Trials:
         return located(replace(finding, fixes=fixes), self._design.spec)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
-        """What a changed design breaks: the rule itself if it still complains of the same key or cannot be applied any
-        more, others of which the same key is still an error, and every rule with more errors. None where it was not
-        tried.
+        """What a changed design breaks: the rule itself if it still complains of the same key (of a note: if it still
+        says one) or cannot be applied any more, others of which the same key is still an error, and every rule with
+        more errors. None where it was not tried.
         """
         tried = self._tried(changed)
         if tried is None:
             return None
         unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
-        is_left = {(finding.rule, finding.key), *unknown} & tried.complaining
+        left = tried.complaining | (tried.noting if finding.severity is Severity.NOTE else set())
+        is_left = {(finding.rule, finding.key), *unknown} & left
         same_key = {rule for rule, key in tried.complaining if key == finding.key and self._errors[rule]}
         return tuple(sorted({*tried.errors, *same_key, *({finding.rule} if is_left else ())}))
 
@@ -174,11 +175,12 @@ def _without_estimates(rule: Rule, design: _Unestimated) -> tuple[list[Outcome],
 
 @record
 class _Tried:
-    """Which rules complain of which keys of a changed design (of None: cannot judge it), and how many more errors and
-    complaints (errors and warnings) each rule has than of the design as it stands.
+    """Which rules complain of which keys of a changed design (of None: cannot judge it), which only note something, and
+    how many more errors and complaints (errors and warnings) each rule has than of the design as it stands.
     """
 
     complaining: frozenset[_Place]
+    noting: frozenset[_Place]
     errors: Counter[str]
     complaints: Counter[str]
 
@@ -189,6 +191,7 @@ class _Tally:
     def __init__(self, errors: Counter[str], complaints: Counter[str]) -> None:
         self._before = errors, complaints
         self._complaining: set[_Place] = set()
+        self._noting: set[_Place] = set()
         self._errors: Counter[str] = Counter()
         self._complaints: Counter[str] = Counter()
 
@@ -196,6 +199,7 @@ class _Tally:
         """Count what one rule says; whether there are more errors now than before."""
         self._complaining |= {(one.rule, one.key) for one in _complaints(said)}
         self._complaining |= {(one.rule, None) for one in undecided}
+        self._noting |= {(one.finding.rule, one.finding.key) for one in said}
         self._complaints += Counter(one.rule for one in _complaints(said))
         self._errors += _errors(said)
         return bool(self._errors - self._before[0])
@@ -204,7 +208,8 @@ class _Tally:
     def result(self) -> _Tried:
         """What was counted."""
         errors, complaints = self._before
-        return _Tried(frozenset(self._complaining), self._errors - errors, self._complaints - complaints)
+        more = self._errors - errors, self._complaints - complaints
+        return _Tried(frozenset(self._complaining), frozenset(self._noting), *more)
 
 
 class _Left:

@@ -18,8 +18,8 @@ SCANS_A_BAND = 2.0
 FEWEST_SCANS = 1.0
 """Scans a second that are proposed at least."""
 
-SOFTER = 3
-"""Softer silicones that are tried, the nearest first."""
+OTHERS = 3
+"""Softer or stiffer silicones that are tried, the nearest first."""
 
 THICKNESSES = (1.25, 0.8, 1.5)
 """Thicknesses that are tried, over the one of now."""
@@ -36,16 +36,15 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         yield Fix((edit,), replace(spec, readout=replace(spec.readout, scan_rate=rate)))
 
 
-def softer_pads(spec: SensorSpec) -> Iterator[Fix]:
-    """The next softer silicones of which there are figures."""
+def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
+    """The next softer silicones of which there are figures, or the next stiffer ones."""
     pad = spec.elastomer
     assert pad is not None
-    known = (presets.elastomer(name) for name in presets.names("elastomer"))
-    softer = sorted(
-        (one for one in known if one.shear_modulus < 0.98 * pad.material.shear_modulus),
-        key=lambda one: -one.shear_modulus,
-    )
-    for material in softer[:SOFTER]:
+    sense = -1.0 if is_softer else 1.0
+    away = {one: sense * (one.shear_modulus / pad.material.shear_modulus - 1.0)
+            for one in map(presets.elastomer, presets.names("elastomer"))}  # fmt: skip
+    others = sorted((one for one in away if away[one] > 0.02), key=lambda one: (away[one], one.name))
+    for material in others[:OTHERS]:
         yield Fix(
             (Edit("elastomer.material", material.name),), replace(spec, elastomer=replace(pad, material=material))
         )

@@ -188,11 +188,10 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
 
 def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
     """Least squares leave such an axis out, and its noise was none."""
-    from sitscad.checks.feeling.felt import felt
     from sitscad.estimates.performance.scatter import manufacturing_scatter
     from sitscad.estimates.performance.units import units_of
 
-    quick = felt(bench)
+    quick = bench.felt
     point = quick.points[0]
     blind = replace(point, by_pose=0.0 * point.by_pose, inverse=0.0 * point.inverse)
     assert np.isfinite(point.noise).all() and np.isinf(blind.noise).all()

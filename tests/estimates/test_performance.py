@@ -12,8 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.checks.feeling.felt import felt
-from sitscad.estimates.performance.bench import axes_told_apart
+from sitscad.estimates.performance.bench import Solved, axes_told_apart, bench_of
 from sitscad.estimates.performance.inverse import _alike
 from sitscad.estimates.performance.polynomial import best_fitted, fitted
 from sitscad.estimates.performance.values import AXES
@@ -178,16 +177,34 @@ def test_two_loads_of_one_reading_are_found():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shear", [1.0, 1.2, 1.5, 2.0])
+@pytest.mark.parametrize("shear", [1.2, 1.5, 2.0])
 def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
-    """Polynomials err more than twins are apart there (1.5 N and 2 N were missed); the response itself decides."""
+    """The papers of these said "one load to a reading: yes" beside a finding of two that read alike: their search moved
+    the second load onto the first. By the response itself, asked here, there are hundreds of such pairs.
+    """
     spec = sitscad.load(Path(__file__).parents[1] / "report/broken/SIT407.yaml")
-    working = felt(Design(spec.replace("requirements.shear_force", f"{shear} N"))).working
-    one, other = working.twins
-    span = np.ptp(working.readings, axis=0)
-    read = working.bench.readings(working.bench.poses(np.array([one, other])))
+    design = Design(spec.replace("requirements.shear_force", f"{shear} N"))
+    one, other = design.twins
+    bench = bench_of(design.felt.bench.spec, design.estimates, Solved(design.response).frequencies)
+    span = np.ptp(design.felt.working.readings, axis=0)
+    read = bench.readings(bench.poses(np.array([one, other])))
     assert np.linalg.norm((read[1] - read[0]) / span) < 3e-3
-    assert np.linalg.norm((np.array(other) - one)[working.bench.columns] / working.bench.full_scales) > 0.1
+    assert np.linalg.norm((np.array(other) - one)[bench.columns] / bench.full_scales) > 0.1
+    full = design.performance[-1]
+    assert full.ambiguous == (one, other) and not full.invertible
+
+
+def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
+    """All loads beyond it read like the chart's end, and so alike: a finding where the response tells them apart."""
+    spec = sitscad.load(Path(__file__).parents[2] / "templates" / "robotic_jaw_12mm.yaml")
+    far = Design(spec.replace("target.size", [0.7e3 * side for side in spec.target.size]))
+    bench = far.felt.bench
+    poses = bench.poses(np.array([[5.0, 1.75, 0.0], [5.0, 2.0, 0.0]]))
+    assert np.abs(poses[:, 0]).min() > spec.elastomer.thickness
+    read = bench.readings(poses)
+    assert np.abs(read[1] - read[0]).max() > 0.02 * np.abs(read).max()
+    assert far.twins is None
+
 
 
 def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():

@@ -83,11 +83,6 @@ def test_temperature_is_within_a_tenth(both):
     assert quick.warmed.temperature == approx(list(whole[-1].temperature_error.values()), rel=0.1)
 
 
-def test_both_say_the_same_of_loads_that_read_alike(both):
-    quick, whole = both
-    assert (quick.working.twins is None) == (whole[-1].ambiguous is None)
-
-
 def test_without_target_there_is_nothing_to_feel():
     design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
     assert quick_performance(design.layout, design.estimates) is None

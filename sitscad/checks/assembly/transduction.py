@@ -159,8 +159,9 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
 
 def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
-    """Travel over thickness under a shear force (N), the target held level and pressed by the required force, by the
-    pad's law along the axis that gives way more; the modulus times a factor. Endless where no equilibrium is found.
+    """Travel over thickness under a shear force (N), the target held level, by the pad's law along the axis that gives
+    way more, pressed by the required force or not, whichever lets it go farther (as the range in a data sheet,
+    `shear_at`); the modulus times a factor. Endless where no equilibrium is found.
     """
     import numpy as np
 
@@ -168,11 +169,12 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
     from sitscad.estimates.response.pad import pushed
 
     normal = spec.requirements.normal_force or 0.0
-    poses, notes = pushed(spec, np.array([(normal, force, 0.0), (normal, 0.0, force)]), modulus=modulus)
+    loads = np.array([(pressed, *way) for pressed in (0.0, normal) for way in ((force, 0.0), (0.0, force))])
+    poses, notes = pushed(spec, loads, modulus=modulus)
     if LOST in notes:
         return math.inf
     assert spec.elastomer is not None
-    return float(max(poses[0, 0], poses[1, 1])) / spec.elastomer.thickness
+    return float(poses[:, :2].max()) / spec.elastomer.thickness
 
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
@@ -387,7 +389,7 @@ PAST_THE_COILS = Case(
 )
 
 TOO_MUCH_SHEAR = Case(
-    "{force:N} of shear, under the required normal force, move the target on the {name} pad {moved} "
+    "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} "
     "({usual} with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
     "figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
     hint=(
@@ -434,8 +436,8 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "SIT312", "elastomer-shear", Severity.WARNING,
         "The required shear force moves the target by no more than the pad is thick (shear strain "
         f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that) and by "
-        "less than half the coils' distance, the pad being loaded under the target alone; that distance is not judged "
-        "for arrays without a common one.",
+        "less than half the coils' distance, with the required normal force or without, the pad being loaded under the "
+        "target alone (as the range in a data sheet); that distance is not judged for arrays without a common one.",
         "Beyond half the distance the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one "
         "reading. Beyond the shear strain travel is no longer known, the target comes down as it goes, and the pad's "
         "bond may peel.",

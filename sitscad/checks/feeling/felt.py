@@ -10,7 +10,7 @@ from sitscad.checks.rules import Advice, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.measured import Reached
 from sitscad.record import record
-from sitscad.remedy.feeling import other_thicknesses, slower_scans, softer_pads
+from sitscad.remedy.feeling import other_silicones, other_thicknesses, slower_scans
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.spec.sensor import SensorSpec
@@ -33,13 +33,6 @@ NOISE_STEPS_SOURCE = (
 )
 
 
-def felt(design: Design) -> QuickPerformance | None:
-    """The performance by the quick method; None where there is nothing to feel."""
-    from sitscad.estimates.performance.quick import quick_performance
-
-    return design.once("felt", lambda: quick_performance(design.layout, design.estimates))
-
-
 def note_reached(design: Design, reached: Reached) -> None:
     """Keep what is felt beside what is asked, met or not."""
     design.once("reached", dict[str, Reached])[reached.requirement] = reached
@@ -59,7 +52,7 @@ def where_felt(
 
     @wraps(rule)
     def apply(design: Design) -> Iterator[Verdict]:
-        found = felt(design)
+        found = design.felt
         if found is None:
             yield NOTHING_FELT
         else:
@@ -116,10 +109,19 @@ def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int],
 
 def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
     """A hint with pads that feel more per newton; with a factor, first as many times fewer scans."""
+    slower = [list(slower_scans(spec, factor))] if factor is not None else []
+    return _found([*slower, list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))])
+
+
+def less_travel(spec: SensorSpec) -> Advice:
+    """A hint with pads on which the target moves less."""
+    return _found([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
+
+
+def _found(families: list[list[Fix]]) -> Advice:
+    """A hint with the first fix of each family that mends, else with what was tried in vain."""
 
     def advice(left: Left) -> str:
-        families: list[list[Fix]] = [list(slower_scans(spec, factor))] if factor is not None else []
-        families += [list(softer_pads(spec)), list(other_thicknesses(spec))]
         found = ways(families, left)
         if found:
             return f"{named(found)} (tried)"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, POINTS, more_signal, where_felt, where_held, worst
+from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, POINTS, less_travel, where_felt, where_held, worst
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -23,12 +23,12 @@ BESIDE_NOISE = 10.0
 @where_held
 def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
-    twins = found.working.twins
+    twins = design.twins
     if twins is not None:
         words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
                               for k, name in enumerate(("normal", "shear_x", "shear_y")) if name in found.bench.names)
                  for load in twins]  # fmt: skip
-        yield AMBIGUOUS.found("target.size", advice=more_signal(design.spec), one=words[0], other=words[1])
+        yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
 
 
 @where_felt

@@ -178,8 +178,7 @@ def bench_of(
 
     Raises NoResponse without a pad under the target.
     """
-    normal = full_normal(spec)
-    shear = spec.requirements.shear_force or min(SLIP * normal, shear_at(spec, USUAL_SHEAR))
+    normal, shear = full_scales(spec)
     return Bench(
         spec,
         estimates,
@@ -188,6 +187,12 @@ def bench_of(
         frequencies,
         frequencies if turned is None else turned,
     )
+
+
+def full_scales(spec: SensorSpec) -> tuple[float, float]:
+    """The full scales (N) of the normal force and of shear (`Bench.full`)."""
+    normal = full_normal(spec)
+    return normal, spec.requirements.shear_force or min(SLIP * normal, shear_at(spec, USUAL_SHEAR))
 
 
 SEARCHED, NARROWED = 33, 3

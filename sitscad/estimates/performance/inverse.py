@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property
 from itertools import chain, islice, product
 
@@ -28,15 +29,20 @@ MOST_DEGREE = 6
 APART, SAME = 0.1, 1e-3
 """Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
 
-ALIKE, NEARBY = 3e-3, 1e-2
-"""The same of what the response itself says of two loads that the polynomials found; by how much (in full scales) a
-load is moved to see how its reading changes."""
+ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
+"""The same of what the response itself says of two loads, and of what a chart says that errs by a few per cent of the
+span; by how much (in full scales) a load is moved to see how its reading changes."""
+
+TOLD = 0.1
+"""Singular values of the readings' slopes, over the largest, from which on a step goes along them: along what is hardly
+told any load reads alike, and a step there would bring two loads together."""
 
 TRIED = 12
 """Pairs of loads from which two with one reading are searched."""
 
-POLISHED, POLISHING = 8, 8
-"""Pairs that the polynomials found which the response itself is asked about, and the steps it brings them nearer by."""
+LEAST_TOLD, POLISHED, POLISHING = 4, 8, 8
+"""Places where readings tell least that are looked at, pairs of loads that the response is asked about with those that
+the polynomials found, and the steps it brings them nearer by."""
 
 
 @record(eq=False)
@@ -70,53 +76,46 @@ class WorkingRange:
         loads, readings = self.held_out
         return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.columns]) ** 2, axis=0)))
 
-    @cached_property
-    def twins(self) -> tuple[Loads, Loads] | None:
-        """Two loads in the range that give one reading; None where none are found."""
+    def twins(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
+        """Two loads in the range that give one reading by another bench, which is asked about those only that read
+        nearly alike by this one; None where none are found.
+        """
         full, names = self.bench.full_scales, self.bench.names
-        pairs = chain(self._over_the_fold(), _alike(self.forward, full, names))
-        for one, other in islice(pairs, POLISHED):
-            found = self._polished(one, other)
-            if found is not None:
-                return found
-        return None
+        pairs = islice(chain(self._unseen(), _alike(self.forward, full, names)), POLISHED)
+        nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
+        judge = replace(self, bench=exact()) if nearly else self
+        found = (judge._polished(*pair, ALIKE) for pair in nearly)
+        return next(((self._load(one), self._load(other)) for one, other in filter(None, found)), None)
 
-    def _over_the_fold(self) -> Iterator[tuple[Array, Array]]:
-        """Two places (in full scales) on either side of where readings turn back, along what they do not tell there:
-        where the slopes of as many coils as axes change their sense.
+    def _unseen(self) -> Iterator[tuple[Array, Array]]:
+        """Two places (in full scales) on either side of where the readings tell least, along what they do not tell
+        there: where they turn back, or nearly so.
         """
         names, coils = self.bench.names, self.readings.shape[1]
-        if coils != len(names):
-            return
-        count = GRID[len(names)]
+        count, lowest = GRID[len(names)], _lowest(names)
         span = np.maximum(np.ptp(self.readings, axis=0), 1e-300)
         table = (self.readings / span).reshape((count,) * len(names) + (coils,))
-        lowest = _lowest(names)
         slopes = [np.gradient(table, (1.0 - low) / (count - 1), axis=k) for k, low in enumerate(lowest)]
-        matrix = np.stack(slopes, axis=-1).reshape(-1, coils, coils)
-        senses = np.linalg.det(matrix)
-        if not senses.min() < 0.0 < senses.max():
-            return
+        _, told, along = np.linalg.svd(np.stack(slopes, axis=-1).reshape(-1, coils, len(names)))
         places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
-        for flat in np.argsort(np.abs(senses), kind="stable")[:4]:
-            unseen = np.linalg.svd(matrix[flat])[2][-1]
-            one, other = (np.clip(places[flat] + way * APART * unseen, lowest, 1.0) for way in (1.0, -1.0))
-            yield one, other
+        for flat in np.argsort(told[:, -1], kind="stable")[:LEAST_TOLD]:
+            way = APART * along[flat, -1]
+            middle = np.clip(places[flat], lowest + np.abs(way), 1.0 - np.abs(way))
+            yield middle + way, middle - way
 
-    def _polished(self, one: Array, other: Array) -> tuple[Loads, Loads] | None:
-        """Two places (in full scales) that read alike by the response itself, the second moved by steps of
-        Gauss-Newton from where the polynomials put it; None where the steps lead to none.
+    def _polished(self, one: Array, other: Array, alike: float) -> tuple[Array, Array] | None:
+        """Two places (in full scales) whose readings differ by less than `alike` of their span by the bench itself, the
+        second moved by steps of Gauss-Newton from where it was thought to be; None where the steps lead to none.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.names)
         aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)
         for _ in range(POLISHING):
             read = self._readings(np.vstack([one, other, other + np.diag(aside)])) / span
             lacking = read[0] - read[1]
-            if np.linalg.norm(lacking) < ALIKE:
-                apart = np.linalg.norm(other - one) > APART
-                return (self._load(one), self._load(other)) if apart else None
+            if np.linalg.norm(lacking) < alike:
+                return (one, other) if np.linalg.norm(other - one) > APART else None
             slope = (read[2:] - read[1]).T / aside
-            step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
+            step = np.linalg.lstsq(slope, lacking, rcond=TOLD)[0]
             other = np.clip(other + np.clip(step, -0.2, 0.2), lowest, 1.0)
         return None
 

@@ -7,7 +7,7 @@ crosstalk and manufacture go through the curved map of the whole working range.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from sitscad.estimates.performance.reach import INSTABILITY, Course, course
 from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.tilts import DEGREE, Tilts
 from sitscad.estimates.performance.units import Units, units_of
-from sitscad.estimates.performance.values import AXES, AxisPerformance, Performance
+from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
@@ -29,9 +29,6 @@ from sitscad.record import record
 from sitscad.scene.state import FREE
 
 Array = NDArray[np.float64]
-
-SINGULAR = 0.01
-"""Least singular value over the largest, in full scales, with which a map counts as one that can be inverted."""
 
 LIMITS = 3.0
 """Standard deviations of manufacture between which a coil before assembly counts as sound."""
@@ -43,9 +40,9 @@ POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))
 """The working points, and their share of the full normal force."""
 
 
-def performance(model: ResponseModel) -> tuple[Performance, ...]:
+def performance(model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]) -> tuple[Performance, ...]:
     """At rest, half and full load (`Bench.full`); nothing where target, elastomer or tank are missing, or where the pad
-    gives way under full load.
+    gives way under full load. `twins` gives two loads of one reading (`Design.twins`).
     """
     spec = model.spec
     if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
@@ -61,9 +58,9 @@ def performance(model: ResponseModel) -> tuple[Performance, ...]:
     warm = model.estimates.temperature + WARMER
     warmer = estimated(model.layout, temperature=warm, is_solved=model.estimates.is_solved)
     metal = by_metal(model.estimates, warmer, bench.rest)
-    points = disturbed(bench, metal)
+    points, alike = disturbed(bench, metal), twins()
     return tuple(
-        _at(_Working(at, point, working, units, solved)) for (at, _), point in zip(POINTS, points, strict=True)
+        _at(_Working(at, point, working, units, solved, alike)) for (at, _), point in zip(POINTS, points, strict=True)
     )
 
 
@@ -92,12 +89,18 @@ def _inverted(bench: Bench, pose: Array, by_pose: Array) -> Array:
 
 @record(eq=False)
 class _Working:
-    # One working point, the map of the range, units, and what the response is asked through.
+    # One working point, the map of the range, units, what the response is asked through, and two loads of one reading.
     at: str
     point: Disturbed
     working: WorkingRange
     units: Units
     solved: Solved
+    twins: tuple[Loads, Loads] | None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the pad holds the target all over the working range."""
+        return bool(self.point.bench.is_held(self.working.loads).all())
 
 
 def _at(here: _Working) -> Performance:
@@ -109,7 +112,6 @@ def _at(here: _Working) -> Performance:
     curved, straight = crosstalk(here.working, point.load, point.inverse)
     singular = np.linalg.svd(point.by_load * bench.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
-    twins = here.working.twins
     shear = next((name for name in names if name != "normal"), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
     tilt = bench.spec.requirements.tilt or DEGREE
@@ -126,9 +128,9 @@ def _at(here: _Working) -> Performance:
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
-        condition_number=condition, invertible=bool(condition * SINGULAR < 1.0 and twins is None), ambiguous=twins,
+        condition_number=condition, invertible=here.is_held and here.twins is None, ambiguous=here.twins,
         overload=overload, free_overload=free, map_degree=here.working.map.degree,
-        production=_production(bench.estimates), notes=_notes(here, free),
+        production=_production(bench.estimates), notes=(*_too_short(bench, courses), *_notes(here, free)),
     )  # fmt: skip
 
 
@@ -180,6 +182,14 @@ def _production(estimates: Estimates) -> dict[str, dict[str, float]]:
     return found
 
 
+def _too_short(bench: Bench, courses: Mapping[str, Course]) -> Iterator[str]:
+    """Which axes end before their full scale, and by what."""
+    for name, way in courses.items():
+        if way.range < bench.full[name]:
+            words = f"{name.replace('_', ' along ')} ends at {way.range:.3g} N by {way.limited_by}"
+            yield f"{words}, before its full scale of {bench.full[name]:.3g} N: the sensor does not reach it"
+
+
 def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
     """What whoever reads the performance has to know; `free` is its free overload (N)."""
     names, pad = here.point.bench.names, here.point.bench.spec.elastomer
@@ -200,6 +210,8 @@ def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
     found += _beyond_the_law(here.point.bench)
+    if not here.is_held:
+        found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if len(names) < len(AXES):
         found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")
     return tuple(found)

@@ -8,6 +8,7 @@ tilt are within a quarter. A tilt that a contact may have is asked of the respon
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from itertools import product
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates import estimated
-from sitscad.estimates.performance.bench import Bench, bench_of
+from sitscad.estimates.performance.bench import Bench, bench_of, full_scales
 from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
 from sitscad.estimates.performance.inverse import WorkingRange, working_range
 from sitscad.estimates.performance.points import disturbed, working_loads
@@ -23,6 +24,7 @@ from sitscad.estimates.performance.scatter import manufacturing_scatter
 from sitscad.estimates.performance.tank_law import held, pressed_place, tank_law
 from sitscad.estimates.performance.tilts import QuickTilts
 from sitscad.estimates.performance.units import units_of
+from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.estimates.states.assembly import warmed
 from sitscad.estimates.states.moved_target import target_effects
@@ -37,11 +39,15 @@ from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
-HEIGHTS, PLACES = 5, 6
-"""Chebyshev points of the chart: heights, and places along each axis."""
+HEIGHTS, PLACES, FARTHER = 5, 6, 4
+"""Chebyshev points of the chart: heights, places along each axis, and how many more of these a thickness of the pad
+farther."""
 
-MOST_TRAVEL = 1.0
-"""Travel that the chart covers, in thicknesses of the pad."""
+TRAVEL = 1.0
+"""Travel that the chart covers at least, in thicknesses of the pad; beyond the required loads its ends are taken."""
+
+AMPLY, FARTHEST = 1.02, 2.0
+"""How much farther than the required loads it goes, and the travel beyond which none is charted."""
 
 LIFTED = 0.1
 """How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts."""
@@ -75,20 +81,33 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     spec = layout.spec
     pad = spec.elastomer
     assert pad is not None
-    reach = MOST_TRAVEL * pad.thickness
-    heights = chebyshev(-(VALID_STRAIN + LIFTED) * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
-    sides = chebyshev(-reach, reach, PLACES)
+    reach, depth = _reach(spec)
+    heights = chebyshev(-depth * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
+    places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
+    sides = chebyshev(-reach * pad.thickness, reach * pad.thickness, places)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
     law, pressed = tank_law(spec, estimates), pressed_place(estimates)
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
     effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved)
-    change = (effect[-HEIGHTS:, 1:] - effect[0, 0]).reshape(HEIGHTS, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
+    change = (effect[-HEIGHTS:, 1:] - effect[0, 0]).reshape(HEIGHTS, places, places, -1).transpose(1, 2, 0, 3)
     if estimates.is_solved:
         values = law.logarithms(change * held(estimates, effect[-HEIGHTS - 1, 0] - effect[0, 0]))
     else:
         values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
     return Chart((sides, sides, heights), values, middles, law.frequency)
+
+
+def _reach(spec: SensorSpec) -> tuple[float, float]:
+    """How far aside and down the chart goes (in thicknesses of the pad): as far as the required loads move the target,
+    where the pad holds it, or every load beyond the chart's end would read like that end.
+    """
+    normal, shear = full_scales(spec)
+    loads = np.array(list(product((0.0, normal), (0.0, shear), (0.0, shear))))
+    pad = soft_pad(spec)
+    moved = pad.pose(loads, is_held=True)[:, :3] / pad.thickness
+    aside, down = np.nan_to_num(np.abs(moved[:, :2])).max(), np.nan_to_num(-moved[:, 2]).max()
+    return min(max(TRAVEL, AMPLY * float(aside)), FARTHEST), max(VALID_STRAIN + LIFTED, AMPLY * float(down))
 
 
 def _pull(estimates: Estimates) -> Array:
