@@ -46,9 +46,6 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     planned = run("calibrate", pair, "--points", "5")
     folder = tmp_path / "pair-calibration"
     assert planned.code in (0, 1) and "not calibrated" in planned.out
-    assert {path.name for path in folder.iterdir()} == {
-        "plan.csv", "plan.txt", "calibration.h", "example.c", "calibration.json", "calibration.html"
-    }  # fmt: skip
     before = json.loads((folder / "calibration.json").read_text())
     said, _, text = (folder / "plan.csv").read_text().partition("\n")
     assert said == "# rotation: free"

@@ -124,7 +124,7 @@ def test_every_coil_has_its_own_share_of_the_target():
     assert middle < 0.97 * outer
 
 
-@pytest.mark.parametrize("shape", ["circle", "square", "hexagon", "octagon", "rectangle", "racetrack"])
+@pytest.mark.parametrize("shape", SHAPES)
 def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
     size = "outer_diameter: [9, 5]" if shape in ("rectangle", "racetrack") else "outer_diameter: 7"
     text = BARE.replace("SHAPE", shape).replace("outer_diameter: 7", size).replace("12", "8")

@@ -155,13 +155,8 @@ def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, tmp_pat
     outcomes = _outcomes(other)
     assert outcomes["gerber"] == "made"
     assert {outcomes[name] for name in ("kicad", "laser", "firmware", "report")} == {"dropped"}
-    assert {name.partition("/")[0] for name in list_files(other.directory)} == {
-        "fpc",
-        "estimate.json",
-        "findings.json",
-        "manifest.json",
-        "spec",
-    }
+    left = {name.partition("/")[0] for name in list_files(other.directory)}
+    assert "fpc" in left and not left & {"kicad", "laser", "firmware", "report.html"}
 
 
 @pytest.mark.parametrize("only", [["gerbers"], [], ["gerber", "check"]])

