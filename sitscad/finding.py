@@ -149,7 +149,8 @@ class Finding:
     in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
     standard deviations of manufacture lie between them, where that is known. ``file`` is the path of the file that line
     and column count in, where that is not the spec itself (a fabricator's profile). ``fixes`` are what mends it, the
-    best first. ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little.
+    best first. ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little. ``detail`` is
+    what the message leaves to those who want to know more: spreads, figures of every coil, where a limit is from.
     """
 
     rule: str
@@ -169,6 +170,17 @@ class Finding:
     file: str | None = None
     fixes: tuple[Remedy, ...] = ()
     keeps_limit: bool = False
+    detail: str = ""
+
+    @property
+    def whole_message(self) -> str:
+        """The message with its detail."""
+        return f"{self.message}; {self.detail}" if self.detail else self.message
+
+    @property
+    def advised_message(self) -> str:
+        """That with the hint in a line of its own, for forms that have no place for hints."""
+        return f"{self.whole_message}\nHint: {self.hint}" if self.hint else self.whole_message
 
 
 @record

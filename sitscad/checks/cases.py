@@ -18,17 +18,18 @@ _QUANTITY = re.compile(r"(m|H|F|ohm|Hz|N|Pa|V|A|s)(?:,(\d+))?")
 
 @record
 class Case:
-    """One thing that a rule can find: its message and hint, and its severity where that is not the rule's; ``grave`` is
-    that of a grave one.
+    """One thing that a rule can find: its message, hint and detail (`Finding`), and its severity where that is not the
+    rule's; ``grave`` is that of a grave one.
 
-    Message and hint are templates (`worded`). The figures of the finding stand in them as ``measured`` and ``limit``,
-    all others under names of their own.
+    Message, hint and detail are templates (`worded`). The figures of the finding stand in them as ``measured`` and
+    ``limit``, all others under names of their own.
     """
 
     message: str
     hint: str = ""
     severity: Severity | None = None
     grave: Severity | None = None
+    detail: str = ""
 
     def found(
         self,
@@ -52,7 +53,7 @@ class Case:
         return Complaint(
             worded(self.message, values), worded(self.hint, values) if hint is None else hint, key, measured, limit,
             unit, severity or (self.grave if is_grave else self.severity), source, place, sigma, advice,
-            keeps_limit,
+            keeps_limit, detail=worded(self.detail, values).replace("; ; ", "; ").strip("; "),
         )  # fmt: skip
 
 

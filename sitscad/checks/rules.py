@@ -33,6 +33,7 @@ class Complaint:
     sigma: float | None = None
     advice: Advice | None = None
     keeps_limit: bool = False
+    detail: str = ""
 
 
 @record
@@ -83,7 +84,7 @@ SEVERITIES: dict[str, str] = {
     "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
     "SIT202": "note within two sigma, warning within one, error",
     "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",
-    "SIT204": "note for the bare coil and within two sigma, warning, error outside what is stable",
+    "SIT204": "note within two sigma, warning, error outside what is stable",
     "SIT206": "warning, error beyond 0.8",
     "SIT209": "warning, error where no host is fast enough",
     "SIT211": "note or warning by the coupling across two converters, error for more than eight",
@@ -204,6 +205,7 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
         place=complaint.place,
         sigma=complaint.sigma,
         keeps_limit=complaint.keeps_limit,
+        detail=complaint.detail,
     )
 
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 @click.option(
     "--fail-on", default="error", show_default=True, metavar="note|warning|error", help="What fails, with all graver."
 )
+@click.option("-v", "--verbose", is_flag=True, help="Also notes, all hints, and why rules were not checked.")
 @BASELINE
 @JOBS
 @PLUGIN
@@ -64,6 +65,7 @@ def check(
     ignore: tuple[str, ...],
     strict: bool,
     fail_on: str,
+    verbose: bool,
     baseline: str | None,
     jobs: int | None,
     hints: str | None,
@@ -114,7 +116,7 @@ def check(
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)
     else:
-        print_result(show(checked, manner(sys.stdout, weight)))
+        print_result(show(checked, manner(sys.stdout, weight, verbose)))
     tell_of_strangers(held.baseline, checked)
     _append_job_summary(_summary_path(format_name), inspected)
     for path, drawn in zip(drawings, inspected, strict=False):

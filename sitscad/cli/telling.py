@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +31,20 @@ def coloured(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def manner(stream: Any, fail_on: Severity = Severity.ERROR) -> Manner:
+def manner(stream: Any, fail_on: Severity = Severity.ERROR, verbose: bool = False) -> Manner:
     """How findings are told on a stream; paths count from the repository's root where a CI server says which it is."""
     root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
-    return sitscad.Manner(coloured(stream), tuple(sitscad.all_rules()), fail_on, root)
+    rules = tuple(sitscad.all_rules())
+    return sitscad.Manner(coloured(stream), rules, fail_on, root, verbose=verbose, width=width_of(stream))
+
+
+def width_of(stream: Any) -> int | None:
+    """Columns at which text is folded: the terminal's, or those that COLUMNS names; None in a pipe, where a finding
+    stays one line for whatever searches it.
+    """
+    if stream.isatty() or os.environ.get("COLUMNS", "").isdigit():
+        return shutil.get_terminal_size().columns
+    return None
 
 
 def print_result(text: str) -> None:
@@ -53,7 +64,7 @@ def progress(stage: str, outcome: str, seconds: float) -> None:
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
     """Findings as text to stderr, where they are a message and not the result; `named` as of `sitscad.Manner`."""
-    manner = sitscad.Manner(coloured(sys.stderr), named=named)  # text needs no rules' texts
+    manner = sitscad.Manner(coloured(sys.stderr), named=named, width=width_of(sys.stderr))  # no rules' texts
     text = sitscad.FINDING_FORMATS["text"](checked, manner)
     click.echo(text, err=True, nl=False, color=True)
 

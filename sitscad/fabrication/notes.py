@@ -357,7 +357,7 @@ def thickness_text(layout: Layout, where: Where) -> str:
     if made.minimum >= low - ROUNDING and made.maximum <= high + ROUNDING:
         return text
     kept = f"+/- {show(made.maximum - made.nominal, 'm')} about {show(made.nominal, 'm')}"
-    return f"{text}: closer than {layout.spec.fpc.rules.name} keeps ({kept}), to be confirmed"
+    return f"{text}: closer than {layout.spec.fpc.rules.name} keeps ({kept}), to be confirmed or measured"
 
 
 ROUNDING = 1e-9

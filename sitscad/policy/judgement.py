@@ -69,28 +69,33 @@ def _commented(
     if not written:
         return checked
     kept, ignored = [], []
-    used: set[int] = set()
+    used: set[tuple[int, str]] = set()
     for finding in checked.findings:
         comment = next((each for each in written if each.covers(finding, source)), None)
         if comment is None:
             kept.append(finding)
         else:
-            used.add(comment.line)
+            used.add((comment.line, finding.rule))
             ignored.append(Ignored(finding, comment.reason, "comment"))
     skipped = {each.rule for each in checked.not_checked}
-    warnings = [each for comment in written for each in _vain(comment, comment.line in used, skipped, names)]
+    warnings: list[Finding] = []
+    for comment in written:
+        spare = [rule for rule in comment.rules if (comment.line, rule) not in used and rule not in skipped]
+        warnings += _vain(comment, spare, names)
     return replace(checked, findings=(*kept, *warnings), ignored=(*checked.ignored, *ignored))
 
 
-def _vain(comment: Comment, is_used: bool, skipped: set[str], names: Mapping[str, str]) -> Iterator[Finding]:
-    """What is to be said of a comment: its fault, or that it silences nothing (unless its rules were not checked)."""
+def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
+    """What is to be said of a comment: its fault, or which of its rules that were checked it names in vain."""
     if comment.fault:
         message = f"the comment ignores nothing: {comment.fault}"
-    elif not is_used and not set(comment.rules) <= skipped:
-        message = f"the comment silences nothing: no finding of {', '.join(comment.rules)} is at a key of this line"
+    elif spare:
+        what = "the comment silences nothing" if len(spare) == len(comment.rules) else "the comment names rules in vain"
+        message = f"{what}: no finding of {', '.join(spare)} is at a key of this line"
     else:
         return
-    hint = "take the comment out, or write it at the end of the line that the finding points at"
+    it = "the comment" if comment.fault or len(spare) == len(comment.rules) else ", ".join(spare)
+    hint = f"take {it} out, or write it at the end of the line that the finding points at"
     yield Finding(RULE, names.get(RULE, ""), Severity.WARNING, message, hint, None, comment.line, comment.column)
 
 

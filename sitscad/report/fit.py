@@ -17,9 +17,11 @@ PARTS_TITLE = "What the closed pair is made of"
 PARTS_HEAD = ("part", "size", "tolerance", "where that comes from")
 
 
-def headline(fit: Sequence[Measure]) -> str:
-    """All measures in one line."""
-    return f"({CASES}): " + "; ".join(f"{m.name} {_cases(m)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit)
+def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
+    """A line a measure: at worst, or in all three cases."""
+    if not whole:
+        return [f"{m.name} at worst {_mm(m.worst)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
+    return [f"{m.name} {_cases(m)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
 
 
 def _side(measure: Measure) -> str:
@@ -27,11 +29,9 @@ def _side(measure: Measure) -> str:
     return " (below zero: back from the face's edge)" if measure.nominal < 0.0 else ""
 
 
-CASES = "nominal / root-sum-square / worst case"
-
-
 def _cases(measure: Measure) -> str:
-    return " / ".join(_mm(value) for value in (measure.nominal, measure.root_sum_square, measure.worst))
+    nominal, likely, worst = map(_mm, (measure.nominal, measure.root_sum_square, measure.worst))
+    return f"{nominal}, by root-sum-square {likely}, at worst {worst}"
 
 
 def _mm(value: float) -> str:
@@ -40,10 +40,9 @@ def _mm(value: float) -> str:
 
 def _spare(measure: Measure) -> str:
     if measure.margin >= 0.0:
-        return f"{_length(measure.margin, 3)} to spare at worst"
-    return f"{_length(-measure.margin, 3)} short at worst" + (
-        "" if measure.likely_margin >= 0.0 else f", {_length(-measure.likely_margin, 3)} by root-sum-square"
-    )
+        return f"{_length(measure.margin, 3)} to spare"
+    likely = "" if measure.likely_margin >= 0.0 else f" ({_length(-measure.likely_margin, 3)} by root-sum-square)"
+    return f"{_length(-measure.margin, 3)} short{likely}"
 
 
 def fit_rows(fit: Sequence[Measure]) -> list[list[str]]:

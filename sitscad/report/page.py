@@ -11,7 +11,7 @@ from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail.contacts import Contact, head
 from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, unit_rows, whole_rows
-from sitscad.report.findings import CheckedSpec, by_weight, numbered_places
+from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
 from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
 from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
 from sitscad.report.fit import part_rows as fit_part_rows
@@ -173,14 +173,15 @@ def _ignored(checked: CheckedSpec) -> str:
     """What was found and is not held against the design, with the reasons that were given."""
     if not checked.ignored:
         return ""
-    rows = [[each.finding.rule, each.finding.message, f"{each.reason} ({each.by})"] for each in checked.ignored]
+    rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
     return _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     """One finding as an article."""
     line = checked.line(finding.line, finding.file)
-    quoted = f"<pre>{finding.line:>4} | {escape(line)}</pre>" if line is not None else ""
+    shown = "" if line is None else excerpt(line, finding.column or 1)[0]
+    quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
     unit = finding.unit or ""
     numbers = [
@@ -192,7 +193,7 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     return (
         f"<article class='finding {finding.severity.value}'><p><span class='kind'>{finding.severity.value} "
         f"{escape(finding.rule)}</span> <span class='soft'>{escape(finding.name)}</span></p>"
-        f"<p>{escape(finding.message)}</p>{_where(finding, number)}{quoted}{hint}"
+        f"<p>{escape(finding.whole_message)}</p>{_where(finding, number)}{quoted}{hint}"
         + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
         + "</article>"
     )

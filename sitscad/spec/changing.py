@@ -6,7 +6,7 @@ from, made with what writes a finding's fixes into a file (`sitscad.spec.format.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from pathlib import PurePath
 from typing import Any
@@ -26,21 +26,25 @@ LONGEST_KEY = 200
 """Characters of a dotted key."""
 
 
-def from_mapping(sections: Mapping[str, Any]) -> SensorSpec:
-    """The sensor that sections say in dictionaries, with keys and values as in YAML; see `SensorSpec.from_mapping`."""
+def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> SensorSpec:
+    """The sensor that sections say in dictionaries, with keys and values as in YAML, and others by their names; see
+    `SensorSpec.from_mapping`.
+    """
     try:
-        data = plain(sections)
+        if not isinstance(sections, Mapping):
+            raise TextError("SIT004", "a spec is a mapping of sections, like {'name': ..., 'coil': {...}}")
+        data = plain({**sections, **named})
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     return load_text(yaml_text({"sitscad": VERSION, **data}))
 
 
-def replaced(spec: SensorSpec, changes: Mapping[str, Any]) -> SensorSpec:
-    """A spec with other values at dotted keys; see `SensorSpec.replace`."""
+def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
+    """A spec with other values at dotted keys, of which anybody may have written anything; see `SensorSpec.replace`."""
     try:
         _is_as_written(spec)
         text = spec.source.text
-        for key, value in changes.items():
+        for key, value in changes:
             text = _changed(text, _checked(key), plain(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None

@@ -98,7 +98,7 @@ class SensorSpec:
         >>> SensorSpec.from_mapping(name="bench", coil=coil).coil.outer_diameter
         0.007
         """
-        return cast(SensorSpec, _changing().from_mapping({**(sections or {}), **named}))
+        return cast(SensorSpec, _changing().from_mapping({} if sections is None else sections, named))
 
     @overload
     def replace(self, key: str, value: Any, /) -> SensorSpec: ...
@@ -119,7 +119,7 @@ class SensorSpec:
             where there is no such key or the value is not right, as of a file; and where values were changed past the
             text before (`dataclasses.replace`), which would undo them.
         """
-        changes = key if isinstance(key, Mapping) else {key: value}
+        changes = tuple(key.items()) if isinstance(key, Mapping) else ((key, value),)
         return cast(SensorSpec, _changing().replaced(self, changes))
 
     @property

@@ -396,7 +396,7 @@ def test_loop_lines_are_those_of_the_coils_copper(judge, good):
     found = judge("SIT103", good[0])
     assert [f.limit for f in found] == approx([203.2e-6] * 2, rel=1e-6)
     assert all("at 35 um copper" in f.message and "35 um" in f.source for f in found)
-    assert all("lowers L and Rp" in f.hint and "does not make it binding" in f.message for f in found)
+    assert all("lowers L and Rp" in f.hint and "does not make it binding" in f.whole_message for f in found)
 
 
 THICK = """sitscad: 1

@@ -95,7 +95,7 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
     for f in found:
         assert f.limit == port < f.measured < 5.9e-3
         assert "elastomer.thickness is 1 mm" in f.hint and "elastomer +-150 um" in f.hint
-        assert ("unverified" in f.message) == (source != "measured") and "glue lines are 150 um of it" in f.message
+        assert ("unverified" in f.detail) == (source != "measured") and "glue lines are 150 um of it" in f.detail
         assert ("smallest measured port" in f.message) == (f.measured <= 1.1 * port)
 
 
@@ -111,7 +111,7 @@ def test_the_thesis_pad_is_refused_with_its_spread(judge, design):
     spec = design(elastomer=miniature, encapsulation=None)
     (found,) = judge("SIT304", spec)
     assert (found.severity, found.limit) == (Severity.ERROR, 0.5)
-    assert 0.57 < found.measured < 0.73 and "extrapolated" in found.message
+    assert 0.57 < found.measured < 0.73 and "extrapolated" in found.whole_message
     known = {"shear_modulus": 39.4e3, "shear_modulus_sigma": 0.0, "ogden_exponent": 2.0}
     pad = replace(spec.elastomer, material=replace(spec.elastomer.material, **known))
     (stiff,) = judge("SIT304", replace(spec, elastomer=pad))

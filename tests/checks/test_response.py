@@ -124,7 +124,7 @@ def test_a_signal_that_warmth_would_hide_is_warned_of(material, small):
     if small:
         (one,) = found
         assert one.severity is Severity.WARNING and one.measured == approx(abs(signal.share), rel=1e-6)
-        assert "of full scale" in one.message and "steps of the converter" in one.message
+        assert "of full scale" in one.whole_message and "steps of the converter" in one.whole_message
         # a target over the whole coil and a mount without metal: neither makes the signal larger
         assert "a softer elastomer" in one.hint and "larger target" not in one.hint and "metal" not in one.hint
 

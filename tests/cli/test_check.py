@@ -37,7 +37,32 @@ def test_a_broken_spec_is_a_finding_and_exit_2(run):
     assert done.code == 2
     assert re.match(r"broken\.yaml:4:\d+ SIT0\d\d error .*circel", done.out)
     assert "circle" in done.out
-    assert re.search(r"not checked: .*SIT101-SIT\d+.*\(the spec could not be read\)", done.out)
+    assert re.search(r"not checked: \d+ rules \(the spec could not be read\)", done.out)
+    whole = run("check", "-v", "broken.yaml").out
+    assert re.search(r"not checked: .*SIT101-SIT\d+.*\(the spec could not be read\)", whole)
+
+
+def test_a_first_screen_is_short_and_says_how_to_see_the_rest(run):
+    """Nothing is lost: every finding, hint and reason of the document stands in the whole text."""
+    short, whole = run("check", "good.yaml").out, run("check", "-v", "good.yaml").out
+    (spec,) = json.loads(run("check", "good.yaml", "--format", "json").out)["specs"]
+    assert len(short.splitlines()) < 12 and max(map(len, short.splitlines())) < 150
+    assert f"not checked: {len(spec['not_checked'])} rules (check -v says which and why)\n" in short
+    assert "check -v shows" in short.splitlines()[-1] and "hint: " not in short and " note " not in short
+    for finding in spec["findings"]:
+        assert f"{finding['rule']} {finding['severity']} {finding['message']}\n" in whole
+        assert f"hint: {finding['hint']}\n" in whole
+        assert (f"{finding['rule']} warning {finding['message']}\n" in short) == (finding["severity"] == "warning")
+    left_out = [skipped for skipped in spec["not_checked"] if not skipped["reason"].startswith("no requirements")]
+    assert left_out and all(f"({skipped['reason']})" in whole for skipped in left_out)
+
+
+def test_text_is_folded_at_the_terminal_s_width_and_never_in_a_pipe(run, monkeypatch):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    piped = run("check", "-v", "weak.yaml").out
+    monkeypatch.setenv("COLUMNS", "60")
+    folded = run("check", "-v", "weak.yaml").out
+    assert max(map(len, folded.splitlines())) <= 60 < max(map(len, piped.splitlines()))
 
 
 def test_json_is_the_documented_document_and_nothing_else(run):

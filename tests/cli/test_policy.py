@@ -98,6 +98,18 @@ def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
     assert "SIT103" in rules_of(spec)
 
 
+@pytest.mark.parametrize(("more", "said"), [
+    ("SIT104", "names rules in vain: no finding of SIT104 is"),
+    ("SIT104, SIT201, SIT301", "no finding of SIT104, SIT201 is"),
+])  # fmt: skip
+def test_spare_names_beside_one_that_silences_are_told(run, good, more, said):
+    good.write_text(waived(good.read_text(), "trace_width", f"SIT103, {more} their quotation"))
+    spec = spec_of(run, "good.yaml")
+    (warning,) = [finding for finding in spec["findings"] if finding["rule"] == "SIT020"]
+    assert said in warning["message"] and "take SIT104" in warning["hint"] and "SIT301" not in warning["message"]
+    assert ignored_of(spec)["SIT103"] == ("comment", "their quotation")
+
+
 def test_a_comment_about_a_rule_that_was_not_checked_is_not_in_vain(run, good):
     good.write_text(waived(good.read_text(), "outer_diameter", "SIT301 the jaw is theirs"))
     assert "SIT020" not in rules_of(spec_of(run, "good.yaml"))

@@ -10,7 +10,9 @@ from tolerance import approx
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.papers.order.notes import readme
 from sitscad.spec.profiles import presets
+from sitscad.units import show
 
 MM = 1e-3
 PLUGS = ("zif-0.3mm", "zif-0.5mm")
@@ -68,10 +70,27 @@ def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip
 def test_the_checks_find_nothing_wrong_with_it(plugged):
     found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
     kinds = {f.rule for f in found if f.rule != "SIT103"}
-    assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT126", "SIT127"}, [f.message for f in found]
-    assert all(f.severity.value == "note" for f in found if f.rule in ("SIT126", "SIT127"))
+    assert kinds <= {"SIT116", "SIT123", "SIT124", "SIT127"}, [f.message for f in found]
+    assert all(f.severity.value == "note" for f in found if f.rule in ("SIT124", "SIT127"))
     assert ("SIT127" in kinds) == any(pad.is_unused for pad in plugged.pads)
-    assert "SIT126" in kinds
+    assert ("SIT124" in kinds) == (plugged.spec.fpc.tail.connector.name == "zif-0.3mm"), "+-50 um for a band of +-30 um"
+
+
+def test_what_comes_with_every_plug_is_asked_in_the_order_and_is_no_finding(plugged):
+    """Width and thickness closer than the fabricator's: the notes of every check, and now of the order alone."""
+    rules, connector = plugged.spec.fpc.rules, plugged.spec.fpc.tail.connector
+    text = " ".join(readme(plugged).split())
+    width = show(connector.width(len(plugged.pads)), "m")
+    assert f"tail {width} +/- {show(connector.width_tolerance, 'm')} wide there" in text
+    assert f"closer than the outline's +/- {show(rules.outline_tolerance, 'm')}: cut by laser" in text
+    assert f"as {connector.name} takes it: closer than {rules.name} keeps" in text
+    assert text.count("to be confirmed") >= 2 and "measured" in text
+
+
+def test_an_outline_that_no_closer_cut_brings_into_the_guide_is_found():
+    layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 250 um}")  # a knife
+    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT126"]
+    assert (found.measured, found.limit) == approx((250e-6, 70e-6), rel=1e-9)
 
 
 def test_what_is_judged_at_the_contacts_is_what_is_there(plugged):

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
-from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.report.findings import CheckedSpec, as_json, as_text, printable
+import pytest
+
+from sitscad.finding import Finding, Ignored, NotChecked, Place, Severity
+from sitscad.measured import Signal
+from sitscad.report.findings import CheckedSpec, Manner, as_json, as_text, excerpt, printable
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"
 ERROR = Finding("SIT201", "floor", Severity.ERROR, "too weak", "more turns", "coil.turns", 4, 2, 1.4e-7, 2e-7, "H")
@@ -13,46 +17,111 @@ NOTE = Finding("SIT305", "gap", Severity.NOTE, "mind it", place=Place(1e-3, 0.0,
 SKIPPED = tuple(NotChecked(rule, "no mount") for rule in ("SIT301", "SIT302"))
 CHECKED = CheckedSpec("a b.yaml", TEXT, (ERROR, NOTE), SKIPPED)
 
-EXPECTED = """\
-a b.yaml SIT305 note mind it
+WEAK = Finding("SIT217", "small", Severity.WARNING, "hardly felt", "a thinner pad", "coil", 3, 1, detail="by 3 steps")
+WHOLE = Manner(verbose=True)
+
+BRIEF = """\
 a b.yaml:4:2 SIT201 error too weak
     4 |  turns: 6.5
       |  ^
       hint: more turns
+
+a b.yaml:3:1 SIT217 warning hardly felt
+
+not checked: 2 rules (no mount)
+not ok: 1 error, 1 warning, 1 note (check -v shows notes and hints)
+"""
+
+EXPECTED = """\
+a b.yaml SIT305 note mind it
+
+a b.yaml:3:1 SIT217 warning hardly felt
+    3 | coil:
+      | ^
+      detail: by 3 steps
+      hint: a thinner pad
+
+a b.yaml:4:2 SIT201 error too weak
+    4 |  turns: 6.5
+      |  ^
+      hint: more turns
+
 not checked: SIT301, SIT302 (no mount)
-not ok: 1 error, 1 note; 2 rules not checked
+not ok: 1 error, 1 warning, 1 note; 2 rules not checked
 """
 
 
-def test_text_is_one_line_a_finding_with_its_source_and_hint():
-    assert as_text([CHECKED]) == EXPECTED
+def test_short_text_has_errors_in_full_warnings_in_a_line_and_counts_the_rest():
+    assert as_text([replace(CHECKED, findings=(ERROR, NOTE, WEAK))]) == BRIEF
+
+
+def test_whole_text_is_one_line_a_finding_with_its_source_detail_and_hint():
+    assert as_text([replace(CHECKED, findings=(ERROR, NOTE, WEAK))], WHOLE) == EXPECTED
+
+
+@pytest.mark.parametrize(("fail_on", "told"), [("error", 0), ("warning", 1), ("note", 2)])
+def test_what_fails_the_command_is_told_in_full(fail_on, told):
+    milder = CheckedSpec("a.yaml", TEXT, (replace(NOTE, hint="so"), WEAK))
+    text = as_text([milder], Manner(fail_on=Severity(fail_on)))
+    assert text.count("hint: ") == told
+    assert ("check -v shows notes" in text) == (fail_on != "note") and "SIT217 warning hardly felt\n" in text
+
+
+@pytest.mark.parametrize("manner", [Manner(width=40), Manner(verbose=True, width=40)], ids=["brief", "whole"])
+def test_lines_are_folded_at_the_width_and_say_all_the_same(manner):
+    long = replace(WEAK, message="the reading of 12 mm changes by 3 %, " * 5 + "C1", hint="a thinner pad " * 9)
+    checked = CheckedSpec("a.yaml", "coil: {" + "turns: 6, " * 90 + "}", (replace(long, line=1),), SKIPPED, signals=(
+        Signal("C1", 1.0, 1e-6, -1e-9, 1e-10, 10.0, 1.0, -0.01, 0.005, 90.0),))  # fmt: skip
+    folded, plain = (as_text([checked], each) for each in (manner, replace(manner, width=None)))
+    assert max(map(len, folded.splitlines())) <= 40 < max(map(len, plain.splitlines()))
+    assert "3\n" not in folded and "12\n" not in folded, "a number stands apart from its unit"
+    words = [[w for line in text.splitlines() if " | " not in line for w in line.split()] for text in (folded, plain)]
+    assert words[0] == words[1]
+
+
+@pytest.mark.parametrize("column", [1, 2, 70, 150, 400, 499, 500])
+def test_an_excerpt_is_as_long_as_there_is_room_and_points_at_the_column(column):
+    line = "".join(chr(ord("a") + k % 26) for k in range(500))
+    text, caret = excerpt(line, column, 60)
+    assert len(text) == 60 and text[caret] == line[column - 1]
+    assert excerpt("short", 3, 60) == ("short", 2)
 
 
 def test_colours_are_added_around_the_same_text():
     import re
 
-    coloured = as_text([CHECKED], True)
-    assert coloured != EXPECTED
-    assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == EXPECTED
+    for manner in (WHOLE, Manner(), Manner(width=30)):
+        plain, coloured = (as_text([CHECKED], replace(manner, colour=on)) for on in (False, True))
+        assert coloured != plain
+        assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 
 
 def test_several_specs_are_told_apart():
-    text = as_text([CHECKED, CheckedSpec("b.yaml", "", ())])
+    text = as_text([CHECKED, CheckedSpec("b.yaml", "", ())], WHOLE)
     assert "a b.yaml: not checked: SIT301" in text
     assert text.endswith("not ok: 1 error, 1 note in 2 specs; 2 rules not checked\n")
+    text = as_text([CHECKED, CheckedSpec("b.yaml", "", (), (NotChecked("SIT309", "no shield"),))])
+    assert "not checked: 3 rules (check -v says which and why)\n" in text
+    assert text.endswith("not ok: 1 error, 1 note in 2 specs (check -v shows notes)\n")
+
+
+def test_what_is_ignored_stands_in_both_forms_with_its_reason():
+    ignored = CheckedSpec("a.yaml", "", (), ignored=(Ignored(WEAK, "their quotation", "comment"),) * 2)
+    assert "ignored: SIT217 2 times (comment: their quotation)\n" in as_text([ignored])
+    assert as_text([ignored], WHOLE).count("ignored: SIT217 hardly felt (comment: their quotation)\n") == 2
 
 
 def test_runs_of_rules_are_drawn_together():
     rules = ("SIT101", "SIT102", "SIT103", "SIT105", "SIT107", "SIT108", "SIT099", "SIT100")
     checked = CheckedSpec("x", "", (), tuple(NotChecked(rule, "why") for rule in rules))
-    assert as_text([checked]).startswith("not checked: SIT099-SIT103, SIT105, SIT107, SIT108 (why)\n")
+    assert as_text([checked], WHOLE).startswith("not checked: SIT099-SIT103, SIT105, SIT107, SIT108 (why)\n")
 
 
 def test_requirements_that_are_not_stated_make_one_line():
     reasons = ("no requirements.bandwidth in the spec", "no shield in the spec",
                "no requirements.tilt or requirements.tilt_error in the spec")  # fmt: skip
     checked = CheckedSpec("x", "", (), tuple(map(NotChecked, ("SIT210", "SIT309", "SIT404"), reasons)))
-    assert as_text([checked]).splitlines()[:2] == [
+    assert as_text([checked], WHOLE).splitlines()[:2] == [
         "not checked: SIT210, SIT404 (no requirements in the spec for bandwidth, tilt or tilt_error)",
         "not checked: SIT309 (no shield in the spec)",
     ]

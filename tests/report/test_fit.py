@@ -9,8 +9,8 @@ import pytest
 from tolerance import approx
 
 from sitscad.measured import Measure, Share
-from sitscad.report.findings import CheckedSpec, as_json, as_text
-from sitscad.report.fit import FIT_HEAD, PARTS_HEAD, fit_rows, headline, part_rows
+from sitscad.report.findings import CheckedSpec, Manner, as_json, as_text
+from sitscad.report.fit import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
 from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())
@@ -21,24 +21,26 @@ def measure(nominal, likely, worst, limit=5e-3):
 
 
 def test_a_board_that_stands_back_from_the_edge_is_said_to():
-    words = "of 5 mm (below zero: back from the face's edge), 5.44 mm to spare at worst"
-    assert headline([measure(-0.618e-3, -0.504e-3, -0.443e-3)]).endswith(words)
-    assert "below zero" not in headline([measure(0.1e-3, 0.2e-3, 0.3e-3)])
+    words = "of 5 mm (below zero: back from the face's edge), 5.44 mm to spare"
+    assert fit_words([measure(-0.618e-3, -0.504e-3, -0.443e-3)])[0].endswith(words)
+    assert "below zero" not in fit_words([measure(0.1e-3, 0.2e-3, 0.3e-3)])[0]
 
 
 @pytest.mark.parametrize(("sizes", "words"), [
-    ((4.6e-3, 4.7e-3, 4.95e-3), "50 um to spare at worst"),
-    ((4.6e-3, 4.7e-3, 5.1e-3), "of 5 mm, 100 um short at worst"),
-    ((4.9e-3, 5.2e-3, 5.4e-3), "400 um short at worst, 200 um by root-sum-square"),
+    ((4.6e-3, 4.7e-3, 4.95e-3), "at worst 4.95 of 5 mm, 50 um to spare"),
+    ((4.6e-3, 4.7e-3, 5.1e-3), "at worst 5.1 of 5 mm, 100 um short"),
+    ((4.9e-3, 5.2e-3, 5.4e-3), "at worst 5.4 of 5 mm, 400 um short (200 um by root-sum-square)"),
 ])  # fmt: skip
 def test_the_line_says_what_is_to_spare(sizes, words):
-    assert headline([measure(*sizes)]).endswith(words)
+    assert all(fit_words([measure(*sizes)], whole)[0].endswith(words) for whole in (False, True))
 
 
 def test_a_sensor_that_passes_prints_its_margin():
     checked = CheckedSpec("a.yaml", "", (), fit=(measure(4.6e-3, 4.7e-3, 4.95e-3),))
-    assert "fit (nominal / root-sum-square / worst case): closed pair 4.6 / 4.7 / 4.95 of 5 mm" in as_text([checked])
-    assert "fit (" not in as_text([CheckedSpec("a.yaml", "", ())])
+    assert "fit: closed pair at worst 4.95 of 5 mm, 50 um to spare\n" in as_text([checked])
+    whole = as_text([checked], Manner(verbose=True))
+    assert "fit: closed pair 4.6, by root-sum-square 4.7, at worst 4.95 of 5 mm, 50 um to spare\n" in whole
+    assert "fit:" not in as_text([CheckedSpec("a.yaml", "", ())])
 
 
 def test_json_has_every_number_and_where_it_comes_from():

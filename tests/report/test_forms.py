@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import told
+from told import TURNS
 
-from sitscad.report.findings import FINDING_FORMATS, Manner
+from sitscad.finding import Finding, Severity
+from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner
 from sitscad.report.findings.github import job_summary
 
 KEPT = Path(__file__).parent / "snapshots"
@@ -29,12 +32,16 @@ def held_against(name: str, text: str) -> None:
 
 def test_every_form_has_a_kept_text():
     assert set(NAMES) == set(FINDING_FORMATS)
-    assert {path.name for path in KEPT.iterdir()} == {*NAMES.values(), "summary.md"}
+    assert {path.name for path in KEPT.iterdir()} == {*NAMES.values(), "summary.md", "whole.txt"}
 
 
 @pytest.mark.parametrize("form", NAMES)
 def test_a_form_says_what_it_said(form):
     held_against(NAMES[form], FINDING_FORMATS[form](told.BOTH, FEW))
+
+
+def test_the_whole_text_says_what_it_said():
+    held_against("whole.txt", FINDING_FORMATS["text"](told.BOTH, replace(FEW, verbose=True)))
 
 
 def test_the_page_of_a_job_says_what_it_said():
@@ -67,3 +74,22 @@ def test_the_json_document_keeps_to_its_published_schema():
     del document["specs"][0]["findings"][0]["rule"]
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(document, schema)
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_a_line_of_any_length_is_quoted_in_part(form):
+    """300 kB of zeros as a spec printed 1 MB, and 1.7 MB as SARIF."""
+    text = "turns: " + "0" * 300_000
+    finding = Finding("SIT004", "type", Severity.ERROR, "no", "", "turns", 1, 8)
+    said = FINDING_FORMATS[form]((CheckedSpec("a.yaml", text, (finding,)),), replace(FEW, verbose=True))
+    assert len(said) < 10_000
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_a_file_name_that_is_no_utf_8_is_told(form):
+    name = os.fsdecode(b"n\xff.yaml")
+    said = FINDING_FORMATS[form]((CheckedSpec(name, "a: 1\n", (replace(TURNS, line=1, column=1),)),), FEW)
+    assert "SIT201" in said
+    if form == "sarif":
+        (result,) = json.loads(said)["runs"][0]["results"]
+        assert result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == "n%FF.yaml"

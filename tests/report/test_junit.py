@@ -88,7 +88,7 @@ def test_what_fails_the_command_fails_the_case(tmp_path, fail_on, failed):
 def test_milder_findings_stand_in_the_output(written):
     (first, _) = junitparser.JUnitXml.fromfile(str(written))
     (case,) = [case for case in first if case.name.startswith("SIT206")]
-    assert "first, 100%: new.yaml:3:43 warning: near\nhint: fewer layers" in case.system_out
+    assert "first, 100%: new.yaml:3:43 warning: near; one sigma is 3 %\nhint: fewer layers" in case.system_out
 
 
 def test_any_text_is_xml(tmp_path):

@@ -19,7 +19,17 @@ TURNS = Finding(
     2e-7, "H", "TI", sigma=2.5,
 )  # fmt: skip
 AGAIN = Finding("SIT201", "inductance-floor", Severity.WARNING, "and pressed", "", "coil.turns", 3, 30)
-LAYERS = Finding("SIT206", "self-resonance", Severity.WARNING, "near", "fewer layers", "coil.layers", 3, 43)
+LAYERS = Finding(
+    "SIT206",
+    "self-resonance",
+    Severity.WARNING,
+    "near",
+    "fewer layers",
+    "coil.layers",
+    3,
+    43,
+    detail="one sigma is 3 %",
+)
 BEND = Finding("SIT308", "tail-bend", Severity.NOTE, "a | b <b>::error::\n* c", "", "fpc.tail.bend", 5, 16)
 PLACED = Finding("SIT108", "copper-spacing", Severity.NOTE, "there", place=Place(1e-3, 0.0, 2, ("C1",)))
 WAIVED = Finding("SIT103", "coil-trace", Severity.WARNING, "narrow", "", "coil", 3, 1)

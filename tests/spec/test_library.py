@@ -50,6 +50,21 @@ coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 
     assert sitscad.load_text(SMALL.source.text) == SMALL
 
 
+@pytest.mark.parametrize("key", [[], ["coil.turns"], {1}, (1, 2), None, 3, {(1, 2): 3}, {"coil.turns": object()}])
+def test_a_key_that_is_no_text_is_refused_as_any_other_mistake(key):
+    refused(lambda: BENCH.replace(key, 1))
+
+
+@pytest.mark.parametrize("sections", [3, "coil", ["coil"]])
+def test_sections_that_are_no_mapping_are_refused_as_any_other_mistake(sections):
+    refused(lambda: SensorSpec.from_mapping(sections))
+
+
+def test_a_number_with_many_zeros_is_the_number():
+    text = SMALL.source.text.replace("outer_diameter: 7", f"outer_diameter: 7.{'0' * 5000}")
+    assert sitscad.load_text(text).coil == SMALL.coil
+
+
 @pytest.mark.parametrize("name", templates.names())
 def test_every_template_is_the_same_from_a_mapping(name):
     text = templates.read(name)

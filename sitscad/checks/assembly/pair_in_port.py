@@ -48,7 +48,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         beyond=with_tolerances(pair),
         decided_by=pair.decided_by,
         glue=_glue(pair),
-        unverified=unverified(jaw),
+        unverified=unverified(jaw).strip(" ()"),
         measured_ports=_measured_ports(pair),
         remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
         if "board" in pair.decided_by
@@ -106,7 +106,7 @@ def _measured_ports(pair: Measure) -> str:
     wider = SMALLEST_MEASURED_PORT * pair.limit
     if pair.measured > wider + ROUNDING:
         return ""
-    return f". It would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
+    return f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
 
 
 def _widest(pair: Measure) -> str:
@@ -130,9 +130,8 @@ def _thinner(design: Design) -> str:
 
 
 PAIR_TOO_HIGH = Case(
-    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the"
-    " {decided_by} decides, and glue lines are {glue:m,3} of it. The port's is "
-    "{limit:m}{unverified}{measured_ports}",
+    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the port's is {limit:m}",
+    detail="the {decided_by} decides, and glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
     hint="{remedy}; or narrower tolerances: {widest}",
 )
 

@@ -63,7 +63,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         gap=nominal.gap,
         shape_factor=nominal.shape_factor,
         taken=_part(nominal),
-        which=_judged_case(nominal) if is_error else "The softest case",
+        which=_judged_case(nominal) if is_error else "the softest case",
         extrapolated=worded(EXTRAPOLATED, {"valid": elastomer.VALID_STRAIN})
         if nominal.strain > elastomer.VALID_STRAIN
         else "",
@@ -86,7 +86,7 @@ def _at_least(design: Design, nominal: elastomer.Compression) -> float:
 
 def _judged_case(nominal: elastomer.Compression) -> str:
     """What an error is about: the strain itself, or what is left of it however much the rest of the pad helps."""
-    return "Even helped most by the rest of the pad" if nominal.doubt else "That"
+    return "even helped most by the rest of the pad" if nominal.doubt else "that"
 
 
 def _otherwise(nominal: elastomer.Compression) -> str:
@@ -348,8 +348,9 @@ EXTRAPOLATED = "; beyond {valid:%.0f} % the pad's law is extrapolated"
 TOO_SOFT = Case(
     "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to "
     "{most_strain:%.0f} % with the modulus {shear_modulus:Pa,3} +- {scatter:%.0f} %), down to "
-    "{gap:m,3}; shape factor {shape_factor:.2f}{taken}. {which}, {measured:%.1f} %, is more than "
-    "{limit:%.0f} %{extrapolated}",
+    "{gap:m,3}",
+    detail="{which}, {measured:%.1f} %, is more than {limit:%.0f} %{extrapolated}; shape factor "
+    "{shape_factor:.2f}{taken}",
     hint="{stiffer}{otherwise}",
     severity=Severity.WARNING,
     grave=Severity.ERROR,
@@ -390,8 +391,9 @@ PAST_THE_COILS = Case(
 
 TOO_MUCH_SHEAR = Case(
     "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} "
-    "({usual} with a modulus one sigma softer); beyond {limit:%.0f} % (a conservative "
-    "figure, unverified) the travel is extrapolated, and bond and edges of the pad may peel",
+    "({usual} with a modulus one sigma softer)",
+    detail="beyond {limit:%.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond and edges "
+    "of the pad may peel",
     hint=(
         "a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps "
         "the softest case within it{softest_preset}; a thinner pad shortens the travel, not this "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 from sitscad.checks.board.coverlay import crossings
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
@@ -47,7 +48,9 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
-    """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes."""
+    """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes, as far
+    as another stiffener would come nearer: what comes with every connector stands in the order.
+    """
     tail = design.spec.fpc.tail
     assert tail is not None
     connector = tail.connector
@@ -58,7 +61,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     allowed = connector.insertion_thickness_tolerance
     low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
-    if worst[0] > ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
+    if worst[0] > _half_a_step() + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield LOOSE_THICKNESS.found(
             "fpc.tail.connector",
             worst[1],
@@ -75,6 +78,18 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
             insertion_thickness=connector.insertion_thickness,
             allowed=allowed,
         )
+
+
+def _half_a_step() -> float:
+    """As far (m) as a stiffener out of stock comes to the thickness that is wanted, at worst."""
+    totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
+    return max(b - a for a, b in pairwise(totals)) / 2
+
+
+CLOSER_CUT = 2.0
+"""By so much a better way of cutting is closer than the usual one of the same house: a steel die +-0.05 mm, a router
++-0.1 mm (wellerpcba.com/flex-pcb-capability).
+"""
 
 
 def stiffener_stock(design: Design) -> Iterator[Verdict]:
@@ -99,12 +114,14 @@ def stiffener_stock(design: Design) -> Iterator[Verdict]:
 
 
 def plug_width(design: Design) -> Iterator[Verdict]:
-    """The tolerance of the outline against that which the connector asks of the tail's width."""
+    """The tolerance of the outline against that which the connector asks of the tail's width, where even a closer cut
+    does not keep it: the order asks for the closer one anyway.
+    """
     connector, rules = _connector(design), design.spec.fpc.rules
     if connector.width_tolerance <= 0.0:
         yield Undecided("the tail ends in solder pads: nothing guides its sides")
         return
-    if rules.outline_tolerance > connector.width_tolerance + ROUNDING:
+    if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(design.spec, connector).count)
         mark = plug_mark(connector, "width_tolerance")
         yield LOOSE_WIDTH.found(
@@ -287,14 +304,17 @@ PLUG_RULES: tuple[Rule, ...] = (
     ),
     Rule(
         "SIT124", "contact-worst-case", Severity.NOTE,
-        "The contacts' thickness stays in the connector's band with the fabricator's tolerance of finished thickness.",
+        "The contacts' thickness stays in the connector's band with the fabricator's tolerance of finished thickness, "
+        "up to half of the step in which stiffeners are in stock; what is closer than the fabricator's tolerance "
+        "stands in the order.",
         "The sum of the layers may be right and the part still too thick to go in, or too thin to make contact.",
         "Agree on the band with the fabricator, or choose a connector that takes more.",
         FABRICATOR, ("tail",), contact_worst_case,
     ),
     Rule(
         "SIT126", "plug-width", Severity.NOTE,
-        "The fabricator's tolerance of the outline keeps the width that the connector asks at its contacts.",
+        "The fabricator's tolerance of the outline, or one half as wide, as a better cut brings it, keeps the width "
+        "that the connector asks at its contacts. The order asks for that width.",
         "The housing guides the tail by its sides: too wide does not go in, too narrow lets contacts meet neighbours.",
         "Agree on the width there with the fabricator, who cuts it by laser or with a punch of its own.",
         "the connector's data sheet (fpc.tail.connector)", ("tail",), plug_width,

@@ -98,7 +98,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
-            why = "" if binds else f"; this only warns: {_not_binding(design)}"
+            why = "" if binds else f"this only warns: {_not_binding(design)}"
             yield FINE_COIL.found(
                 f"coil.{field}",
                 value,
@@ -158,7 +158,8 @@ DRAWN_TOO_FINE = Case(
 )
 
 FINE_COIL = Case(
-    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}{why}",
+    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}",
+    detail="{why}",
     hint=(
         "ask the fabricator for a waiver (no electrical test sees a short between turns), or "
         "widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)"

@@ -9,7 +9,6 @@ from sitscad.checks.cases import Case
 from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
-    is_assembled,
     more_distance,
     near_limit,
     readings_of,
@@ -21,9 +20,7 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.finding import Severity
-from sitscad.scene.state import FREE
 from sitscad.units import show
 
 CODE_KEY = "readout.drive_code"
@@ -44,7 +41,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     near: list[Complaint] = []
     yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
     yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
-    yield from _as_one(near, list(_bare_coil_amplitude(design)))
+    yield from _as_one(near)
 
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
@@ -96,18 +93,18 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -
     )
 
 
-def _as_one(near: list[Complaint], bare: list[Complaint]) -> Iterator[Verdict]:
+def _as_one(near: list[Complaint]) -> Iterator[Verdict]:
     """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
     and another for a stronger one. Place and figures are those of the gravest.
     """
-    asides = [*near, *bare]
-    if not asides:
+    if not near:
         return
-    gravest = min(asides, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
+    gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
     yield replace(
         gravest,
-        message="; ".join(aside.message for aside in asides),
-        hint="; ".join([*([MEASURE_FIRST] if near else []), *(aside.hint for aside in asides)]),
+        message="; ".join(aside.message for aside in near),
+        detail="; ".join(aside.detail for aside in near if aside.detail),
+        hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]),
     )
 
 
@@ -149,25 +146,6 @@ def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None,
 def _careful_code(design: Design, resistance: Reading) -> int:
     """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
     return design.family.drive_code(resistance.value + (resistance.sigma or 0.0))
-
-
-def _bare_coil_amplitude(design: Design) -> Iterator[Complaint]:
-    """A note for the bench, at room temperature: the coil alone may swing too far with the assembled sensor's code."""
-    bare = [r for r in readings_of(design.at_room_temperature, "parallel_resistance") if r.state == FREE]
-    worst, swing = _widest(design, bare)
-    if worst is None or not is_assembled(design):
-        return
-    if swing <= design.family.limit("amplitude_max"):
-        return
-    yield CLAMPED_WHEN_BARE.found(
-        "coil",
-        swing,
-        design.family.limit("amplitude_max"),
-        "V",
-        coil=worst.coil,
-        code=_code(design, worst),
-        careful_code=bare_board_code(design.at_room_temperature.estimates.coils, design.family),
-    )
 
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
@@ -239,19 +217,21 @@ MEASURE_FIRST = "measure the amplitude of the first boards"
 
 CLAMPED = Case(
     "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the "
-    "input clamps and shifts the frequency{in_sigmas}",
+    "input clamps and shifts the frequency",
+    detail="{in_sigmas}",
 )
 
 TOO_WEAK = Case(
     "with drive code {code} the tank of {where} swings only {measured:V,3} peak; {limit:V} to {high:V} is the "
-    "low-noise "
-    "window{in_sigmas}",
+    "low-noise window",
+    detail="{in_sigmas}",
     severity=Severity.WARNING,
 )
 
 MAY_STOP = Case(
     "with drive code {code} the tank of {where} swings only {measured:V,3} peak; below {limit:V} the oscillation may "
-    "stop{in_sigmas}",
+    "stop",
+    detail="{in_sigmas}",
 )
 
 CLAMPED_WHEN_COLD = Case(
@@ -260,13 +240,6 @@ CLAMPED_WHEN_COLD = Case(
     "shifts the frequency",
     hint="begin with drive code {careful_code}, and change when the sensor is warm",
     severity=Severity.WARNING,
-)
-
-CLAMPED_WHEN_BARE = Case(
-    "before assembly the bare coil {coil} would swing {measured:V,3} peak with drive code {code},"
-    " which is chosen for the assembled sensor",
-    hint="to test a bare board, use drive code {careful_code}, and {code} once it is assembled",
-    severity=Severity.NOTE,
 )
 
 UNSURE_DRIVE = Case(
@@ -287,7 +260,7 @@ DRIVE_RULES: tuple[Rule, ...] = (
         "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
         "stop. The code is the strongest that stays one sigma below 1.8 V with the target at its farthest; where one "
         "for all coils leaves a coil below 1.2 V and codes for every channel do not, every channel has its own. For an "
-        "assembled sensor the bare coil is not a working state and earns a note only.",
+        "assembled sensor the bare coil is no working state: the report's incoming test has the code for a bare board.",
         "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "
         "(readout.drive_code).",
         source_of_limit("amplitude_optimum_min"), apply=drive_amplitude,

@@ -252,22 +252,22 @@ DRAWS_IN = 1.5
 MORE_INDUCTANCE = "inductance grows with the square of turns and layers: more of them, or a larger coil{or_away}"
 
 TOO_SMALL = Case(
-    "the inductance of {where} is {measured:H}{other_states}; below {limit:H} the converter cannot measure "
-    "it{in_sigmas}",
+    "the inductance of {where} is {measured:H}; below {limit:H} the converter cannot measure it",
+    detail="{other_states}; {in_sigmas}",
     hint=MORE_INDUCTANCE,
 )
 
 SMALL_BUT_DRIVEN = Case(
-    "the inductance of {where} is {measured:H}{other_states}; below {limit:H} the converter was found wanting (a "
-    "figure "
-    "for 0.25 kohm at 10 MHz); here frequency and parallel resistance keep their limits, and leads and contacts are a "
-    "good part of so small an inductance{in_sigmas}",
+    "the inductance of {where} is {measured:H}; below {limit:H} the converter was found wanting",
+    detail="that is a figure for 0.25 kohm at 10 MHz; here frequency and parallel resistance keep their limits, and "
+    "leads and contacts are a good part of so small an inductance; {other_states}; {in_sigmas}",
     hint=MORE_INDUCTANCE,
     severity=Severity.WARNING,
 )
 
 TOO_FAST = Case(
-    "the tank of {where} runs at {measured:Hz}{other_states}; the converter stops at {limit:Hz}{in_sigmas}",
+    "the tank of {where} runs at {measured:Hz}; the converter stops at {limit:Hz}",
+    detail="{other_states}; {in_sigmas}",
     hint="a larger capacitor, or more inductance",
 )
 
@@ -283,27 +283,27 @@ MORE_RESISTANCE = (
 )
 
 TOO_LOSSY = Case(
-    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the strongest drive needs "
-    "{limit:ohm}{in_sigmas}",
+    "the parallel resistance of {where} is {measured:ohm,3}; the strongest drive needs {limit:ohm}",
+    detail="{other_states}; {in_sigmas}",
     hint=MORE_RESISTANCE,
 )
 
 TOO_LOSSY_FOR_ONE = Case(
-    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the strongest high-current drive needs "
-    "{limit:ohm}{in_sigmas}",
+    "the parallel resistance of {where} is {measured:ohm,3}; the strongest high-current drive needs {limit:ohm}",
+    detail="{other_states}; {in_sigmas}",
     hint=MORE_RESISTANCE,
 )
 
 LOSSY = Case(
-    "the parallel resistance of {where} is {measured:ohm,3}{other_states}; the data sheet specifies from {limit:ohm} "
-    "up{in_sigmas}",
+    "the parallel resistance of {where} is {measured:ohm,3}; the data sheet specifies from {limit:ohm} up",
+    detail="{other_states}; {in_sigmas}",
     hint=MORE_RESISTANCE,
     severity=Severity.WARNING,
 )
 
 LOW_QUALITY = Case(
-    "the quality factor of {where} is {measured:.3g}{other_states}; below {limit:g} (a rule of "
-    "thumb, unverified) the frequency follows the losses as well as the inductance",
+    "the quality factor of {where} is {measured:.3g}; below {limit:g} the frequency follows losses, too",
+    detail="{other_states}; the limit is a rule of thumb, unverified",
     hint=("a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; {distance_advice}"),
 )
 

@@ -60,13 +60,13 @@ def sigmas_between(reading: Reading, limit: float) -> float | None:
 
 
 def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
-    """The same in words, to follow the limit: empty where it is unknown, or so much that nobody needs to count."""
+    """The same in words: empty where it is unknown, or so much that nobody needs to count."""
     count = sigmas_between(reading, limit)
     if count is None or reading.sigma is None or count > COUNTED:
         return ""
     mostly = f", mostly by the {reading.cause}" if reading.cause else ""
     side = "below" if reading.value < limit else "above"
-    return f" ({count:.1f} sigma {side} {show(limit, unit)}; one sigma is {show(reading.sigma, unit, 2)}{mostly})"
+    return f"{count:.1f} sigma {side} {show(limit, unit)}; one sigma is {show(reading.sigma, unit, 2)}{mostly}"
 
 
 COUNTED = 10.0
@@ -195,10 +195,10 @@ def where(reading: Reading) -> str:
 
 
 def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
-    """The same coil's other states, in brackets, with as many digits as the message gives the worst."""
+    """The same coil's other states, with as many digits as the message gives the worst."""
     others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
-    return f" ({', '.join(words)})" if words else ""
+    return ", ".join(words)
 
 
 def source_of_limit(name: str) -> str:
@@ -207,7 +207,8 @@ def source_of_limit(name: str) -> str:
 
 
 NEAR_LIMIT = Case(
-    "the {words} of {where} is {value}; it keeps its limit by little{in_sigmas}",
+    "the {words} of {where} is {value}; it keeps its limit by little",
+    detail="{in_sigmas}",
     severity=Severity.NOTE,
     grave=Severity.WARNING,
 )

@@ -88,6 +88,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
+        least=_least(worst, len(deaf)),
         changes=_changes(deaf),
         against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
         fewest_steps=FEWEST_STEPS,
@@ -102,6 +103,11 @@ def _named(deaf: Sequence[Response]) -> str:
     if len(names) == 1:
         return f"coil {names[0]}"
     return f"coils {', '.join(names[:-1])} and {names[-1]}"
+
+
+def _least(worst: Response, count: int) -> str:
+    """The least of the changes, in words."""
+    return f"{worst.coil if count > 1 else 'it'} changes by {worst.steps:.2g} steps of the converter"
 
 
 def _changes(deaf: Sequence[Response]) -> str:
@@ -200,23 +206,25 @@ def _more_signal(spec: SensorSpec) -> str:
 
 
 HARDLY_FELT = Case(
-    "{named} hardly feel{verb_end} the force: from rest to pressed by {force:N} "
-    "{changes}{against}. Asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of the best "
-    "coil's change",
+    "{named} hardly feel{verb_end} {force:N}: {least}",
+    detail="from rest to pressed {changes}{against}; asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of "
+    "the best coil's change",
     severity=Severity.WARNING,
 )
 
 NOT_FELT = Case(
-    "the sensor feels nothing: from rest to pressed by {force:N} {changes}, and noise alone is {noise:.2g} steps (one "
-    "sigma). No coil changes by the {sigmas:g} sigma that tell a change from noise",
+    "the sensor feels nothing: from rest to pressed by {force:N} no coil changes by the {sigmas:g} sigma that tell a "
+    "change from noise",
+    detail="{changes}, and noise alone is {noise:.2g} steps (one sigma)",
     severity=Severity.ERROR,
 )
 
 SMALL_SIGNAL = Case(
     "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by "
-    "{measured:%.2g} % of itself{steps} ({per_newton:H,3}/N, its frequency{follows} by "
-    "{frequency_share:%+.2g} %). Ten degrees of warming move it by {drift:%.2g} % by the copper alone, {scale}; "
-    "silicone adds to that (response --performance has all of it)",
+    "{measured:%.2g} % of itself{steps}",
+    detail="it changes by {per_newton:H,3}/N, its frequency{follows} by {frequency_share:%+.2g} %; ten degrees of "
+    "warming move the reading by {drift:%.2g} % by the copper alone, {scale}; silicone adds to that (response "
+    "--performance has all of it)",
     hint=(
         "{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil "
         "without a target, or a tare before each grasp"

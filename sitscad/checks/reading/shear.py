@@ -140,10 +140,10 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
 
 
 HARDLY_SHEAR = Case(
-    "the array hardly feels shear along {axis_name}: {force:N} move the target by {travel:m,2}, "
-    "and with that the coils' inductances differ by {apart:H,2} more, {measured:.2g} steps of the"
-    " converter{beside}. Asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of that "
-    "change",
+    "the array hardly feels shear along {axis_name}: {force:N} part the coils' inductances by {measured:.2g} steps of "
+    "the converter",
+    detail="that force moves the target by {travel:m,2}, and the inductances differ by {apart:H,2} more{beside}; "
+    "asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of that change",
 )
 
 

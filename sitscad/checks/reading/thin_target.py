@@ -64,7 +64,7 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
             "target.thickness", share, _limit("thin_target_resistance"), None,
             source=own_limits()["thin_target_resistance"].source, thickness=target.thickness,
             depths=target.thickness / depth, name=target.material.name, frequency=frequency,
-            words=f"An endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: too little to "
+            words=f"an endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: too little to "
             "be compared",
         )  # fmt: skip
         return
@@ -122,7 +122,7 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     return _Cost(
         1.0 - worst.value / against.value,
         share,
-        f"Against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
+        f"against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
         f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(design, worst)}",
     )
 
@@ -226,12 +226,12 @@ def _limit(name: str) -> float:
 
 _THIN = (
     "the target is {thickness:m,3} thick, {depths:.2g} skin depths of {name} at {frequency:Hz,3}: a part of the field "
-    "goes through it. {words}"
+    "goes through it"
 )
 
-TOO_THIN = Case(_THIN, "take {enough:m,3} or more (3 skin depths stop 95 %)", Severity.WARNING)
+TOO_THIN = Case(_THIN, "take {enough:m,3} or more (3 skin depths stop 95 %)", Severity.WARNING, detail="{words}")
 
-THIN = Case(_THIN, "nothing has to be changed for that", Severity.NOTE)
+THIN = Case(_THIN, "nothing has to be changed for that", Severity.NOTE, detail="{words}")
 
 POOR_CONDUCTOR = Case(
     "{name} {why}. It changes the inductance by {measured:%.2g} % of what copper of its size changes",

@@ -22,6 +22,7 @@ from sitscad.fabrication.notes import (
     bend_text,
     bond_texts,
     contact_text,
+    end_tolerance,
     finish_text,
     holes_text,
     laminate_text,
@@ -235,13 +236,24 @@ def _contacts(layout: Layout) -> str:
     made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
     allowed = connector.insertion_thickness_tolerance
     text = (
-        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}; thickness at the contacts "
-        f"{thickness_text(layout, Where.CONTACT)}; the stack-up and stiffener above give {show(made, 'm')}"
+        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{_closer_cut(layout)}; thickness at the "
+        f"contacts {thickness_text(layout, Where.CONTACT)}; the stack-up and stiffener above give {show(made, 'm')}"
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
     unseen = [field.replace("_", " ") for field, _, _ in unverified_rows("connector", connector.name)]
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
+
+
+def _closer_cut(layout: Layout) -> str:
+    """That the width at the contacts is asked closer than the rest of the outline, where it is."""
+    asked, usual = end_tolerance(layout), layout.spec.fpc.rules.outline_tolerance
+    if asked >= usual - 1e-9:
+        return ""
+    return (
+        f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
+        f"confirmed, or every board is measured before it is plugged in)"
+    )
 
 
 def _rules(layout: Layout) -> str:

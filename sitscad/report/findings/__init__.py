@@ -11,6 +11,7 @@ from sitscad.report.findings.checked import (
     CheckedSpec,
     by_weight,
     checked_spec,
+    excerpt,
     in_order,
     numbered_places,
     worst_first,
@@ -28,6 +29,7 @@ __all__ = [
     "as_text",
     "by_weight",
     "checked_spec",
+    "excerpt",
     "finding_json",
     "in_order",
     "json_document",
@@ -52,7 +54,7 @@ def _module(name: str) -> Format:
 
 
 FINDING_FORMATS: Mapping[str, Format] = {
-    "text": lambda checked, manner: as_text(checked, manner.colour, manner.named),
+    "text": as_text,
     "json": lambda checked, manner: as_json(checked),
     "sarif": _module("sarif"),
     "junit": _module("junit"),

@@ -77,6 +77,20 @@ class CheckedSpec:
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
 
+EXCERPT = 160
+"""Characters of a spec's line that are quoted where nobody says how many there is room for."""
+
+
+def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
+    """As much of a line as there is room for about a column (from 1), and how many characters of it stand before."""
+    room = max(EXCERPT if room is None else room, 20)
+    if len(line) <= room:
+        return line, column - 1
+    first = max(0, min(column - 1 - room // 3, len(line) - room))
+    before, after = "..." if first else "", "..." if first + room < len(line) else ""
+    return f"{before}{line[first + len(before) : first + room - len(after)]}{after}", column - 1 - first
+
+
 def checked_spec(
     spec: SensorSpec,
     findings: Sequence[Finding],

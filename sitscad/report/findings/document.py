@@ -113,6 +113,8 @@ def finding_json(finding: Finding) -> dict[str, Any]:
         "unit": finding.unit,
         "source": finding.source,
     }
+    if finding.detail:
+        entry["detail"] = finding.detail
     if finding.sigma is not None:
         entry["sigma"] = finding.sigma
     if finding.keeps_limit:

@@ -37,8 +37,7 @@ def _command(spec: CheckedSpec, finding: Finding, manner: Manner) -> str:
         "title": f"{finding.rule} {finding.name}",
     }
     told = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
-    message = f"{finding.message}\nHint: {finding.hint}" if finding.hint else finding.message
-    return f"::{_COMMANDS[finding.severity]} {told}::{_data(message)}"
+    return f"::{_COMMANDS[finding.severity]} {told}::{_data(finding.advised_message)}"
 
 
 def _data(text: str) -> str:
@@ -79,7 +78,7 @@ def _row(finding: Finding) -> str:
     place = ":".join(str(part) for part in (finding.file, finding.line, finding.column) if part)
     hint = f"<br>{_cell(finding.hint)}" if finding.hint else ""
     name = f"{finding.rule} {finding.name}"
-    return f"| {finding.severity.value} | {name} | {_cell(place)} | {_cell(finding.message)}{hint} |"
+    return f"| {finding.severity.value} | {name} | {_cell(place)} | {_cell(finding.whole_message)}{hint} |"
 
 
 _MARKDOWN = str.maketrans({character: f"\\{character}" for character in "\\`*_[]<>|#~$"})

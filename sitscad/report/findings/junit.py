@@ -69,7 +69,8 @@ def _reasons(spec: CheckedSpec, rule: str) -> list[str]:
 def _lines(path: str, finding: Finding) -> str:
     where = ":".join(str(part) for part in (finding.file or path, finding.line, finding.column) if part)
     hint = f"\nhint: {finding.hint}" if finding.hint else ""
-    return "\n".join(_shown(line) for line in f"{where} {finding.severity.value}: {finding.message}{hint}".splitlines())
+    text = f"{where} {finding.severity.value}: {finding.whole_message}{hint}"
+    return "\n".join(map(_shown, text.splitlines()))
 
 
 def _shown(text: str) -> str:

@@ -36,7 +36,8 @@ class Manner:
 
     ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
     ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
-    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone.
+    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone;
+    ``verbose`` makes the text tell all that there is, and ``width`` is the terminal's, at which its lines are folded.
     """
 
     colour: bool = False
@@ -44,6 +45,8 @@ class Manner:
     fail_on: Severity = Severity.ERROR
     root: str = "."
     named: bool = False
+    verbose: bool = False
+    width: int | None = None
 
     def path_from_root(self, path: str) -> str:
         """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""
@@ -54,8 +57,10 @@ class Manner:
             return path.replace(os.sep, "/")
 
     def uri_from_root(self, path: str) -> str:
-        """The same as a relative reference of RFC 3986, absolute where the path lies outside the root."""
+        """The same as a relative reference of RFC 3986, absolute where the path lies outside the root; the name's bytes
+        are written as they are on the disk, no UTF-8 though they be.
+        """
         name = self.path_from_root(path)
         if name.startswith(("/", "../")) or name == "..":
-            return "file://" + quote(os.path.abspath(path))
-        return quote(name)
+            return "file://" + quote(os.fsencode(os.path.abspath(path)))
+        return quote(os.fsencode(name))

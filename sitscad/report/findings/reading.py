@@ -42,6 +42,7 @@ def _finding(entry: dict[str, Any]) -> Finding:
         severity=Severity(entry["severity"]),
         sigma=entry.get("sigma"),
         keeps_limit=entry.get("keeps_limit", False),
+        detail=entry.get("detail", ""),
         file=entry.get("file"),
         place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
         fixes=tuple(_remedy(each) for each in entry.get("fixes", ())),

@@ -13,7 +13,7 @@ from difflib import SequenceMatcher
 from typing import Any
 
 from sitscad.finding import Finding, Ignored, Remedy
-from sitscad.report.findings.checked import CheckedSpec
+from sitscad.report.findings.checked import CheckedSpec, excerpt
 from sitscad.report.findings.document import finding_json, to_json
 from sitscad.report.findings.identity import fingerprint, identities
 from sitscad.report.findings.manner import Manner, RuleTexts
@@ -22,6 +22,8 @@ from sitscad.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 ROOT = "%SRCROOT%"
+LONGEST = 1000
+"""Characters of a line up to which it stands whole in a result."""
 
 _GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
 """The tag of a rule, by the first figure of its number."""
@@ -96,7 +98,7 @@ def _result(
         "ruleId": finding.rule,
         **index,
         "level": finding.severity.value,
-        "message": {"text": f"{finding.message}\nHint: {finding.hint}" if finding.hint else finding.message},
+        "message": {"text": finding.advised_message},
         "locations": [_location(spec, finding, where)],
         "partialFingerprints": {"primaryLocationLineHash": f"{mark}:1", "sitscadFinding/v1": mark},
         "properties": _measures(finding),
@@ -112,7 +114,7 @@ def _result(
 def _measures(finding: Finding) -> dict[str, Any]:
     """What the finding's JSON has beyond what SARIF has a place for."""
     entry = finding_json(finding)
-    told = ("rule", "severity", "message", "hint", "key", "line", "column", "file", "fixes")
+    told = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
     return {name: value for name, value in entry.items() if name not in told and value is not None}
 
 
@@ -164,7 +166,8 @@ def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
     region: dict[str, Any] = {"startLine": finding.line, "startColumn": column}
     if text is None:
         return region
-    return region | {"endLine": finding.line, "endColumn": column + extent(text, column), "snippet": {"text": text}}
+    end = {"endLine": finding.line, "endColumn": column + extent(text, column)}
+    return region | end | {"snippet": {"text": excerpt(text, column, LONGEST)[0]}}
 
 
 _QUOTED = re.compile(r'"(?:[^"\\]|\\.)*"|\'(?:[^\']|\'\')*\'')

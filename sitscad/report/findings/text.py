@@ -1,27 +1,59 @@
-"""Findings as text for a person: one line a finding, the offending line of the spec under it, and a hint."""
+"""Findings as text for a person: short first, and all of it where `Manner.verbose` asks for it.
+
+The short form tells in full what fails the command, a warning in a line, counts the rest and says how to see it. The
+whole form has ``file:line:column rule severity message``, the offending line and the hint of every finding, every rule
+that was not checked with its reason, and every figure.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 
-from sitscad.finding import Finding, Severity
-from sitscad.report.findings.checked import CheckedSpec, in_order
+from sitscad.finding import Finding, Ignored, Severity
+from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, in_order
+from sitscad.report.findings.manner import Manner
+
+INDENT = 6
+"""Columns by which what belongs to a finding stands in from its first line."""
+
+_BRIEF = Manner()
 
 
-def as_text(checked: Sequence[CheckedSpec], colour: bool = False, named: bool = False) -> str:
-    """``file:line:column rule severity message``, the offending line under it, a hint, and a summary in the end.
+def as_text(checked: Sequence[CheckedSpec], manner: Manner = _BRIEF) -> str:
+    """The findings of all specs, what their coils feel and how they fit, and the verdict in the end.
 
-    Every line names its spec where there are several, or `named` says that others are told before or after.
+    Every line names its spec where there are several, or `Manner.named` says that others are told before or after;
+    several specs have their figures in the whole form only.
     """
-    name_it = named or len(checked) > 1
-    blocks = [_finding_text(spec, finding, colour) for spec in checked for finding in in_order(spec.findings)]
-    left_out = [line for spec in checked for line in _not_checked_text(spec, name_it, colour)]
-    left_out += [line for spec in checked for line in _ignored_text(spec, name_it, colour)]
-    felt = [line for spec in checked for line in _signal_text(spec, name_it)]
-    felt += [line for spec in checked for line in _felt_text(spec, name_it)]
-    felt += [line for spec in checked for line in _fit_text(spec, name_it)]
-    verdict = (f"{printable(checked[0].path)}: " if named and len(checked) == 1 else "") + summary(checked, colour)
-    return "\n".join([*blocks, *left_out, *felt, *_fixes_text(checked), verdict]) + "\n"
+    name_it, colour = manner.named or len(checked) > 1, manner.colour
+    groups = [group for spec in checked for group in _findings_text(spec, manner)]
+    if manner.verbose or not name_it:
+        groups += [_figures_text(spec, name_it, manner) for spec in checked]
+    last = _not_checked_text(checked, name_it, manner)
+    last += [line for spec in checked for line in _ignored_text(spec, name_it, manner)]
+    name = f"{printable(checked[0].path)}: " if manner.named and len(checked) == 1 else ""
+    said = name + (summary(checked, colour) if manner.verbose else verdict(checked, colour) + _unsaid(checked, manner))
+    return "\n\n".join("\n".join(group) for group in (*groups, [*last, *_fixes_text(checked), said]) if group) + "\n"
+
+
+def _findings_text(spec: CheckedSpec, manner: Manner) -> list[list[str]]:
+    """The findings of one spec as groups of lines: each that is told in full is one, all warnings in a line another."""
+    if manner.verbose:
+        return [_in_full(spec, finding, manner) for finding in in_order(spec.findings)]
+    found = by_weight(spec.findings)
+    full = [_in_full(spec, finding, manner) for finding in found if finding.severity.weighs(manner.fail_on)]
+    milder = [f for f in found if f.severity is Severity.WARNING and not f.severity.weighs(manner.fail_on)]
+    return [*full, [line for finding in milder for line in _head(spec, finding, manner)]]
+
+
+def _unsaid(checked: Sequence[CheckedSpec], manner: Manner) -> str:
+    """What the short form left out of the findings, and how it is seen."""
+    milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(manner.fail_on)}
+    words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
+    told = " and ".join(word for severity, word in words.items() if severity in milder)
+    return f" (check -v shows {told})" if told else ""
 
 
 def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
@@ -34,16 +66,19 @@ def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
     return [f"fixes: {', '.join(words)}"] if words else []
 
 
-def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
-    """One line: how many errors, warnings and notes there are, and how many rules were not checked."""
+def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """How many errors, warnings and notes there are."""
     counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
     words = [_number(count, severity.value) for severity, count in counts if count]
-    skipped = sum(len(spec.not_checked) for spec in checked)
     ok = all(spec.ok for spec in checked)
-    verdict = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
-    tail = f"; {_number(skipped, 'rule')} not checked" if skipped else ""
-    files = f" in {len(checked)} specs" if len(checked) > 1 else ""
-    return f"{verdict}: {', '.join(words) or 'no findings'}{files}{tail}"
+    said = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
+    return f"{said}: {', '.join(words) or 'no findings'}" + (f" in {len(checked)} specs" if len(checked) > 1 else "")
+
+
+def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """The verdict, and how many rules were not checked, in one line."""
+    skipped = sum(len(spec.not_checked) for spec in checked)
+    return verdict(checked, colour) + (f"; {_number(skipped, 'rule')} not checked" if skipped else "")
 
 
 _COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
@@ -60,23 +95,59 @@ def printable(text: str) -> str:
     return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def _finding_text(spec: CheckedSpec, finding: Finding, colour: bool) -> str:
-    """One finding with its line of the spec and its hint."""
+def _head(spec: CheckedSpec, finding: Finding, manner: Manner) -> list[str]:
+    """Where a finding is and what it says."""
     where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
-    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], colour)
-    lines = [f"{styled(where, 'bold', colour)} {finding.rule} {severity} {printable(finding.message)}"]
-    text = spec.line(finding.line, finding.file)
+    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], manner.colour)
+    plain = f"{where} {finding.rule} {finding.severity.value} "
+    first, *others = _folded(plain, finding.message, INDENT, manner)
+    return [f"{styled(where, 'bold', manner.colour)} {finding.rule} {severity} {first[len(plain) :]}", *others]
+
+
+def _in_full(spec: CheckedSpec, finding: Finding, manner: Manner) -> list[str]:
+    """One finding with its line of the spec, what more there is to say and its hint."""
+    lines, text = _head(spec, finding, manner), spec.line(finding.line, finding.file)
     if text is not None:
         margin = f"{finding.line:>5} | "
-        caret = " " * (len(margin) - 2) + "| " + " " * ((finding.column or 1) - 1)
-        lines += [f"{margin}{printable(text)}", caret + styled("^", SEVERITY_COLOURS[finding.severity], colour)]
-    if finding.hint:
-        lines.append(f"      hint: {printable(finding.hint)}")
-    return "\n".join(lines)
+        shown, caret = excerpt(text, finding.column or 1, manner.width and manner.width - len(margin))
+        mark = styled("^", SEVERITY_COLOURS[finding.severity], manner.colour)
+        lines += [f"{margin}{printable(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
+    for word, told in (("detail", finding.detail), ("hint", finding.hint)):
+        lines += _folded(f"{'':{INDENT}}{word}: ", told, INDENT + len(word) + 2, manner) if told else []
+    return lines
 
 
-def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[str]:
-    """The rules that were not checked, one line a reason."""
+def _folded(head: str, text: str, indent: int, manner: Manner) -> list[str]:
+    """A text after its head as lines no wider than the terminal, all but the first moved in."""
+    text = printable(text)
+    if manner.width is None:
+        return [head + text]
+    from textwrap import wrap  # nobody's who writes into a file
+
+    lines = wrap(
+        _UNIT.sub(_UNBROKEN, text), max(manner.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+    return [line.replace(_UNBROKEN, " ") for line in lines] or [head]
+
+
+_UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V|A|s)\b))"), "\0"
+"""A number and its unit stand in one line."""
+
+
+def _not_checked_text(checked: Sequence[CheckedSpec], name_it: bool, manner: Manner) -> list[str]:
+    """The rules that were not checked: their number, and the reason if it is one; all of them in the whole form."""
+    if manner.verbose:
+        return [line for spec in checked for line in _reasons_text(spec, name_it, manner)]
+    reasons = [skipped.reason for spec in checked for skipped in spec.not_checked]
+    if not reasons:
+        return []
+    several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
+    return _dim(_folded(f"not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, manner), manner)
+
+
+def _reasons_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+    """The rules of one spec that were not checked, one line a reason."""
     reasons: dict[str, list[str]] = {}
     requirements: list[str] = []  # all that are not stated make one line, not one each
     for skipped in spec.not_checked:
@@ -88,49 +159,62 @@ def _not_checked_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[st
     if requirements:
         unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
-    prefix = f"{printable(spec.path)}: " if name_it else ""
-    grouped = ((", ".join(_in_runs(rules)), printable(reason)) for reason, rules in reasons.items())
-    return [styled(f"{prefix}not checked: {rules} ({reason})", "dim", colour) for rules, reason in grouped]
+    head = f"{_named(spec, name_it)}not checked: "
+    told = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
+    return _dim((line for words in told for line in _folded(head, words, INDENT, manner)), manner)
 
 
-def _ignored_text(spec: CheckedSpec, name_it: bool, colour: bool) -> list[str]:
-    """What is ignored, one line a finding with its reason, and the errors among it that mark a package."""
-    prefix = f"{printable(spec.path)}: " if name_it else ""
-    lines = [
-        f"{prefix}ignored: {each.finding.rule} {printable(each.finding.message)} ({each.by}: {printable(each.reason)})"
-        for each in spec.ignored
-    ]
+def _ignored_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+    """What is ignored with its reason, in the whole form one line a finding, else one line a rule and reason; and the
+    errors among it that mark a package.
+    """
+    head = f"{_named(spec, name_it)}ignored: "
+    lines = [line for words in _ignored_words(spec, manner.verbose) for line in _folded(head, words, INDENT, manner)]
     if spec.silenced:
         rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
-        lines.append(f"{prefix}silenced errors: {rules}: a package is marked as one that is not to be ordered")
-    return [styled(line, "dim", colour) for line in lines]
+        marked = f"{rules}: a package is marked as one that is not to be ordered"
+        lines += _folded(f"{_named(spec, name_it)}silenced errors: ", marked, INDENT, manner)
+    return _dim(lines, manner)
 
 
-def _signal_text(spec: CheckedSpec, name_it: bool) -> list[str]:
-    """The change per newton of all coils in one line; none where there is no signal."""
-    from sitscad.report.signal import headline  # only where something was estimated
+def _ignored_words(spec: CheckedSpec, whole: bool) -> Iterator[str]:
+    def why(each: Ignored) -> tuple[str, str]:
+        return each.finding.rule, f"({each.by}: {each.reason})"
 
-    prefix = f"{printable(spec.path)}: " if name_it else ""
-    return [f"{prefix}signal: {'; '.join(headline(spec.signals))}"] if spec.signals else []
-
-
-def _felt_text(spec: CheckedSpec, name_it: bool) -> list[str]:
-    """What is felt beside what is required in one line; none where nothing of it is required."""
-    from sitscad.report.signal import felt_words  # only where something is required
-
-    prefix = f"{printable(spec.path)}: " if name_it else ""
-    return [f"{prefix}felt: {'; '.join(map(felt_words, spec.reached))}"] if spec.reached else []
+    if whole:
+        yield from (f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored)
+        return
+    for (rule, reason), found in groupby(sorted(spec.ignored, key=why), why):
+        count = len(list(found))
+        yield f"{rule} {f'{count} times ' if count > 1 else ''}{reason}"
 
 
-def _fit_text(spec: CheckedSpec, name_it: bool) -> list[str]:
-    """The fit in its jaw in one line; none without a jaw."""
-    from sitscad.report.fit import closing_words, headline  # only where something was measured
+def _figures_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+    """What the coils feel beside what is asked, how the sensor fits its jaw and how that closes, a line each."""
+    rows: list[tuple[str, Sequence[str]]] = []
+    if spec.signals or spec.reached:
+        from sitscad.report.signal import felt_words, headline  # only where something was estimated
 
-    prefix = f"{printable(spec.path)}: " if name_it else ""
-    if not spec.fit:
-        return []
-    closes = [f"{prefix}closing: {closing_words(spec.closing)}"] if spec.closing is not None else []
-    return [f"{prefix}fit {headline(spec.fit)}", *closes]
+        rows += [("signal", headline(spec.signals)), ("felt", [felt_words(each) for each in spec.reached])]
+    if spec.fit:
+        from sitscad.report.fit import closing_words, fit_words  # only where something was measured
+
+        rows += [("fit", fit_words(spec.fit, manner.verbose))]
+        rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
+    width = max((len(label) for label, words in rows if words), default=0) + 2
+    labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
+    name = _named(spec, name_it)
+    return [
+        line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, manner)
+    ]  # fmt: skip
+
+
+def _named(spec: CheckedSpec, name_it: bool) -> str:
+    return f"{printable(spec.path)}: " if name_it else ""
+
+
+def _dim(lines: Iterable[str], manner: Manner) -> list[str]:
+    return [styled(line, "dim", manner.colour) for line in lines]
 
 
 def _in_runs(rules: list[str]) -> list[str]:
