@@ -106,7 +106,7 @@ def test_parallel_resistance(pressed: float, severity: Severity | None, limit: f
         assert found == []
         return
     assert [(f.severity, f.measured, f.limit) for f in found] == [(severity, pressed, limit)]
-    assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].message
+    assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].detail
 
 
 def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judge, design, estimates) -> None:

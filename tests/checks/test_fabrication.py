@@ -428,6 +428,6 @@ def test_rules_that_write_one_minimum_of_coils_do_not_make_the_others_binding(ju
     found = {f.key: f for f in judge("SIT103", spec)}
     assert found["coil.trace_spacing"].severity is Severity.ERROR
     assert found["coil.trace_width"].severity is Severity.WARNING
-    assert "the profile that yours is based on" in found["coil.trace_width"].message
+    assert "the profile that yours is based on" in found["coil.trace_width"].whole_message
     both = load_text(THICK.format(written="coil_trace_spacing: 250 um, coil_rule_binding: true"), "thick.yaml")
     assert {f.severity for f in judge("SIT103", both)} == {Severity.ERROR}

@@ -96,7 +96,7 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
         assert f.limit == port < f.measured < 5.9e-3
         assert "elastomer.thickness is 1 mm" in f.hint and "elastomer +-150 um" in f.hint
         assert ("unverified" in f.detail) == (source != "measured") and "glue lines are 150 um of it" in f.detail
-        assert ("smallest measured port" in f.message) == (f.measured <= 1.1 * port)
+        assert ("smallest measured port" in f.whole_message) == (f.measured <= 1.1 * port)
 
 
 def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
@@ -189,7 +189,7 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
     for modulus, sigma in ((36e3, 0.35), (40e3, 0.7), (8e3, 0.1)):
         material = replace(spec.elastomer.material, shear_modulus=modulus, shear_modulus_sigma=sigma)
         (found,) = judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=material)))
-        assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.message
+        assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.whole_message
 
 
 def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, design):
@@ -306,7 +306,7 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
     soft = {"material": "dragon-skin-10", "shape": "square", "size": 8, "thickness": 1, "kerf": 0.15}
     assert judge("SIT304", design(elastomer=soft, target__size=8)) == []
     (found,) = judge("SIT304", design(elastomer=soft, target__size=3, encapsulation=None))
-    assert found.measured > found.limit and "14 % of the pad" in found.message and "larger target" in found.hint
+    assert found.measured > found.limit and "14 % of the pad" in found.whole_message and "larger target" in found.hint
     thick = {**soft, "material": "ecoflex-00-30", "thickness": 2}
     bare = {"elastomer": thick, "encapsulation": None, "requirements__normal_force": "0.2 N"}
     assert [f.severity for f in judge("SIT312", design(target__size=8, **bare))] == [Severity.NOTE]
@@ -438,7 +438,7 @@ def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force
     assert found.severity.value == severity
     if severity == "error":
         assert found.measured > found.limit == 0.5
-        assert ("helped most" in found.message) is (size > 4.5)
+        assert ("helped most" in found.whole_message) is (size > 4.5)
 
 
 def test_a_body_too_wide_for_its_jaw_counts_coils_off_the_axis_from_edge_to_edge(judge, design):

@@ -41,7 +41,7 @@ def test_coils_beside_the_target_are_named_with_what_mends_them():
     result = sitscad.check(spec)
     (found,) = [f for f in result.findings if f.rule == "SIT215"]
     assert found.severity is Severity.WARNING and found.key == "target.size"
-    assert "coils C1 and C4 hardly feel" in found.message and "coil C2 changes" in found.message
+    assert "coils C1 and C4 hardly feel" in found.whole_message and "coil C2 changes" in found.whole_message
     assert "C2 -" not in found.message and "a target of 44.5 mm by 10 mm" in found.hint
     assert "11.75 mm beyond" in found.hint or "11.8 mm beyond" in found.hint
     (left,) = [n for n in result.not_checked if n.rule == "SIT306"]
