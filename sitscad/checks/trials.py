@@ -102,6 +102,16 @@ class Trials:
         tried = self._tried(changed)
         return () if tried is None else tuple(sorted(tried.complaints))
 
+    def share(self, changed: SensorSpec) -> float | None:
+        """The largest share of its reading by which a coil of a changed design changes over the required force; None
+        where it was not tried, or feels nothing.
+        """
+        from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
+
+        is_own = changed == self._design.spec
+        design = self._design if is_own else self.drawn(changed) if self._tried(changed) is not None else None
+        return None if design is None else max((abs(s.share) for s in signals(design.estimates)), default=None)
+
     def drawn(self, changed: SensorSpec) -> Design | None:
         """A changed design, laid out once; None where the budget does not reach so far."""
         for spec, design in self._drawn:
@@ -236,6 +246,9 @@ class _Left:
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         return self._trials.warned(changed)
+
+    def share(self, changed: SensorSpec) -> float | None:
+        return self._noted(self._trials.share(changed))
 
     def drawn(self, changed: SensorSpec) -> Layout | None:
         design = self._noted(self._trials.drawn(changed))

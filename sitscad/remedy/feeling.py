@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from sitscad.finding import Edit
 from sitscad.remedy.fix import Fix
+from sitscad.remedy.search import Left
 from sitscad.spec.profiles import presets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -17,6 +18,9 @@ SCANS_A_BAND = 2.0
 
 FEWEST_SCANS = 1.0
 """Scans a second that are proposed at least."""
+
+MAGNETIC, CONDUCTS = 1.1, 1e5
+"""Relative permeability from which on a metal is magnetic, and conductivity (S/m) from which on it is a metal."""
 
 OTHERS = 3
 """Softer or stiffer silicones that are tried, the nearest first."""
@@ -58,3 +62,50 @@ def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
         thickness = round(factor * pad.thickness * 1e5) * 1e-5
         edit = Edit("elastomer.thickness", f"{1e3 * thickness:.6g}")
         yield Fix((edit,), replace(spec, elastomer=replace(pad, thickness=thickness)))
+
+
+def other_metals(spec: SensorSpec) -> Iterator[Fix]:
+    """Metals that may give more signal than the target's: instead of a magnetic one the alloy that conducts most like
+    it, then the best conductor; instead of any other that one. Nothing for a good conductor, which has no better.
+    """
+    target = spec.target
+    if target is None:
+        return
+    now, known = target.material, [presets.conductor(name) for name in presets.names("conductor")]
+    plain = [one for one in known if one.relative_permeability < MAGNETIC and one.conductivity > CONDUCTS]
+    best = max(plain, key=lambda one: one.conductivity)
+    if now.relative_permeability >= MAGNETIC:
+        alike = min(plain, key=lambda one: abs(math.log(one.conductivity / max(now.conductivity, CONDUCTS))))
+        wanted = [alike, best]
+    else:
+        wanted = [best] if now.conductivity < BETTER * best.conductivity else []
+    for metal in wanted:
+        yield Fix((Edit("target.material", metal.name),), replace(spec, target=replace(target, material=metal)))
+
+
+BETTER = 0.5
+"""A conductor of less than so much of the best one's conductivity has a better one."""
+
+
+def more_by_metal(spec: SensorSpec, left: Left) -> str:
+    """Which other metals of the target make the reading change more, and how many times, found by trying; nothing where
+    none does, or none was tried.
+    """
+    here = left.share(spec)
+    told: list[str] = []
+    for fix in other_metals(spec) if here else ():
+        left(fix)
+        there = left.share(fix.spec)
+        if here and there is not None and there > MORE * here:
+            words = f"gives {there / here:.2g} times the signal"
+            told.append(f"{fix.words} {words}" if not told else f"{fix.edits[0].new} {words}")
+    if not told:
+        return ""
+    assert spec.target is not None
+    metal = spec.target.material
+    why = f"{metal.name} is magnetic (relative permeability {metal.relative_permeability:g}): "
+    return f"{why if metal.relative_permeability >= MAGNETIC else ''}{', '.join(told)} (tried)"
+
+
+MORE = 1.2
+"""Times the signal from which on another metal is named."""

@@ -27,6 +27,11 @@ class Left(Protocol):
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         """Other rules that warn of it, and not of the spec as it stands; of a change that breaks nothing."""
 
+    def share(self, changed: SensorSpec) -> float | None:
+        """By how much of itself the reading changes over the required force, of the coil where it changes most; None
+        where that was not tried, or nothing is felt.
+        """
+
     def drawn(self, changed: SensorSpec) -> Layout | None:
         """The changed design laid out, no more; None where the budget does not reach so far."""
 

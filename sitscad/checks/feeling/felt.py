@@ -10,7 +10,7 @@ from sitscad.checks.rules import Advice, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.measured import Reached
 from sitscad.record import record
-from sitscad.remedy.feeling import other_silicones, other_thicknesses, slower_scans
+from sitscad.remedy.feeling import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, in_vain, named, ways
 from sitscad.spec.sensor import SensorSpec
@@ -108,9 +108,10 @@ def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int],
 
 
 def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
-    """A hint with pads that feel more per newton; with a factor, first as many times fewer scans."""
+    """A hint with metals and pads that feel more per newton; with a factor, first as many times fewer scans."""
     slower = [list(slower_scans(spec, factor))] if factor is not None else []
-    return _found([*slower, list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))])
+    pads = [list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))]
+    return _found([*slower, list(other_metals(spec)), *pads])
 
 
 def less_travel(spec: SensorSpec) -> Advice:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from sitscad.checks.cases import Case
+from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import Rule, Undecided, Verdict
@@ -13,6 +13,8 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.record import record
+from sitscad.remedy.feeling import more_by_metal
+from sitscad.remedy.search import Left
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -85,6 +87,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
+        advice=None if beside else lambda left: _by_metal(design.spec, left, _more_change(design.spec)),
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
@@ -173,6 +176,8 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     scale = (
         f"{100.0 * drift / abs(best.share):.0f} % of full scale" if abs(best.share) > drift else "all of it and more"
     )
+    back, more = _back_over_the_coils(design.spec), _more_signal(design.spec)
+    hint = worded(SMALL_SIGNAL.hint, {"back_over_the_coils": back, "more_signal": more})
     yield SMALL_SIGNAL.found(
         "elastomer.thickness",
         abs(best.share),
@@ -187,9 +192,15 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         follows=", which follows losses, too," if best.has_loss_in_it else "",
         drift=drift,
         scale=scale,
-        back_over_the_coils=_back_over_the_coils(design.spec),
-        more_signal=_more_signal(design.spec),
+        hint=hint,
+        advice=lambda left: _by_metal(design.spec, left, hint),
     )
+
+
+def _by_metal(spec: SensorSpec, left: Left, otherwise: str) -> str:
+    """Another metal of the target before what else makes more signal, where trying finds one."""
+    metal = more_by_metal(spec, left)
+    return f"{metal}; {otherwise}" if metal else otherwise
 
 
 def _more_signal(spec: SensorSpec) -> str:

@@ -1,0 +1,29 @@
+"""What the target is made of: the same sensor with a target of every installed metal.
+
+For each: its conductivity and relative permeability, its skin depth at the sensor's frequency, how far the reading of
+the first coil changes from rest to the required force, and its parallel resistance at rest.
+"""
+
+from pathlib import Path
+
+import sitscad
+from sitscad.estimates.signal import signals
+from sitscad.physics.constants import skin_depth
+from sitscad.spec.profiles import presets
+
+spec = sitscad.load(Path("templates/bench_7mm.yaml"))
+print(f"{'target':18} {'MS/m':>6} {'mu_r':>6} {'depth':>8} {'reading':>8} {'Rp':>7}")
+found = []
+for name in presets.names("conductor"):
+    metal = presets.conductor(name)
+    if metal.conductivity < 1e5:
+        continue  # no metal: it draws the field in
+    estimates = sitscad.Design(spec.replace("target.material", name)).estimates
+    rest = estimates.coils[0].states["rest"]
+    depth = skin_depth(rest.frequency, metal.conductivity, metal.relative_permeability)
+    found.append((signals(estimates)[0].share, name, metal, depth, rest.parallel_resistance))
+for share, name, metal, depth, resistance in sorted(found, key=lambda row: row[0]):
+    print(
+        f"{name:18} {metal.conductivity / 1e6:6.2f} {metal.relative_permeability:6.4g} {1e6 * depth:5.0f} um"
+        f" {100 * share:6.2f} % {resistance / 1e3:4.2f} kohm"
+    )
