@@ -35,7 +35,7 @@ MAY_IMPORT = {
         "physics", "design", "remedy",
     },
     "review": {"finding", "measured", "spec", "estimates", "design", "remedy", "checks"},
-    "fabrication": {"units", "geometry", "spec", "layout"},
+    "fabrication": {"units", "geometry", "spec", "layout", "scene"},
     "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},

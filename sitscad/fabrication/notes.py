@@ -9,7 +9,7 @@ from itertools import pairwise
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch, pivot_line
+from sitscad.layout.tail.bending import Bend, bend_stretch
 from sitscad.layout.tail.thickness import (
     FinishedThickness,
     Where,
@@ -19,6 +19,7 @@ from sitscad.layout.tail.thickness import (
     step_height,
     tail_copper,
 )
+from sitscad.scene.bends import bends, pivot_line
 from sitscad.spec.profiles.presets import finish, names
 from sitscad.spec.stackup import LayerKind, StackLayer
 from sitscad.units import show
@@ -87,20 +88,29 @@ def step_text(layout: Layout) -> str:
 
 
 def bend_text(layout: Layout) -> str:
-    """How the tail is bent: about which line, which way, how far, and where nothing stiff may be, as the check of the
+    """How the tail is bent: about which lines, which way, how far, and where nothing stiff may be, as the check of the
     bend says.
     """
-    bend, stretch = bend_of(layout), bend_stretch(layout)
-    if bend is None or stretch is None:
+    found, stretch = bends(layout), bend_stretch(layout)
+    if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
+    if not found:
+        return "The tail is not bent."
+    a, b = (show(x, "m") for x in stretch)
+    said = [_one_bend(layout, bend) for bend in found]
+    return (
+        f"The tail bends {said[0]}{''.join(f'; then {words}' for words in said[1:])}. It bends nowhere else. No holes "
+        f"and no joints between x = {a} and x = {b}."
+    )
+
+
+def _one_bend(layout: Layout, bend: Bend) -> str:
     how = "in use (dynamic)" if bend.is_dynamic else "once, at assembly (static)"
     radius = "the rules state no radius" if bend.radius is None else f"inside radius at least {show(bend.radius, 'm')}"
     taken = f", which takes x = {show(bend.start, 'm')} to {show(bend.end, 'm')}" if bend.radius is not None else ""
-    a, b = stretch
-    line = f"{show(bend.line, 'm')}{_at_pivot(layout, bend)}"
     return (
-        f"The tail bends {how} by {bend_words(bend)}, about the line across it at x = {line}; {radius}"
-        f"{taken}. No holes and no joints between x = {show(a, 'm')} and x = {show(b, 'm')}."
+        f"{how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}"
+        f"{f', {bend.why}' if bend.why else _at_pivot(layout, bend)}; {radius}{taken}"
     )
 
 
@@ -119,7 +129,7 @@ WAYS = {"down": "away from the face with the coils", "up": "towards the face wit
 
 def bend_words(bend: Bend) -> str:
     """Angle and direction of a bend."""
-    return f"{math.degrees(bend.angle):g} deg {bend.direction} ({WAYS[bend.direction]})"
+    return f"{math.degrees(bend.angle):.4g} deg {bend.direction} ({WAYS[bend.direction]})"
 
 
 def turn_text(layout: Layout) -> str:

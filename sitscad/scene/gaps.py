@@ -32,17 +32,19 @@ def shield_span(spec: SensorSpec) -> Heights | None:
     if sheet is None:
         return None
     spaced = board_heights(spec)[0] - sheet[1] > 1e-9
-    down = spec.assembly.glue_line * (_is_glued(spec) + (spaced and _is_glued(spec)))
+    down = spec.assembly.glue_line * (spec.mount is not None) * (1 + spaced)
     return sheet[0] - down, sheet[1] - down
 
 
 def metal_face(spec: SensorSpec) -> float | None:
-    """The height (m) of the jaw's face below the board, every glue line above it counted; None without a mount."""
+    """The height (m) of the face below the mount, every glue line above it counted; None without a mount. A mount is
+    glued into a jaw; a plate is screwed down and a cap clamped.
+    """
     seat, sheet = seat_heights(spec), shield_heights(spec)
     if seat is None or spec.mount is None:
         return None
     pieces = len(seat_spans(board_heights(spec)[0], spec.mount.standoff, sheet)) + (sheet is not None)
-    return seat[0] - spec.assembly.glue_line * (pieces + 1) * _is_glued(spec)
+    return seat[0] - spec.assembly.glue_line * (pieces + (spec.mount.jaw is not None))
 
 
 def room_behind(spec: SensorSpec) -> float:
@@ -52,8 +54,3 @@ def room_behind(spec: SensorSpec) -> float:
     if sheet is not None:
         return bottom - sheet[1]
     return float("inf") if metal is None else bottom - metal
-
-
-def _is_glued(spec: SensorSpec) -> bool:
-    """Whether the board is glued to what is behind it: on a bench plate without a jaw it is laid in and screwed on."""
-    return spec.mount is not None and spec.mount.jaw is not None

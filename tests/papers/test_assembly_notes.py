@@ -11,6 +11,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad import parts
 from sitscad.design import Design
 from sitscad.papers.assembly import bench_steps
 from sitscad.papers.assembly import notes as assembly_notes
@@ -21,6 +22,7 @@ from sitscad.units import show
 
 SENSOR = Design(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
 GRASPER = SENSOR.layout
+MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.read(name), "t.yaml").mount is not None]
 
 
 def text(layout) -> str:
@@ -136,6 +138,33 @@ def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
     assert "mould-skin" in said and "5 ml" in said
 
 
+def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_goes():
+    thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
+    assert in_order(in_one_line(sitscad.lay_out(thick)), "drop the target", "Cast the skin", "Push the board out")
+
+
+@pytest.mark.parametrize("template", MOUNTED)
+def test_steps_name_what_is_there(template):
+    """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
+    said, spec = in_one_line(layout), layout.spec
+    pieces = {each.name: each for each in (*parts.solids(layout), *parts.aids(layout))}
+    assert set(re.findall(r"(?:jig|mould)-[a-z]+(?:-press)?|mount-[a-z]+", said)) - {"mount-spacer"} <= set(pieces)
+    mount = pieces["mount"].shape.bounding_box()
+    assert ("stop at the tip" in said) == (spec.mount.jaw is not None and layout.body[0] - 0.3e-3 > 1e-3 * mount.min.X)
+    wide = layout.body_size[1] + 0.5e-3 < 1e-3 * (mount.max.Y - mount.min.Y)
+    assert ("between the ledges" in said) == (spec.mount.jaw is not None and wide)
+    if found := re.search(r"on the mount's tongue behind the body, over ([0-9.]+) mm", said):
+        flat = [face.bounding_box() for face in pieces["mount"].shape.faces() if face.geom_type.name == "PLANE"]
+        ends = [1e-3 * box.max.X for box in flat if box.size.Z < 1e-6 and layout.body[2] + 0.5e-3 < 1e-3 * box.max.X]
+        assert any(end - layout.body[2] == approx(1e-3 * float(found[1]), abs=1e-5) for end in ends)
+    if found := re.search(r"metal from ([0-9.]+) mm behind the body on, over at least ([0-9.]+) mm", said):
+        heel = 1e-3 * pieces["jaw"].shape.bounding_box().max.X
+        assert heel - layout.body[2] - 1e-3 * float(found[1]) >= 1e-3 * float(found[2])
+    assert ("tail in the slot" in said) == (spec.fpc.tail is not None)
+    assert spec.mount.jaw is not None or "Glue the board's whole body" in said
+
+
 def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
     said = in_one_line(GRASPER)
     assert in_order(
@@ -216,7 +245,7 @@ def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
         found = sitscad.estimate(layout)
         pages[jaw] = " ".join(assembly_notes.text(layout, found, found).split())
         assert "mount/assembly.svg shows the pieces apart, mount/placed-jaw-drawing.pdf the closed pair" in pages[jaw]
-        assert "frequency with the tank's capacitor of" in pages[jaw] and "Bend the tail by 30 deg down" in pages[jaw]
+        assert "frequency with the tank's capacitor of" in pages[jaw] and "by 30 deg down" in pages[jaw]
     assert "two straight strips against the jaw's sides" in pages["generic-5mm"]
     assert "straight strips" not in pages["toothless-5mm"]  # its pocket places the mount
     bare = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="generic-5mm", tail=""), "jaw.yaml"))

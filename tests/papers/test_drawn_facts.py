@@ -24,14 +24,16 @@ from sitscad.finding import Severity
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.geometry.path import Line, bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.tail.bending import bend_length, bend_of, bend_stretch, pivot_line
+from sitscad.layout.tail.bending import bend_length, bend_stretch
 from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.drawings.contacts import COPPER, contact_sheet
 from sitscad.papers.order import notes as fabrication_notes
+from sitscad.scene.bends import own_bend, pivot_line, room_for_own
 from sitscad.scene.grasper.jaws import jaw_range
+from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates
 from sitscad.spec.load import SpecError, load_text
 
@@ -231,7 +233,7 @@ def bent(bend):
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
 def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend):
     layout = bent(bend)
-    found, (a, b) = bend_of(layout), bend_stretch(layout)
+    found, (a, b) = own_bend(layout), bend_stretch(layout)
     assert found.line == approx((a + b) / 2, rel=1e-6) and found.angle == approx(math.pi / 2, rel=1e-6)
     assert (found.direction, found.is_dynamic) == ("down", bend == "dynamic")
     ratio = layout.spec.fpc.rules.static_bend_ratio[2] if bend == "static" else 40.0
@@ -243,7 +245,7 @@ def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend)
 
 def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
     layout = bent("{kind: static, at: 12, direction: up, angle: 45 deg, radius: 2}")
-    bend, x = bend_of(layout), layout.body[2] + 12e-3
+    bend, x = own_bend(layout), layout.body[2] + 12e-3
     assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
     assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec) / 2), rel=1e-6)
     drawing = board_drawing.drawing(layout, "")
@@ -295,7 +297,7 @@ def test_kicad_has_the_bend_as_a_line_across_the_tail():
     )
     across = [row for row in rows if row[0] == row[2]]
     longest = max(abs(float(row[1]) - float(row[3])) for row in across)
-    low, high = layout.reach_at(bend_of(layout).line)
+    low, high = layout.reach_at(own_bend(layout).line)
     assert longest == approx((high - low) * 1e3 + 2.0, abs=1e-5)
     assert "bend line, static: 90 deg down (away from the face with the coils)" in kicad_board.board(layout)
 
@@ -369,9 +371,11 @@ def test_stations_along_the_board_are_in_order(real):
 def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so():
     layout = lay_out(load_text(templates.read("grasper_4layer")))
     pivot = jaw_range(layout, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
-    assert pivot_line(layout) == approx(pivot, rel=1e-6) == approx(18e-3, rel=1e-6)
-    assert bend_of(layout).line == approx(pivot, rel=1e-6)
-    said = "about the line across it at x = 18 mm, where the jaw's hinge has its pivot; inside radius"
+    way = tail_path(layout, layout.spec.fpc.tail.bend_angle)
+    along = pivot_line(layout) - layout.body[2]
+    assert along > pivot - layout.body[2] and way.at(along).x == approx(pivot, abs=2e-5)
+    assert own_bend(layout).line == approx(pivot_line(layout), rel=1e-6)
+    said = "about the line across it at x = 18.23 mm, where the jaw's hinge has its pivot; inside radius"
     drawing = board_drawing.drawing(layout, "")
     for paper in (fabrication_notes.readme(layout), words_of(drawing), words_of(stackup_drawing.drawing(layout, ""))):
         assert said in " ".join(paper.split())
@@ -380,8 +384,8 @@ def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so()
 def test_a_line_of_the_bend_beside_the_pivot_names_both():
     text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
     layout = lay_out(load_text(text))
-    assert bend_of(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
-    assert "at x = 17.08 mm (the jaw's hinge has its pivot at x = 18 mm); inside" in " ".join(
+    assert own_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
+    assert "at x = 17.08 mm (the jaw's hinge has its pivot at x = 18.23 mm); inside" in " ".join(
         fabrication_notes.readme(layout).split()
     )
 
@@ -389,7 +393,7 @@ def test_a_line_of_the_bend_beside_the_pivot_names_both():
 def test_a_pivot_without_room_for_the_bend_leaves_it_in_the_middle():
     text = templates.read("grasper_4layer").replace("length: 30", "length: 14")
     layout = lay_out(load_text(text))
-    assert bend_of(layout).line == approx(sum(bend_stretch(layout)) / 2, rel=1e-6)
+    assert own_bend(layout).line == approx(sum(room_for_own(layout)) / 2, rel=1e-6)
 
 
 def test_a_tail_through_a_hinge_is_bent_by_half_of_the_jaw_s_opening():

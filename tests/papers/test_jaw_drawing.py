@@ -18,7 +18,7 @@ from sitscad.papers.drawings.jaw import drawing, render
 from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.closing import closing
 from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
-from sitscad.scene.grasper.tail_path import tail_path
+from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates
 
 

@@ -12,7 +12,7 @@ from sitscad.layout.tail.thickness import tail_layers
 from sitscad.parts import fit
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels
-from sitscad.scene.grasper.tail_path import Station, Stretch, tail_path
+from sitscad.scene.tail_path import Station, Stretch, tail_path
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 pytestmark = pytest.mark.cad

@@ -7,7 +7,7 @@ import math
 import pytest
 from tolerance import approx
 
-from sitscad.scene.grasper.tail_path import Station, Stretch, TailPath
+from sitscad.scene.tail_path import Station, Stretch, TailPath
 
 WAY = TailPath(
     Station(0.0, 0.0, 0.0),

@@ -22,7 +22,7 @@ from sitscad.scene.grasper.hinge import pin_gaps
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.grasper.shaft import end_section, shaft
 from sitscad.scene.grasper.support import BODY
-from sitscad.scene.grasper.tail_path import tail_path
+from sitscad.scene.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 
 BY_BUILD = "measured on the solids by sitscad build (mount/fit.json), not by check"

@@ -16,7 +16,6 @@ from sitscad.layout.pieces import Pad, Via
 from sitscad.layout.tail.bending import (
     bend_figure,
     bend_length,
-    bend_of,
     least_bend_radius,
     longest_straight,
     unfit_for_bending,
@@ -24,6 +23,8 @@ from sitscad.layout.tail.bending import (
 from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
+from sitscad.scene.bends import bends_of_mount, own_bend, room_for_own
+from sitscad.scene.tail_path import TOO_SHORT, tail_path
 from sitscad.spec.sensor import Tail
 from sitscad.units import show
 
@@ -38,9 +39,11 @@ FIRST_ROOM = 1e-3
 @record
 class _Straight:
     # The longest stretch in the bend zone in which tracks run straight at one width: where it begins and its length
-    # (m), and the first place in the zone where they do not, if any.
+    # (m), how much of that the mount and its bends leave for the spec's own (m), and the first place in the zone where
+    # tracks are not straight, if any.
     start: float
     length: float
+    room: float
     unfit: Place | None
 
 
@@ -53,9 +56,25 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
         return
     if zone is not None:
         yield from _stiff_in_bend(design, zone)
+    yield from _mount_bends(design)
     yield from _too_short(design)
     yield from _misplaced(design)
     yield from _too_sharp(design)
+
+
+def _mount_bends(design: Design) -> Iterator[Complaint]:
+    """A bend by which the mount lets the tail down, and which reaches beyond what may be bent."""
+    path, straight = tail_path(design.layout), _straight(design)
+    if path is not None and path.reason == TOO_SHORT:
+        yield NOT_LET_DOWN.found("fpc.tail.length")
+        return
+    made, end = bends_of_mount(design.layout), straight.start + straight.length
+    if made and made[-1].end > end + ROUNDING:
+        last = made[-1]
+        at = Place(last.line, sum(design.layout.reach_at(last.line)) / 2)
+        yield BEYOND_STRAIGHT.found(
+            "fpc.tail.length", last.end - end, 0.0, "m", place=at, start=made[0].start, last=last.end, straight=end
+        )
 
 
 def _too_short(design: Design) -> Iterator[Complaint]:
@@ -70,14 +89,15 @@ def _too_short(design: Design) -> Iterator[Complaint]:
     at = {"ratio": figure[1], "house": house(design, figure[0])} if figure and not fits else {}
     yield case.found(
         "fpc.tail.bend" if fits else "fpc.tail.length",
-        straight.length,
+        straight.length if fits else straight.room,
         needed,
         "m",
         source=source_of(design, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
         advice=None if fits else lambda left: _longer(design, left),
         is_grave=not _has_room(design, needed),
-        have=max(0.0, straight.length),
+        have=max(0.0, straight.length if fits else straight.room),
+        mount=" beyond the mount's bends" if bends_of_mount(design.layout) and not fits else "",
         bend=tail.bend,
         angle=_degrees(tail),
         start=straight.start,
@@ -88,7 +108,10 @@ def _too_short(design: Design) -> Iterator[Complaint]:
 def _has_room(design: Design, needed: float) -> bool:
     """Whether so much of the tail (m) lies between body and contacts without anything stiff, straight or not."""
     zone = design.layout.bend_zone
-    return zone is not None and zone[1] - zone[0] >= needed - ROUNDING
+    if zone is None:
+        return False
+    start = max([zone[0], *(bend.end for bend in bends_of_mount(design.layout))])
+    return zone[1] - start >= needed - ROUNDING
 
 
 def tail_length(design: Design) -> Iterator[Verdict]:
@@ -108,11 +131,12 @@ def tail_length(design: Design) -> Iterator[Verdict]:
 
 def _misplaced(design: Design) -> Iterator[Complaint]:
     """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
-    tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, bend_of(design.layout)
+    tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, own_bend(design.layout)
     if tail is None or tail.bend_at is None or zone is None or bend is None:
         return
-    straight = _straight(design)
-    stretch = straight.start, straight.start + straight.length
+    stretch = room_for_own(design.layout)
+    if stretch is None:
+        return
     beyond = max(stretch[0] - bend.start, bend.end - stretch[1])
     if beyond <= ROUNDING:
         return
@@ -130,7 +154,7 @@ def _misplaced(design: Design) -> Iterator[Complaint]:
         line=bend.line,
         start=bend.start,
         end=bend.end,
-        into=what or "tracks that are not straight",
+        into=what or "tracks that are not straight, or what the mount takes",
         room=room,
     )
 
@@ -182,7 +206,7 @@ def _length_that_does(design: Design, left: Left) -> float | None:
     assert tail is not None
     shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS):
-        missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).length)
+        missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).room)
         if shorter.layout.bend_zone is None:
             missing = max(missing, FIRST_ROOM)
         length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
@@ -200,18 +224,19 @@ def _length_that_does(design: Design, left: Left) -> float | None:
 
 def _fits(design: Design) -> bool:
     """Whether there is somewhere to bend, and straight tracks along all of its bend."""
-    return design.layout.bend_zone is not None and _straight(design).length >= bend_length(design.spec) - ROUNDING
+    return design.layout.bend_zone is not None and _straight(design).room >= bend_length(design.spec) - ROUNDING
 
 
 def _straight(design: Design) -> _Straight:
     """The longest straight stretch that may be bent, and the first thing that is unfit for it."""
     zone = design.layout.bend_zone
     if zone is None:
-        return _Straight(0.0, 0.0, None)
+        return _Straight(0.0, 0.0, 0.0, None)
     unfit = unfit_for_bending(design.layout)
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
-    return _Straight(longest.start, longest.length, first)
+    room = room_for_own(design.layout)
+    return _Straight(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
 
 
 def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Complaint]:
@@ -251,14 +276,14 @@ DRAWN_LONGER = Case(
 )
 
 NO_STRETCH = Case(
-    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend{radius}",
+    "the tail has {have:m,3} free of vias, turns and stiffener{mount} for its {bend} bend{radius}",
     NO_ROOM,
     Severity.WARNING,
     Severity.ERROR,
 )
 
 SHORT = Case(
-    "the tail has {have:m,3} free of vias, turns and stiffener for its {bend} bend; one by {angle} needs "
+    "the tail has {have:m,3} free of vias, turns and stiffener{mount} for its {bend} bend; one by {angle} needs "
     "{limit:m,3}{radius}",
     NO_ROOM,
     Severity.WARNING,
@@ -268,13 +293,13 @@ SHORT = Case(
 STRAIGHT_FOR = Case(
     "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
     "they run straight at one width",
-    "bend the tail there and nowhere else",
+    "all bends of the drawing lie there: bend the tail nowhere else",
     Severity.NOTE,
 )
 
 STRAIGHT_BUT_SHORT = Case(
     "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
-    "they run straight at one width, and a bend by {angle} needs {limit:m,3}{radius}",
+    "they run straight at one width, and a bend by {angle}{mount} needs {limit:m,3}{radius}",
     NO_ROOM,
     Severity.WARNING,
     Severity.ERROR,
@@ -295,6 +320,19 @@ TOO_SHARP = Case(
     severity=Severity.WARNING,
 )
 
+NOT_LET_DOWN = Case(
+    "the tail is too short for the two bends by which it is let down to what carries the mount",
+    "a longer fpc.tail.length, or a smaller mount.standoff",
+    Severity.WARNING,
+)
+
+BEYOND_STRAIGHT = Case(
+    "the mount bends the tail from x = {start:m,4} to {last:m,4}, its tracks run straight as far as {straight:m,4}: "
+    "{measured:m,3} too much",
+    "a longer fpc.tail.length, a smaller mount.standoff, or a mount that ends nearer to the board",
+    Severity.WARNING,
+)
+
 IN_BEND = Case(
     "{what} reaches {measured:m,3} into the bend zone",
     hint=("lengthen the tail, so that it lies outside the bend, or do without a bend (fpc.tail.bend: none)"),
@@ -304,9 +342,9 @@ IN_BEND = Case(
 BEND_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT123", "bend-zone", Severity.ERROR,
-        "Where the tail bends there are no vias, no contacts, no stiffener, tracks run straight at one width, and the "
-        "radius is the fabricator's or larger. A bend for which the tail is too short between what is stiff is an "
-        "error, one whose tracks are not straight a warning.",
+        "Where the tail bends, by the spec or because its mount lets it down, there are no vias, no contacts, no "
+        "stiffener, tracks run straight at one width, and the radius is the fabricator's or larger. A bend for which the "
+        "tail is too short between what is stiff is an error, one whose tracks are not straight a warning.",
         "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
         "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
         "Lengthen the tail, so that everything lies outside the bend.",

@@ -40,7 +40,8 @@ from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.bending import Bend, bend_of
+from sitscad.layout.tail.bending import Bend
+from sitscad.scene.bends import bends
 
 Window = tuple[float, float, float, float]
 
@@ -109,7 +110,7 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     sheet.draw(view.path(layout.outline), None, BOARD)
     if layout.stiffener is not None:
         sheet.draw(_region(view, layout.stiffener.outline), flat(1.0, PLATE), PLATE)
-    if (bend := bend_of(layout)) is not None:
+    for bend in bends(layout):
         _bend(sheet, layout, bend, view)
     for layer in reversed(shown):
         with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):

@@ -10,7 +10,7 @@ from sitscad.drawing.frame import View
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.geometry.path import Point, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.bending import bend_of
+from sitscad.scene.bends import bends
 from sitscad.units import show
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")
@@ -50,7 +50,7 @@ def colour(layer: int) -> str:
 
 def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark]) -> list[tuple[Sign, str]]:
     """A sign and its meaning for everything that the picture shows."""
-    plate, bend = layout.stiffener, bend_of(layout)
+    plate = layout.stiffener
 
     def sees(x: float) -> bool:
         return 0.0 <= view.x(x) <= WIDTH
@@ -66,9 +66,11 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark])
         keys.append((_line(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
     if plate is not None and sees(plate.outline.outline.start.x):
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
-    if bend is not None and sees(bend.line):
-        keys.append((_line(BEND, BEND_DASHES), f"bend {math.degrees(bend.angle):g} deg {bend.direction}"))
-        keys += [(_swatch(TAKEN), "taken by the bend")] if bend.end > bend.start else []
+    seen = [bend for bend in bends(layout) if sees(bend.line)]
+    words = dict.fromkeys(f"bend {math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in seen)
+    keys += [(_line(BEND, BEND_DASHES), each) for each in words]
+    if any(bend.end > bend.start for bend in seen):
+        keys.append((_swatch(TAKEN), "taken by bends" if len(seen) > 1 else "taken by the bend"))
     return keys + [
         (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
     ]

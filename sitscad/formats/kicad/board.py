@@ -40,8 +40,8 @@ from sitscad.geometry.clipping import beyond
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.tail.bending import bend_of
 from sitscad.layout.tail.thickness import lap_start
+from sitscad.scene.bends import bends
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229
@@ -153,13 +153,13 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     if tail_coverlay_files(layout):
         covered = beyond(layout.outline, lap_start(layout))
         yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay"), sheet)
-    if (bend := bend_of(layout)) is not None:
+    for i, bend in enumerate(bends(layout)):
         y0, y1 = layout.reach_at(bend.line)
         line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])
-        yield from stroked("gr", line, BEND_LAYER, 0.1e-3, (name, "bend line"), sheet)
+        yield from stroked("gr", line, BEND_LAYER, 0.1e-3, (name, "bend line", i), sheet)
         if bend.end > bend.start:
             zone = rectangle(bend.start, y0, bend.end, y1)
-            yield from stroked("gr", zone, BEND_LAYER, 0.05e-3, (name, "bend"), sheet)
+            yield from stroked("gr", zone, BEND_LAYER, 0.05e-3, (name, "bend", i), sheet)
     yield from _notes(layout, sheet)
 
 
@@ -192,7 +192,7 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
         lines.append((STIFFENER_LAYER, f"stiffener on the bottom: {plate.material}, {length(plate.thickness)} mm"))
     lines += [(BODY_LAYER, file.title) for file in body_files(layout)]
     lines += [(TAIL_LAYER, file.title) for file in tail_coverlay_files(layout)]
-    if (bend := bend_of(layout)) is not None:
+    for bend in bends(layout):
         kind = "dynamic" if bend.is_dynamic else "static"
         radius = "" if bend.radius is None else f", inside radius at least {length(bend.radius)} mm"
         lines.append((BEND_LAYER, f"bend line, {kind}: {bend_words(bend)}{radius}"))

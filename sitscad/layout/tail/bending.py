@@ -1,6 +1,6 @@
-"""How a tail is bent: about which line, and where in its bend zone it may be: all tracks straight at one width.
+"""How a tail may be bent: how sharply, and where in its bend zone: all tracks straight at one width.
 
-The check of the bend and every paper of the order take it from here, so that they name the same figures.
+Where it is bent says `sitscad.scene.bends`.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
 class Bend:
     """A bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
 
-    It takes the board from `start` to `end` (m), only its line where no radius is known; `radius` (m) is inside.
+    It takes the board from `start` to `end` (m), only its line where no radius is known; `radius` (m) is inside. `why`
+    says what makes it where that is the mount.
     """
 
     line: float
@@ -68,34 +69,7 @@ class Bend:
     direction: str
     radius: float | None
     is_dynamic: bool
-
-
-def bend_of(layout: Layout) -> Bend | None:
-    """The bend of a tail; None where it has none, or nothing straight to bend."""
-    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
-    if tail is None or stretch is None:
-        return None
-    half = bend_length(layout.spec) / 2
-    line = _line(layout, stretch, half) if tail.bend_at is None else layout.body[2] + tail.bend_at
-    radius = bend_radius(layout.spec)
-    return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, tail.bend == "dynamic")
-
-
-def pivot_line(layout: Layout) -> float | None:
-    """The x (m) of the pivot of the jaw's hinge, the jaw centred under the board's body; None without a hinge."""
-    mount = layout.spec.mount
-    jaw = mount.jaw if mount is not None else None
-    if jaw is None or jaw.hinge is None:
-        return None
-    return (layout.body[0] + layout.body[2] + jaw.length) / 2 + jaw.hinge
-
-
-def _line(layout: Layout, stretch: tuple[float, float], half: float) -> float:
-    """Where a tail is bent whose spec does not say it: at the pivot, or in the middle where that leaves no room."""
-    pivot = pivot_line(layout)
-    if pivot is None or not stretch[0] + half <= pivot <= stretch[1] - half:
-        return sum(stretch) / 2
-    return pivot
+    why: str = ""
 
 
 def bend_figure(spec: SensorSpec) -> tuple[str, float] | None:

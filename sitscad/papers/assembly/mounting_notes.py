@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 from sitscad.fabrication.notes import bend_words
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.bending import bend_of
-from sitscad.parts.mounts.screws import adapter_needed
 from sitscad.parts.tooling.mould import LEAST_MIX, Pour
 from sitscad.parts.tooling.skin_mould import skin_pour
+from sitscad.scene.bends import bends, own_bend
+from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
 from sitscad.scene.grasper.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.scene.plate import adapter_needed
+from sitscad.scene.tail_path import lip, tail_path
 from sitscad.spec.sensor import Encapsulation
 from sitscad.units import in_mm
 
@@ -38,58 +40,87 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
 
 
 def tail_held(layout: Layout, glue: str) -> str:
-    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw."""
-    said = _bend(layout)
-    if relief(layout) is None:
+    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
+    said, tongue, edge = bent(layout), relief(layout), lip(layout)
+    if tongue is not None:
+        end = tongue.along[1] if edge is None else edge.start
+        upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
-            f"{said} Fix the tail with {glue} to the jaw's metal behind the body, over at least "
-            f"{in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the sensor (the mount has no "
-            "tongue for it: between body and heel of the jaw is no room)."
+            f"Glue the tail down with {glue} on the mount's tongue behind the body, over "
+            f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+        )
+    begin, room = tail_on_face(layout)
+    if room >= LEAST_FIXED:
+        return (
+            f"{said} Fix the tail with {glue} to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind the "
+            f"body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
+            "sensor (the mount has no tongue for it)."
         )
     return (
-        f"Glue the tail down with {glue} on the mount's tongue behind the body, over the tongue's whole length: a pull "
-        f"on it ends there. {said}"
+        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
+        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
+        "shaft, so that a pull on it does not reach the glue of the sensor."
     )
 
 
-def _bend(layout: Layout) -> str:
-    """Where, how far and how sharply the tail is bent."""
-    bend, mount = bend_of(layout), layout.spec.mount
-    if bend is None:
+def tail_on_face(layout: Layout) -> tuple[float, float]:
+    """From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel."""
+    path, jaw = tail_path(layout), fitted_jaw(layout)
+    assert path is not None and jaw is not None
+    here = path.start
+    for stretch in path.stretches[:-1]:
+        here = here.after(stretch)
+    return here.x, jaw_range(layout, jaw)[1] - here.x
+
+
+def bent(layout: Layout) -> str:
+    """Where, how far and how sharply the tail is bent, from the body on."""
+    found, mount = bends(layout), layout.spec.mount
+    if not found:
         return "Do not bend the tail."
-    radius = "" if bend.radius is None else f", inside radius {in_mm(bend.radius)} mm or more"
-    away = in_mm(bend.line - layout.body[2], 2)
-    said = (
-        f"Bend the tail by {bend_words(bend)}{radius}, about the line {away} mm behind the body, and "
-        "only where the drawing of the board has its bend zone."
-    )
-    if mount is None or mount.jaw is None or mount.jaw.hinge is None or bend.is_dynamic:
+    lines = [
+        f"by {bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the body"
+        f"{f' ({bend.why})' if bend.why else ''}"
+        for bend in found
+    ]
+    radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
+    said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
+    own = own_bend(layout)
+    if mount is None or mount.jaw is None or mount.jaw.hinge is None or own is None or own.is_dynamic:
         return said
-    return f"{said} In a jaw that moves against the shaft it bends at every grasp: that wants fpc.tail.bend: dynamic."
+    return (
+        f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "
+        "dynamic."
+    )
 
 
-def fastened(layout: Layout) -> Iterator[str]:
-    """How a plate, a cap or a part of the user's own is put on."""
+def fastened(layout: Layout, glue: str) -> Iterator[str]:
+    """How a plate, a cap or a part of the user's own is put on, and how the tail is bent over it."""
     mount = layout.spec.mount
     if mount is None:
         return
+    has_tail = layout.spec.fpc.tail is not None
+    slot = ", tail in the slot" if has_tail else ""
+    glued = f"Glue the board's whole body with a thin film of {glue} into the mount's recess{slot}"
     if mount.finger is not None:
         screw = f"M{in_mm(mount.finger.screw)}"
         yield (
-            f"Tap both holes in the cap's sides {screw}. Glue the board into its recess, the tail over the round lip. "
-            f"Slip the cap over the finger and clamp it by two {screw} set screws of plastic or brass: steel is seen."
+            f"Tap both holes in the cap's sides {screw}. {glued}. Slip the cap over the finger and clamp it by two "
+            f"{screw} set screws of plastic or brass: steel is seen."
         )
     elif mount.kind == "custom":
-        yield "Put the board on your own mount, and glue its whole body down."
+        yield f"Put the board on your own mount, and glue its whole body down with a thin film of {glue}."
     elif mount.holes is not None and adapter_needed(layout):
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
             "M2 nuts into it from below first; they hold the mount's four screws."
         )
-        yield "Screw the mount on the adapter and glue the board into its recess, tail in the slot."
+        yield f"Screw the mount on the adapter. {glued}."
     elif mount.holes is not None:
         screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
-        yield f"Screw the mount down ({mount.holes.name},{screws}) and lay the board into its recess, tail in the slot."
+        yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}."
+    if has_tail:
+        yield bent(layout)
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:

@@ -17,7 +17,7 @@ from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.scene.column import Levels, column, levels, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import retention
+from sitscad.scene.grasper.seating import retention, side_ledges, stop_place
 from sitscad.scene.toleranced import Toleranced
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import in_mm
@@ -70,15 +70,22 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from _prepared(layout)
     yield bare_board(layout, estimates, bench)
     yield from _primed(layout)
-    yield "Lay the board, face with the coils up and tail in the slot, into the jig's base (jig-base)."
+    if spec.elastomer is not None or spec.target is not None:
+        slot = " and tail in the slot" if spec.fpc.tail is not None else ""
+        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
     if spec.elastomer is not None:
         yield _glued(layout, "elastomer", "the board", _above_board(at, "elastomer"))
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield _glued(layout, "target", under, _above_board(at, "target"))
-    yield "Push the board out of the base from below, by the hole."
+    is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
+    if is_cast:
+        yield from _sealed(layout)
+    if spec.elastomer is not None or spec.target is not None:
+        yield "Push the board out of the base from below, by the hole."
     yield from _into_jaw(layout, at)
-    yield from _sealed(layout)
+    if not is_cast:
+        yield from _sealed(layout)
     if said := plugged(layout):
         yield said
     yield assembled(bench, _closing(layout), _unseen_metals(layout))
@@ -151,18 +158,28 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     below = [layer.part.removeprefix("glue under the ") for layer in glued]
     order = below[: below.index("board") + 1] if "board" in below else []
     if not order:
-        yield from fastened(layout)
+        yield from fastened(layout, _glue(layout))
         return
     yield from jaw_cut(layout)
     metal = at["jaw"][1]
     heights = ", ".join(f"{part} {_length(at[part][1] - metal)}" for part in order)
     yield (
-        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}, the board "
-        f"against the stop at the tip; press each until it is as high above the jaw's metal as this: {heights}."
+        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}"
+        f"{_against(layout, order)}; press each until it is as high above the jaw's metal as this: {heights}."
         f"{_squared(layout)}"
     )
     if layout.spec.fpc.tail is not None:
         yield tail_held(layout, _glue(layout))
+
+
+def _against(layout: Layout, order: list[str]) -> str:
+    """By what of the mount the board is placed on it; empty where it lies on metal or shield alone."""
+    if "mount" not in order:
+        return ""
+    between = " between the ledges" if side_ledges(layout) is not None else ""
+    if stop_place(layout) is None:
+        return f", the board{between} with its end flush with the mount's end at the tip"
+    return f", the board{between} against the stop at the tip"
 
 
 def _squared(layout: Layout) -> str:

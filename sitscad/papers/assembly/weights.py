@@ -8,7 +8,7 @@ from typing import Any
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import Solid
 from sitscad.parts.whole.mass import Balance, Weight, balance, weigh
-from sitscad.scene.grasper.tail_path import tail_path
+from sitscad.scene.tail_path import tail_path
 
 
 def render(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:

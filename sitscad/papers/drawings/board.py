@@ -7,7 +7,7 @@ stands in the Gerber files.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
 from sitscad.drawing.drill_symbols import SYMBOLS
@@ -56,8 +56,9 @@ from sitscad.fabrication.notes import (
 from sitscad.geometry.clipping import area_inside, parts_inside
 from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Coil, Layout
-from sitscad.layout.tail.bending import Bend, bend_of, bend_stretch
+from sitscad.layout.tail.bending import Bend, bend_stretch
 from sitscad.papers.drawings.contacts import contact_sheet
+from sitscad.scene.bends import bends
 from sitscad.units import show
 
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
@@ -131,8 +132,7 @@ def _stations(layout: Layout) -> Iterator[float]:
     x0, _, x1, _ = bounding_box([layout.outline])
     yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
     yield from bend_stretch(layout) or ()
-    if (bend := bend_of(layout)) is not None:
-        yield bend.line
+    yield from (bend.line for bend in bends(layout))
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
     if not _is_turned(layout):
@@ -201,42 +201,45 @@ def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
 
 
 def _bend_taken(sheet: Sheet, layout: Layout, view: View) -> None:
-    """What the bend takes of the tail, under its tracks."""
-    bend = bend_of(layout)
-    if bend is not None and bend.end > bend.start:
-        y0, y1 = layout.reach_at(bend.line)
-        sheet.draw(view.path(rectangle(bend.start, y0, bend.end, y1)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
+    """What bends take of the tail, under its tracks."""
+    for bend in bends(layout):
+        if bend.end > bend.start:
+            y0, y1 = layout.reach_at(bend.line)
+            sheet.draw(view.path(rectangle(bend.start, y0, bend.end, y1)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
 
 
 def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
-    """The line about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
+    """The lines about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
 
     How high on paper this reaches.
     """
-    bend, tail = bend_of(layout), layout.spec.fpc.tail
-    if bend is None or tail is None:
+    found, tail = bends(layout), layout.spec.fpc.tail
+    if not found or tail is None:
         return 0.0
-    y0, y1 = layout.reach_at(bend.line)
-    at, low, high = view.x(bend.line), view.y(y0) - 4.0, view.y(y1) + 2.5
     is_above = tail.turn == "right" or tail.offset < 0.0
-    if is_above:
-        low, high = low + 1.5, high + 8.0
-    sheet.line(at, high, at, low, BEND_LINE)
+    low, high = math.inf, -math.inf
+    for bend in found:
+        y0, y1 = layout.reach_at(bend.line)
+        ends = view.y(y0) - (2.5 if is_above else 4.0), view.y(y1) + (10.5 if is_above else 2.5)
+        sheet.line(view.x(bend.line), ends[1], view.x(bend.line), ends[0], BEND_LINE)
+        low, high = min(low, ends[0]), max(high, ends[1])
+    at = view.x(found[-1].line)
     room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
-    lines = _bend_words(bend, room)
+    lines = _bend_words(found, room)
     fits = max(text_width(words, 2.3) for words in lines) < room
-    place, anchor = (at + 1.0, "start") if fits else (at - 1.0, "end")
+    place, anchor = (at + 1.0, "start") if fits else (view.x(found[0].line) - 1.0, "end")
     for row, words in enumerate(lines):
         sheet.text(place, (high - 2.0 if is_above else low) - 3.2 * row, words, 2.3, anchor, colour=BEND_LINE.colour)
     return high
 
 
-def _bend_words(bend: Bend, room: float) -> tuple[str, ...]:
-    """How the tail is bent, in two lines where one is wider than so much (mm of paper): to the left lies the body."""
-    words = f"bend {math.degrees(bend.angle):g} deg {bend.direction}"
-    if bend.radius is None:
+def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
+    """How the tail is bent, from the body on, in two lines where one is wider than so much (mm of paper)."""
+    ways = ", ".join(f"{math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in found)
+    words = f"bend{'s' * (len(found) > 1)} {ways}"
+    if found[0].radius is None:
         return (words,)
-    radius = f"R min {mm(bend.radius)} inside"
+    radius = f"R min {mm(found[0].radius)} inside"
     one = f"{words}, {radius}"
     return (one,) if text_width(one, 2.3) < room else (words, radius)
 

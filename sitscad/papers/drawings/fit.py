@@ -35,7 +35,7 @@ from sitscad.scene.grasper.hinge import pin_gaps
 from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, jaw_range, rim, section
 from sitscad.scene.grasper.shaft import end_section, shaft
 from sitscad.scene.grasper.support import width_under
-from sitscad.scene.grasper.tail_path import TailPath, tail_path
+from sitscad.scene.tail_path import TailPath, tail_path
 from sitscad.spec.sensor import Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)

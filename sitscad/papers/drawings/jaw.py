@@ -28,7 +28,9 @@ from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.layout.board import Layout
 from sitscad.measured import Closing
+from sitscad.papers.assembly.mounting_notes import bent
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
+from sitscad.scene.bends import bends
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import ClosedSection, closed_section, measures
@@ -173,5 +175,7 @@ def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
         yield f"3. The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
     else:
         yield "3. The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
+    if bends(layout):
+        yield f"4. {bent(layout)}"
     if jaw.source:
-        yield f"4. The jaw's sizes: {jaw.source}"
+        yield f"{5 if bends(layout) else 4}. The jaw's sizes: {jaw.source}"

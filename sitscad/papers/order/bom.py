@@ -17,12 +17,12 @@ from sitscad.layout.board import Layout
 from sitscad.papers.assembly.mounting_notes import cures_badly
 from sitscad.papers.capacitor import capacitance_text
 from sitscad.papers.order.codes import Order, capacitor, order_of
-from sitscad.parts.mounts.screws import adapter_needed
 from sitscad.parts.tooling.mould import pour
 from sitscad.parts.tooling.skin_mould import skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column
+from sitscad.scene.plate import adapter_needed
 from sitscad.scene.stack import shield
 from sitscad.spec.pieces.mounting import HolePattern
 from sitscad.spec.places import place_in_words

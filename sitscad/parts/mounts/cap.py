@@ -9,13 +9,14 @@ from typing import Any
 
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.mounts.plate import lip, recess, spacer
+from sitscad.parts.mounts.plate import recess, rounding, spacer
 from sitscad.parts.prism import MM, box, one_solid
 from sitscad.parts.solid import PartsError
 from sitscad.scene.bodies import board_heights
 from sitscad.scene.grasper.jaws import axis, shield_that_fits
-from sitscad.scene.grasper.seating import clearance, ledge
+from sitscad.scene.grasper.seating import cap_end, clearance, ledge
 from sitscad.scene.printing import print_limit
+from sitscad.scene.tail_path import lip, round_edge
 from sitscad.spec.pieces.mounting import Finger
 
 FRONT = 2.0e-3
@@ -27,8 +28,8 @@ ENGAGED = 1.5
 TAPPED = 0.82
 """Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)."""
 
-TOUCHED, TAIL_ROUNDING = 1.5e-3, 0.5e-3
-"""Radii of the edges that are touched, and of the lip under the tail (m)."""
+TOUCHED = 1.5e-3
+"""Radius of the edges that are touched (m)."""
 
 LEAST_GRIP = 3e-3
 
@@ -40,7 +41,7 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     finger, shield = mount.finger, shield_that_fits(layout.spec)
     under, room = board_heights(layout.spec)[0], clearance(mount)
     x0, y0, x1, y1 = layout.body
-    end = _end(layout, finger)
+    end = _end(layout)
     side = max(ENGAGED * finger.screw, ledge(mount))
     half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
     top, y = under - standoff, axis(layout).y
@@ -55,13 +56,10 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     return (cap, *spacer(layout, shield))
 
 
-def _end(layout: Layout, finger: Finger) -> float:
-    """Where the cap ends towards the hand (m): before the tail's stiffener."""
-    end, plate = layout.body[2] + finger.grip, layout.stiffener
-    if plate is not None:
-        first = min(p.x for s in plate.outline.outline for p in (s.start, s.end))
-        end = min(end, first - 1e-3)
-    if end - layout.body[2] < LEAST_GRIP:
+def _end(layout: Layout) -> float:
+    """Where the cap ends towards the hand (m)."""
+    end = cap_end(layout)
+    if end is None or end - layout.body[2] < LEAST_GRIP:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
     return end
 
@@ -91,9 +89,9 @@ def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
     low, high = layout.reach_at(end)
     if low == high or standoff <= 0.0:
         return ()
-    room = clearance(layout.spec.mount)
-    radius = min(TAIL_ROUNDING, standoff / 2)
-    return (lip(end, (low - room, high + room), board_heights(layout.spec)[0], radius),)
+    room, under = clearance(layout.spec.mount), board_heights(layout.spec)[0]
+    edge = lip(layout) or round_edge(layout.spec, end, standoff / 2, 0.0)
+    return (rounding(edge, (low - room, high + room), under),)
 
 
 def _screws(layout: Layout, finger: Finger, x: float, z: float, half: float) -> tuple[Any, ...]:

@@ -7,27 +7,30 @@ is near the coils.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from sitscad.geometry.path import Point, circle, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.mounts.screws import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, reach
 from sitscad.parts.prism import MM, box, face, one_solid, prism, raised
-from sitscad.scene.bodies import Heights, above_board, board_heights, film_thickness
+from sitscad.scene.bodies import Heights, board_heights, film_thickness
 from sitscad.scene.grasper.jaws import shield_that_fits
 from sitscad.scene.grasper.seating import clearance
+from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
+from sitscad.scene.tail_path import Lip, round_edge
 from sitscad.spec.pieces.mounting import Hole
 
 FLOOR = 2.0e-3
-BORDER = 6.0e-3
 CORNER = 2.0e-3
 EDGE = 0.5e-3
 """Rounding of the plate's upper edge (m)."""
 
 TAIL_RELIEF = 0.5e-3
-TAIL_ROUNDING = 0.4e-3
+LEFT = 0.3
+"""Share of the plastic under the tail that the round lip leaves at the plate's end."""
+
 Box = tuple[float, float, float, float]
 
 
@@ -85,8 +88,6 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
 
 def _hexagon(at: tuple[float, float]) -> list[tuple[float, float]]:
     """The corners (mm) of a nut's pocket about a point (m)."""
-    import math
-
     radius = CORNER_SCREW.nut_across / math.sqrt(3.0)
     turns = [math.pi / 3 * i for i in range(6)]
     return [((at[0] + radius * math.cos(t)) * MM, (at[1] + radius * math.sin(t)) * MM) for t in turns]
@@ -106,21 +107,6 @@ def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
         return ()
     x0, y0, x1, y1 = layout.body
     return (box(x0, y0, shield[1], x1, y1, under),)
-
-
-def plate_plan(layout: Layout, film: float) -> Box:
-    """The plate's rectangle: the body, whatever overhangs it and the tail beside the screws, a border for these, and
-    the holes that it is screwed down by.
-    """
-    x0, y0, x1, y1 = layout.body
-    near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
-    y0, y1 = min(y0, *near), max(y1, *near)
-    for body in above_board(layout.spec):
-        left, low, right, high = body.footprint.box
-        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
-    plan = x0 - BORDER, y0 - BORDER, x1 + BORDER, y1 + BORDER
-    far = reach(layout)
-    return min(plan[0], far[0]), min(plan[1], far[1]), max(plan[2], far[2]), max(plan[3], far[3])
 
 
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
@@ -150,15 +136,17 @@ def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
     if x1 < plan[2] - 1e-9:
         return ()
     deep = board_heights(layout.spec)[0] - depth
-    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), lip(plan[2], (y0, y1), deep, min(TAIL_ROUNDING, floor / 3)))
+    edge = round_edge(layout.spec, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
+    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
 
 
-def lip(end: float, across: tuple[float, float], height: float, radius: float) -> Any:
-    """What rounds the upper edge of a face at a height (m) that ends at a place along x, to a radius (m)."""
+def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
+    """What rounds the upper edge of a face at a height (m), from where to where across (m)."""
     bd = require("build123d")
-    corner = box(end - radius, across[0], height - radius, end + radius, across[1], height + radius)
-    lie = bd.Plane(((end - radius) * MM, across[0] * MM, (height - radius) * MM), z_dir=(0, 1, 0))
-    return corner - bd.Solid.make_cylinder(radius * MM, (across[1] - across[0]) * MM, lie)
+    deep = edge.radius * (1.0 - math.cos(edge.turn))
+    corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
+    lie = bd.Plane((edge.start * MM, across[0] * MM, (height - edge.radius) * MM), z_dir=(0, 1, 0))
+    return corner - bd.Solid.make_cylinder(edge.radius * MM, (across[1] - across[0]) * MM, lie)
 
 
 def _slab_face(start: float, plan: Box) -> Any:

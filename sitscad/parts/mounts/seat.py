@@ -14,6 +14,7 @@ from sitscad.geometry.path import Point, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.mounts.plate import rounding
 from sitscad.parts.mounts.retention import with_retention
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import PartsError, Solid
@@ -27,8 +28,9 @@ from sitscad.scene.grasper.jaws import (
     made_to_measure,
     shield_that_fits,
 )
-from sitscad.scene.grasper.seating import Relief, clearance, ledge, relief, side_ledges
+from sitscad.scene.grasper.seating import Relief, clearance, ledge, relief, side_ledges, stop_place
 from sitscad.scene.printing import print_limit
+from sitscad.scene.tail_path import lip
 from sitscad.spec.pieces.mounting import Jaw
 
 LEDGE_ROUNDING = 0.2e-3
@@ -71,7 +73,7 @@ def _slab(layout: Layout, span: Heights) -> Any:
     """What lies under the board's body, its edges at the tip rounded."""
     x0, y0, x1, y1 = layout.body
     corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
-    has_stop = bool(_stop_place(layout))
+    has_stop = bool(stop_place(layout))
     tip = 0.0 if has_stop else min(TIP_ROUNDING, (y1 - y0) / 4)
     return prism(rounded(corners, [tip, 0.0, 0.0, tip]), *span)
 
@@ -96,7 +98,11 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     (start, end), (low, high) = tongue.along, tongue.across
     lap = 0.2e-3
     bar = box(start, low, span[0], end, high, tongue.top)
-    bar = bar.fillet(relief_radius(tongue, span) * MM, _top_edges_at_heel(bar))
+    edge = lip(layout)
+    if edge is None:
+        bar = bar.fillet(relief_radius(tongue, span) * MM, _top_edges_at_heel(bar))
+    else:
+        bar = one_solid(bar - rounding(edge, tongue.across, tongue.top), "mount")
     slab = one_solid(slab + bar + box(start - lap, low, span[0], start + lap, high, span[1]), "mount")
     if tongue.cheeks is None:
         return slab
@@ -109,7 +115,7 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
 
 
 def relief_radius(tongue: Relief, span: Heights) -> float:
-    """The radius (m) of the edge over which the tail leaves its tongue."""
+    """The radius (m) of a tongue's edge over which the tail is not bent."""
     return min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
 
 
@@ -184,17 +190,9 @@ def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
     return one_solid(slab & (within + above), "mount")
 
 
-def _stop_place(layout: Layout) -> tuple[float, float] | None:
-    """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room."""
-    mount, fitted = layout.spec.mount, fitted_jaw(layout)
-    inner = layout.body[0] - clearance(mount)
-    outer = inner - ledge(mount)
-    return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
-
-
 def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     """The rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
-    place = _stop_place(layout)
+    place = stop_place(layout)
     if place is None:
         return ()
     (outer, inner), (x0, y0, _, y1) = place, layout.body

@@ -16,10 +16,11 @@ from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, Point, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.mounts.plate import grown, plate_plan
+from sitscad.parts.mounts.plate import grown
 from sitscad.parts.prism import one_solid, prism, raised
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import Body, BodyRole, board_heights, elastomer, target
+from sitscad.scene.plate import plate_plan
 from sitscad.scene.printing import print_limit
 
 MATERIAL, COLOUR = "printed resin", "#b8c9a9"

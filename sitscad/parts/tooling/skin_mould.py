@@ -15,13 +15,13 @@ from sitscad.geometry.path import circle, rectangle
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.mounts.plate import plate_plan
 from sitscad.parts.prism import MM, box, face, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.parts.tooling.jig import PIN_HEIGHT, clearance, pins
 from sitscad.parts.tooling.mould import COLOUR, DRAFT, MATERIAL, SPILL, Pour
 from sitscad.scene.bodies import Body, BodyRole, above_board, top_height
 from sitscad.scene.column import mount_tolerance
+from sitscad.scene.plate import plate_plan
 from sitscad.scene.stack import ground
 
 ROOF = 2.5e-3

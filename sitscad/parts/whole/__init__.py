@@ -15,7 +15,7 @@ from sitscad.parts.whole.lift import glued
 from sitscad.parts.whole.tail import stiffener_on
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.gaps import target_lines
-from sitscad.scene.grasper.tail_path import tail_path
+from sitscad.scene.tail_path import tail_path
 
 
 def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:

@@ -19,7 +19,7 @@ from sitscad.parts.prism import face, prism, raised
 from sitscad.parts.solid import Solid
 from sitscad.parts.whole.tail import plan
 from sitscad.scene.bodies import BodyRole, Heights
-from sitscad.scene.grasper.tail_path import TailPath
+from sitscad.scene.tail_path import TailPath
 from sitscad.spec.stackup import LayerKind, StackLayer
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}

@@ -50,7 +50,7 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
 def _glued(layout: Layout, plates: dict[str, Plate]) -> list[str]:
     """The pieces that have glue under them."""
     named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
-    wanted = named or ["elastomer", "target"]
+    wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
     return [name for name in wanted if name in plates]
 
 

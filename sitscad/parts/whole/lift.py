@@ -37,11 +37,18 @@ def _lifts(layout: Layout) -> dict[str, float]:
 
 
 def _on_the_bench(layout: Layout) -> dict[str, float]:
-    """The same (m) without a jaw: the board is laid in, and glue is only under the pad and the target."""
-    line, all_lines = layout.spec.assembly.glue_line, target_lines(layout.spec)
-    pad = layout.spec.elastomer is not None
-    above = all_lines or line * pad
-    return {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
+    """The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield."""
+    spec = layout.spec
+    line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
+    above = all_lines or line * (spec.elastomer is not None)
+    below = 0 if sheet is None else 1 + (board_heights(spec)[0] - sheet[1] > SPACED)
+    found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
+    spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
+    return found | dict.fromkeys(("mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
+
+
+SPACED = 1e-9
+"""A shield farther from the board than this (m) has a spacer on it."""
 
 
 def _bare_heights(layout: Layout) -> dict[str, float]:

@@ -15,7 +15,7 @@ from sitscad.parts.solid import PartsError, Solid
 from sitscad.record import record
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.grasper.tail_path import Station, Stretch, TailPath
+from sitscad.scene.tail_path import Station, Stretch, TailPath
 
 BEYOND = 1e-3
 

@@ -10,7 +10,7 @@ from sitscad.record import record
 from sitscad.scene.fit import closed_section
 from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
 from sitscad.scene.grasper.shaft import shaft
-from sitscad.scene.grasper.tail_path import tail_path
+from sitscad.scene.tail_path import tail_path
 
 
 @record

@@ -58,6 +58,14 @@ def _process(mount: Mount | None) -> str:
     return mount.process if mount is not None else "resin"
 
 
+def stop_place(layout: Layout) -> tuple[float, float] | None:
+    """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
+    mount, fitted = layout.spec.mount, fitted_jaw(layout)
+    inner = layout.body[0] - clearance(mount)
+    outer = inner - ledge(mount)
+    return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
+
+
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
     """Inner and outer half width (m) of the ledges beside the board; None where jaw or port leave no room for them."""
     mount, jaw = layout.spec.mount, fitted_jaw(layout)
@@ -108,6 +116,14 @@ def _straight_from(layout: Layout, tail: tuple[float, float], start: float, end:
             inner = low.x if side * (low.y - limit) >= 0.0 else a.x + (b.x - a.x) * (limit - a.y) / (b.y - a.y)
             beyond.append(min(max(inner, high.x), end))
     return max(beyond)
+
+
+def cap_end(layout: Layout) -> float | None:
+    """Where a fingertip's cap ends along the tail (m): before the tail's stiffener; None for any other mount."""
+    mount = layout.spec.mount
+    if mount is None or mount.finger is None:
+        return None
+    return min(layout.body[2] + mount.finger.grip, _before_stiffener(layout) - 0.7e-3)
 
 
 def _before_stiffener(layout: Layout) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.documents.circuit import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
 from sitscad.spec.format.remarks import Remarks
-from sitscad.spec.pieces.mounting import Jaw
+from sitscad.spec.pieces.mounting import Mount
 from sitscad.spec.profiles import presets
 from sitscad.spec.profiles.fabricator import resolve_rules
 from sitscad.spec.profiles.origin import spec_origin
@@ -27,9 +27,14 @@ _TURN_RADIUS = 2e-3
 
 
 def resolve_fpc(
-    document: FpcDocument, coil: CoilSpec, jaw: Jaw | None, remarks: Remarks, source: SpecSource, folder: Path | None
+    document: FpcDocument,
+    coil: CoilSpec,
+    mount: Mount | None,
+    remarks: Remarks,
+    source: SpecSource,
+    folder: Path | None,
 ) -> FpcSpec:
-    """The flexible circuit of a sensor in a jaw or in none; a stack-up that lacks the coil's layers is a flaw.
+    """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw.
     `folder` is where profile files are.
     """
     stackup = _stackup(document, coil, remarks)
@@ -45,7 +50,7 @@ def resolve_fpc(
     return FpcSpec(
         stackup=stackup,
         rules=rules.for_layers(copper),
-        tail=_tail(document, copper, rules, jaw, remarks),
+        tail=_tail(document, copper, rules, mount, remarks),
         panel=_panel(document.panel, remarks),
         finish=document.finish,
         copper=document.copper,
@@ -151,7 +156,7 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _tail(document: FpcDocument, copper: int, rules: DesignRules, jaw: Jaw | None, remarks: Remarks) -> Tail | None:
+def _tail(document: FpcDocument, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:
     """The tail with all defaults; None where none is wanted."""
     written = document.tail
     if written is None:
@@ -169,17 +174,21 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, jaw: Jaw | Non
         written.length, connector, layers, "none", written.turn, written.offset, radius,
         contacts=written.contacts, stiffener=written.stiffener,
     )  # fmt: skip
-    return _bent(tail, written.bend, jaw, remarks)
+    return _bent(tail, written.bend, mount, remarks)
 
 
-def _bent(tail: Tail, written: str | BendDocument, jaw: Jaw | None, remarks: Remarks) -> Tail:
+def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
     """The tail with its bend; angle and direction are defaults where the spec does not say them.
 
     Through the hinge of a jaw it leads into the shaft: both jaws open alike, each by half of the angle between them.
+    Along a finger it lies where the cap lets it down to.
     """
     if written == "none":
         return replace(tail, bend="none")
     angle, why = tail.bend_angle, "the default of a bend whose angle is not said"
+    jaw = mount.jaw if mount is not None else None
+    if mount is not None and mount.finger is not None:
+        angle, why = 0.0, "the cap lets the tail down to the finger, and it is bent no farther"
     if jaw is not None and jaw.hinge is not None and jaw.opening:
         angle, why = jaw.opening / 2, "into the shaft when the jaws are wide open: half of their opening"
     if isinstance(written, BendDocument):

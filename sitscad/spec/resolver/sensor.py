@@ -54,7 +54,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     check_amount(coil, len(array.placements), remarks)
     shield = resolve_shield(document)
     mount = resolve_mount(document.mount, shield, remarks, spec_origin(source, folder))
-    fpc = resolve_fpc(document.fpc, coil, None if mount is None else mount.jaw, remarks, source, folder)
+    fpc = resolve_fpc(document.fpc, coil, mount, remarks, source, folder)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target = resolve_target(document, side, remarks)

@@ -45,7 +45,9 @@ class BendDocument(Section):
     )  # fmt: skip
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
     angle: float | None = key(
-        BendAngle, "out of the plane; if left out, half of the jaw's opening where it has a hinge, else 90 deg", None
+        BendAngle,
+        "out of the plane; if left out, half of the opening of a jaw with a hinge, 0 on a finger's cap, else 90 deg",
+        None,
     )
     radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
 

@@ -1,4 +1,4 @@
-"""How the tail runs once the sensor lies in its jaw: from the body down to the jaw's face, along it, past the hinge.
+"""How the tail runs once the sensor is mounted: over the mount's edge, down to the jaw or the finger, past a hinge.
 
 Lengths count along the middle of the tail's thickness, which a bend neither stretches nor shortens.
 """
@@ -9,14 +9,37 @@ import math
 
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.bending import bend_radius, bend_stretch
+from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.record import record
+from sitscad.scene.bodies import board_heights, film_thickness, seat_spans, shield_heights
 from sitscad.scene.gaps import metal_face
 from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import relief
+from sitscad.scene.grasper.seating import LEAST_RELIEF, cap_end, relief
+from sitscad.scene.plate import plate_plan
 from sitscad.scene.stack import tail_heights
+from sitscad.spec.sensor import SensorSpec
 
 LEAST = 1e-6
 """Drops and turns (m, rad) below this are none."""
+
+
+EDGE_ROUNDING = 0.4e-3
+"""Of an edge under a tail that is not bent over it, or whose fabricator states no radius (m)."""
+
+LEFT = 0.4
+"""Share of the plastic under the tail that is left upright below a round edge, at least."""
+
+
+@record
+class Lip:
+    """An edge over which the tail leaves what carries it, round from one place along the tail to another (m): its
+    radius (m), and through which angle (rad) it is round.
+    """
+
+    start: float
+    end: float
+    radius: float
+    turn: float
 
 
 @record
@@ -101,8 +124,8 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     """The way of the tail; None for a board without one. `turned` (rad) is the angle that the jaw stands open by
     against the shaft.
 
-    It leaves the body level, over the seat's tongue where that has one, and goes down to the jaw's face by two bends of
-    the radius that is asked for, or of the least that the fabricator allows; it follows that face, and turns into the
+    It leaves the body level, over the seat's tongue or the cap, and goes down to the face of jaw or finger by two bends
+    of the radius that is asked for, or of the least that the fabricator allows; it follows that face, and turns into a
     shaft under the pivot.
     """
     tail = layout.spec.fpc.tail
@@ -111,26 +134,85 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     low, high = tail_heights(layout)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (Stretch(layout.tail_length),))
-    jaw, metal, stretch = fitted_jaw(layout), metal_face(layout.spec), bend_stretch(layout)
-    if jaw is None or metal is None:
+    drop, jaw, stretch = _drop(layout), fitted_jaw(layout), bend_stretch(layout)
+    if drop is None:
         return straight
     reason = _why_straight(layout)
     radius = bend_radius(layout.spec)
     if reason or radius is None or stretch is None:
         return TailPath(start, straight.stretches, None, reason)
     middle = radius + (high - low) / 2
-    face = metal + (jaw.recess if jaw.pocket is not None else 0.0)
-    down = _let_down(max(0.0, low - face), middle)
-    tongue = relief(layout)
-    free = stretch[0] if tongue is None else max(stretch[0], tongue.along[1])
-    before = max(0.0, free - layout.body[2])
-    parts = [Stretch(before), *down] if down else []
-    if jaw.hinge is not None and turned > LEAST:
+    down = _let_down(drop, middle)
+    free = max(stretch[0], layout.body[2], _held_until(layout))
+    parts = [Stretch(free - layout.body[2]), *down] if down else []
+    if jaw is not None and jaw.hinge is not None and turned > LEAST:
         parts += _into_shaft(_end(start, parts), jaw_range(layout, jaw)[1] + jaw.hinge, middle, turned)
     rest = layout.tail_length - math.fsum(part.length for part in parts)
     if rest <= 0.0:
-        return TailPath(start, straight.stretches, None, "the tail is too short to be led down to the jaw's face")
+        return TailPath(start, straight.stretches, None, TOO_SHORT)
     return TailPath(start, (*parts, Stretch(rest)), radius)
+
+
+TOO_SHORT = "the tail is too short to be led down to what carries the mount"
+
+
+def _drop(layout: Layout) -> float | None:
+    """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
+    mount, jaw, face = layout.spec.mount, fitted_jaw(layout), metal_face(layout.spec)
+    if mount is None or face is None or (jaw is None and mount.finger is None):
+        return None
+    rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
+    return max(0.0, tail_heights(layout)[0] - face - rims)
+
+
+def _held_until(layout: Layout) -> float:
+    """How far along the tail (m) what carries the body lies under it, before its edge falls; the body's end where
+    nothing does.
+    """
+    edge, tongue = lip(layout), relief(layout)
+    if edge is not None:
+        return edge.start
+    return tongue.along[1] if tongue is not None else cap_end(layout) or layout.body[2]
+
+
+def lip(layout: Layout) -> Lip | None:
+    """The round edge over which the tail leaves the seat's tongue or the cap; None where there is no such edge, no
+    radius is known, or a short tongue has no room for it.
+    """
+    mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec)
+    if mount is None or not drop or radius is None:
+        return None
+    bends = _let_down(drop, radius + tail_thickness(layout.spec) / 2)
+    turn = bends[0].length / (radius + tail_thickness(layout.spec) / 2) if bends else 0.0
+    if (end := cap_end(layout)) is not None:
+        return round_edge(layout.spec, end, (1.0 - LEFT) * mount.standoff, turn)
+    tongue = relief(layout)
+    if tongue is None:
+        return None
+    spans = seat_spans(board_heights(layout.spec)[0], mount.standoff, shield_heights(layout.spec))
+    found = round_edge(layout.spec, tongue.along[1], (1.0 - LEFT) * (tongue.top - spans[-1][0]), turn)
+    return found if found.start - tongue.along[0] >= LEAST_RELIEF else None
+
+
+def round_edge(spec: SensorSpec, end: float, depth: float, turn: float) -> Lip:
+    """An edge at a place along the tail (m) that is round by the tail's bend radius through an angle (rad), or as far
+    as so much depth (m) has room; by a small radius where none is known.
+    """
+    radius = bend_radius(spec)
+    if radius is None:
+        radius, turn = min(EDGE_ROUNDING, depth), math.pi / 2
+    turn = min(turn, math.acos(max(-1.0, 1.0 - depth / radius)))
+    return Lip(end - radius * math.sin(turn), end, radius, turn)
+
+
+def free_from(layout: Layout) -> float:
+    """From where on (m) the tail may be bent away from the coils: beyond the bench plate's round edge; the body's end
+    without a plate.
+    """
+    mount, end = layout.spec.mount, layout.body[2]
+    if mount is None or mount.kind != "bench-plate":
+        return end
+    return max(end, plate_plan(layout, film_thickness(layout.spec))[2] - (bend_radius(layout.spec) or 0.0))
 
 
 def _why_straight(layout: Layout) -> str:

@@ -1,4 +1,4 @@
-"""Where the screws of a bench plate stand: clear of board and tail, in the plate itself or in an adapter below it."""
+"""A bench plate from above, and where its screws stand: clear of board and tail, in it or in an adapter below it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from sitscad.record import record
 from sitscad.scene.bodies import above_board
 from sitscad.scene.grasper.jaws import axis
 from sitscad.spec.pieces.mounting import Hole, HolePattern
+
+BORDER = 6.0e-3
+"""Plastic round the board and what overhangs it, for the screws (m)."""
 
 INSET = 3.0e-3
 BESIDE_HEAD = 1.0e-3
@@ -33,6 +36,21 @@ class Screw:
 
 CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
 """M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
+
+
+def plate_plan(layout: Layout, film: float) -> Box:
+    """The plate's rectangle: the body, whatever overhangs it and the tail beside the screws, a border for these, and
+    the holes that it is screwed down by.
+    """
+    x0, y0, x1, y1 = layout.body
+    near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
+    y0, y1 = min(y0, *near), max(y1, *near)
+    for body in above_board(layout.spec):
+        left, low, right, high = body.footprint.box
+        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
+    plan = x0 - BORDER, y0 - BORDER, x1 + BORDER, y1 + BORDER
+    far = reach(layout)
+    return min(plan[0], far[0]), min(plan[1], far[1]), max(plan[2], far[2]), max(plan[3], far[3])
 
 
 def holes_in_plate(layout: Layout, plan: Box) -> tuple[Hole, ...]:
