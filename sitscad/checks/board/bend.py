@@ -343,8 +343,8 @@ BEND_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT123", "bend-zone", Severity.ERROR,
         "Where the tail bends, by the spec or because its mount lets it down, there are no vias, no contacts, no "
-        "stiffener, tracks run straight at one width, and the radius is the fabricator's or larger. A bend for which the "
-        "tail is too short between what is stiff is an error, one whose tracks are not straight a warning.",
+        "stiffener, tracks run straight at one width, and the radius is the fabricator's or larger. A bend for which "
+        "the tail is too short between what is stiff is an error, one whose tracks are not straight a warning.",
         "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
         "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
         "Lengthen the tail, so that everything lies outside the bend.",
