@@ -45,9 +45,11 @@ def _presets_in_figures() -> Iterator[str]:
     stackups = [presets.stackup(name) for name in presets.names("stackup")]
     yield _figures(
         "Stack-ups with a preset",
-        "Finished thicknesses from the top, the outer copper with its plating. For `fpc.stackup`.",
-        ("name", "copper", "dielectric between", "in all"),
-        [(s.name, _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC), show(s.thickness, "m", 4))
+        "From the top; finished copper is that of the plain build, its outer layers plated once over the whole panel. "
+        "OSH Park does not say whether its 35 um contain the plating. For `fpc.stackup`.",
+        ("name", "foil", "finished copper", "dielectric between", "in all"),
+        [(s.name, _foils(s), _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC),
+          show(s.thickness, "m", 4))
          for s in stackups],
     )  # fmt: skip
     houses = [installed_rules(name) for name in presets.names("rules")]
@@ -88,7 +90,13 @@ def _figures(title: str, about: str, heads: tuple[str, ...], rows: list[tuple[st
 
 
 def _thicknesses(stackup: Stackup, kind: LayerKind) -> str:
-    return ", ".join(f"{layer.thickness * 1e6:g}" for layer in stackup.layers if layer.kind is kind) + " um"
+    return ", ".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.layers if layer.kind is kind) + " um"
+
+
+def _foils(stackup: Stackup) -> str:
+    if not stackup.is_plating_stated:
+        return "not stated"
+    return ", ".join(f"{layer.foil * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
 Places = dict[type[Section], list[str]]

@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "checks": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",
         "mechanics",
-        "physics", "design", "remedy",
+        "physics", "design", "remedy", "fabrication",
     },
     "review": {"finding", "measured", "spec", "estimates", "design", "remedy", "checks"},
     "fabrication": {"units", "geometry", "spec", "layout", "scene"},

@@ -62,8 +62,7 @@ def _layers(kind: LayerKind) -> Callable[[Design], list[float]]:
 
 
 def _foils(design: Design) -> list[float]:
-    stackup = design.spec.fpc.stackup
-    return [stackup.foil_thickness((copper.number,)) for copper in stackup.copper]
+    return [copper.foil for copper in design.spec.fpc.stackup.copper]
 
 
 def _poisson(design: Design) -> float | None:

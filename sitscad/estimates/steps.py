@@ -26,6 +26,7 @@ from sitscad.estimates.uncertainty import (
     scatter_note,
     sigmas,
     spread,
+    thickest_copper,
 )
 from sitscad.estimates.values import PARTS, CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.cross_checks import cross_checks, no_cross_check
@@ -272,7 +273,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
         around = moved_by_surroundings(winding.spectrum, wound.given.assembly, states, circuit, deeper)
-        moved = Slopes(deviations, slopes, around)
+        moved = Slopes(deviations, slopes, around, thickest_copper(spec))
         changes = {name: _target_change(circuit, state) for name, state in states.items()}
         found[circuit.name] = {
             name: replace(state, spread=spread(circuit, tank, state, moved),

@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 
 
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
+FOIL, PLATING = "copper foil", "copper plating"
 CAPACITOR, PERMITTIVITY, SHARE = "capacitor", "permittivity", "share of the target"
 
 EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
@@ -81,13 +82,32 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     """
     found = {name: row.sigma for name, row in tolerances().items()}
     found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec).items()}
-    if spec.fpc.stackup.copper_thickness_sigma is not None:
-        mean = math.fsum(layer.thickness for layer in spec.coil_copper) / len(spec.coil_copper)
-        found[THICKNESS] = spec.fpc.stackup.copper_thickness_sigma / mean
+    found[THICKNESS] = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
     found[CAPACITOR] = _family(spec).limit("capacitor_tolerance") / math.sqrt(3.0)
     # of independent lines squares add up
     found[GLUE] = math.sqrt(lines_below_target(spec)) * spec.assembly.glue_tolerance / math.sqrt(3.0)
     return found
+
+
+def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
+    """Half the bands of the coil's copper, relative, as its resistance has them (layers in series, each with its share
+    by 1/thickness): by the foil, which is alike on all layers, and by the plating. Where the fabricator does not say
+    whether his copper contains the plating, all of that is in doubt.
+    """
+    stackup, copper = spec.fpc.stackup, spec.coil_copper
+    whole = math.fsum(1.0 / layer.thickness for layer in copper)
+    foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
+    steps = math.fsum((layer.plated > 0.0) * stackup.platings(layer.number) / layer.thickness**2 for layer in copper)
+    rows = tolerances()
+    unsure = rows[PLATING].half_width if stackup.is_plating_stated else stackup.plating_thickness
+    return rows[FOIL].half_width * foil, unsure * steps / whole
+
+
+def thickest_copper(spec: SensorSpec) -> float:
+    """By what part the coil's copper is thicker, as its resistance has it, where foil and plating are both at the thick
+    end of what is delivered.
+    """
+    return sum(_copper_bands(spec))
 
 
 def _own_bands(spec: SensorSpec) -> dict[str, float]:
@@ -110,9 +130,8 @@ def _family(spec: SensorSpec) -> Family:
 
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
-    measured = {THICKNESS} if spec.fpc.stackup.copper_thickness_sigma is not None else set()
     absent = set(_own_bands(spec)) if spec.elastomer is not None else {PAD, PAD_SIZE}
-    unseen = [name for name, row in tolerances().items() if not row.verified and name not in measured | absent]
+    unseen = [name for name, row in tolerances().items() if not row.verified and name not in absent]
     if not _family(spec).limits()["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
@@ -187,12 +206,14 @@ def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
 class Slopes:
     """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
 
+    ``thickest_copper`` is by what part the thickest copper that is delivered exceeds the nominal one;
     `surroundings` says by state and cause how much (H, ohm) one sigma of what is around the coil moves it.
     """
 
     sigmas: Mapping[str, float]
     inductance: Mapping[str, float]
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]]
+    thickest_copper: float
 
 
 def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
@@ -252,7 +273,8 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
     causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
     amplitude = state.amplitude * totals[3] / state.parallel_resistance
     shifts = {name: (row[0], row[2]) for name, row in moved.items()}
-    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts)
+    by_copper = moved[THICKNESS][3] * slopes.thickest_copper / slopes.sigmas[THICKNESS]
+    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts, by_copper)
 
 
 def _moves(

@@ -58,6 +58,8 @@ class Spread:
 
     `causes` names the tolerance that each of them owes most to; `shifts` are what one sigma of each tolerance does to
     inductance (H) and frequency (Hz), with its sign: states of one coil share their causes.
+    ``thickest_copper`` is what the thickest copper that is delivered (foil and plating both at their ends) does to R_P
+    (ohm).
     """
 
     inductance: float
@@ -67,6 +69,7 @@ class Spread:
     amplitude: float
     causes: Mapping[str, str] = field(default_factory=dict)
     shifts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    thickest_copper: float = 0.0
 
 
 @record

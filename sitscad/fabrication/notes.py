@@ -21,7 +21,7 @@ from sitscad.layout.tail.thickness import (
 )
 from sitscad.scene.bends import bends, pivot_line
 from sitscad.spec.profiles.presets import finish, names
-from sitscad.spec.stackup import LayerKind, StackLayer
+from sitscad.spec.stackup import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
@@ -38,11 +38,40 @@ def finish_text(layout: Layout) -> str:
     """
     chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
-    plating = f", holes plated {show(stackup.plating_thickness, 'm')} nominal" if is_plated else ""
+    plating = f"; {plating_text(layout)}" if is_plated else ""
     bars = f" {plating_bar_text(layout)}" if chosen.is_electrolytic and layout.pads else ""
     if layout.spec.fpc.rules.one_process:
         return f"Finish on bare contacts: {chosen.words}.{bars}"
     return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
+
+
+PLATINGS = {
+    Plating.PANEL: "panel plating: all copper that lies open is plated with the holes, and etched afterwards",
+    Plating.PATTERN: "pattern plating: tracks are plated with the holes through a resist, the foil between them is "
+    "etched afterwards",
+    Plating.BUTTONS: "button plating: holes and their pads alone are plated, all tracks stay foil",
+}
+
+
+def plating_text(layout: Layout) -> str:
+    """How the holes are plated and how thick, and which copper gets thicker with them."""
+    stackup = layout.spec.fpc.stackup
+    text = f"{PLATINGS[stackup.plating]}; {show(stackup.plating_thickness, 'm')} nominal in the holes"
+    times: dict[int, list[str]] = {}
+    for layer in stackup.copper:
+        if layer.plated:
+            times.setdefault(stackup.platings(layer.number), []).append(str(layer.number))
+    words = {1: "once", 2: "twice"}
+    found = [f"copper {' and '.join(numbers)} {words[count]}" for count, numbers in sorted(times.items())]
+    return f"{text} ({', '.join(found)})" if found else text
+
+
+def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
+    """What a copper layer of a stack-up is made of: its foil, and what is plated on it."""
+    if not stackup.is_plating_stated:
+        return "as the fabricator states it: whether that contains the plating is not known"
+    foil = f"{show(layer.foil, 'm')} foil"
+    return f"{foil} and {show(layer.plated, 'm')} plating" if layer.plated else f"{foil}, not plated"
 
 
 def plating_bar_text(layout: Layout) -> str:
@@ -85,6 +114,32 @@ def step_text(layout: Layout) -> str:
         f"layers below are laminated on: it laps {lap} into the body, from x = {show(lap_start(layout), 'm')} on, "
         "where the bond takes up its thickness."
     )
+
+
+def build_text(layout: Layout) -> str:
+    """The order of steps where the tail has fewer layers than the body; empty where it has as many."""
+    last, count, stackup = tail_copper(layout), layout.copper_layers, layout.spec.fpc.stackup
+    if last == count:
+        return ""
+    lower = f"copper {last + 1}" if last + 1 == count else f"copper {last + 1} to {count} with its inner side etched"
+    own, film = f"copper 1 to {last}" if last > 1 else "copper 1", has_tail_coverlay(layout)
+    first = [f"{own} on a core of its own"]
+    if tail_holes(layout):
+        first.append(f"the tail's holes drilled there and plated ({_thickened(stackup, (1, last))})")
+    first.append(f"copper {last} etched" if last > 1 else "nothing of it etched yet")
+    first += ["the tail's own coverlay laid"] * film
+    return (
+        f"two laminations. First {', '.join(first)}; then {lower}, cut out where the tail is, bonded under it; then "
+        f"the body's holes drilled and plated through all layers ({_thickened(stackup, (1, count))}), the outer copper "
+        "etched, the outer coverlay laid"
+    )
+
+
+def _thickened(stackup: Stackup, layers: tuple[int, int]) -> str:
+    """Which copper one step of plating thickens, and by how much."""
+    if stackup.plating is Plating.BUTTONS:
+        return f"{show(stackup.plating_thickness, 'm')} in holes and pads alone"
+    return f"copper {layers[0]} and {layers[1]} get {show(stackup.plating_thickness, 'm')}"
 
 
 def bend_text(layout: Layout) -> str:

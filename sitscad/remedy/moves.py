@@ -134,9 +134,13 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
             continue
         name = next((n for n in presets.names("stackup") if len(presets.stackup(n).copper) >= count), None)
         if name is not None:
-            stackup = presets.stackup(name)
-            rules = spec.fpc.rules.for_foil(stackup.foil_thickness(wound.layers)).for_layers(len(stackup.copper))
-            fpc = replace(spec.fpc, stackup=stackup, rules=rules)
+            stackup, tail = presets.stackup(name), spec.fpc.tail
+            if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # all of the body's, as it is left out
+                tail = replace(tail, layers=len(stackup.copper))
+            core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
+            stackup = stackup.built(spec.fpc.stackup.plating, core)
+            rules = spec.fpc.rules.for_foil(stackup.line_foil(wound.layers)).for_layers(len(stackup.copper))
+            fpc = replace(spec.fpc, stackup=stackup, rules=rules, tail=tail)
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
 
 

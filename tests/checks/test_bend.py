@@ -108,7 +108,7 @@ def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, c
 
 
 def test_a_tail_as_long_as_its_bend_needs_is_not_told(advised):
-    assert short(advised, spec("length: 18, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
+    assert short(advised, spec("length: 19, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")) is None
 
 
 def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):

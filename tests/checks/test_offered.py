@@ -30,7 +30,8 @@ def test_what_osh_park_lists_passes(judge):
 @pytest.mark.parametrize(
     ("fpc", "key", "message"),
     [
-        (THIN, "fpc.stackup", "copper: 18 um; osh-park-flex offers 35 um"),
+        (THIN, "fpc.stackup",
+         "copper foil: 18 um (finished 30 um, of which 12 um are plated on); osh-park-flex offers 35 um"),
         (THICK, "fpc.stackup", "film between copper: 25 um; osh-park-flex offers 101.6 um"),
         (THICK, "fpc.stackup", "cover: film; osh-park-flex offers solder-mask"),
         (f"stackup: flex-4l, rules: osh-park-flex, {PADS}", "fpc.stackup", "copper layers: 4; osh-park-flex offers 2"),
@@ -40,11 +41,28 @@ def test_what_osh_park_lists_passes(judge):
         (f"stackup: flex-2l-18um, rules: rehan-4l, {PADS}", "fpc.stackup",
          "copper layers: 2; rehan-4l offers 3, 4, 5, 6, 7, 8"),
         (f"stackup: flex-2l-18um, rules: {{based_on: shipco, foils: 35 um}}, {PADS}", "fpc.stackup",
-         "copper: 18 um; the spec (line 4) offers 35 um"),
+         "copper foil: 18 um (finished 30 um, of which 12 um are plated on); the spec (line 4) offers 35 um"),
     ],
 )  # fmt: skip
 def test_what_is_not_offered_is_an_error_at_its_key(judge, fpc, key, message):
     assert ("error", key, message) in said(judge, fpc)
+
+
+WRITTEN = "stackup: [{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {copper: %s}, {coverlay: 27.5 um}]"
+
+
+@pytest.mark.parametrize("house", ["jselectronic", "rehan-2l", "wellpcb", "lab-circuits", "shipco"])
+@pytest.mark.parametrize(("copper", "foil"), [("18 um", "6 um"), ("30 um", ""), ("47 um", ""), ("35 um", "23 um")])
+def test_foil_that_no_house_has_is_refused_although_the_finished_copper_is_in_its_list(judge, house, copper, foil):
+    """18 um finished were once taken as listed: with 12 um of plating they need a foil of 6 um."""
+    found = said(judge, f"{WRITTEN % (copper, copper)}, rules: {house}, {PADS}")
+    assert [message.partition(" (")[0] for *_, message in found] == [f"copper foil: {foil}"] * bool(foil)
+
+
+@pytest.mark.parametrize("name", ["flex-2l-12um", "flex-2l-18um", "flex-2l-35um"])
+def test_presets_are_made_of_foils_that_houses_list(judge, name):
+    for house in ("jselectronic", "rehan-2l", "wellpcb"):
+        assert said(judge, f"stackup: {name}, rules: {house}, {PADS}") == []
 
 
 def test_an_odd_number_of_boards_warns_and_says_how_many_to_order(judge):

@@ -25,6 +25,7 @@ from sitscad.estimates.uncertainty import (
     inductance_slopes,
     resistance_slopes,
     sigmas,
+    thickest_copper,
     tolerances,
 )
 from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
@@ -43,7 +44,7 @@ TEXT = """
 sitscad: 1
 name: scatter
 coil: {shape: SHAPE, outer_diameter: 5, turns: 6, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
-fpc: {stackup: flex-2l-35um}
+fpc: {stackup: flex-2l-18um, plating: 17 um}
 readout: {device: ldc1614, capacitance: 470 pF}
 """
 
@@ -198,14 +199,14 @@ def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypat
 
 
 def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
-    """160 perturbed specs, solved again, scatter R at rest by 3.7 %; 6.6 % was stated, and the code one too low."""
+    """60 perturbed specs, solved again, scatter R at rest by 3.0 % and R_P by 3.5 % (+-0.3 %)."""
     template = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
     found = estimate(lay_out(load(str(template))))
     rest = found.coils[0].states["rest"]
-    assert rest.spread.resistance / rest.resistance == approx(0.037, abs=0.003)
-    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.047, abs=0.005)
+    assert rest.spread.resistance / rest.resistance == approx(0.030, abs=0.004)
+    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.035, abs=0.004)
     assert found.readout.drive_code == 27
-    assert rest.amplitude == approx(1.56, abs=0.01)
+    assert rest.amplitude == approx(1.49, abs=0.01)
 
 
 def test_a_soft_pad_scatters_the_pressed_state_alone():
@@ -301,12 +302,21 @@ def test_the_estimate_says_which_tolerances_nobody_has_seen():
     assert "unverified: layer distance, diameter, permittivity, capacitor" in note
 
 
-def test_plated_copper_takes_the_scatter_of_its_stackup():
+def test_copper_scatters_by_its_foil_and_by_its_plating():
+    """Foil within 10 %, plating within 3.5 um of what is ordered; what is not plated has the foil's scatter alone."""
     spec = design()
-    assert sigmas(spec)[THICKNESS] == approx(2.0 / 35.0, rel=1e-6)
-    stackup = replace(spec.fpc.stackup, copper_thickness_sigma=None)
-    bare = replace(spec, fpc=replace(spec.fpc, stackup=stackup))
-    assert sigmas(bare)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-6)
+    foil, plating = 0.1 * 18.0 / 35.0, 3.5 / 35.0
+    assert sigmas(spec)[THICKNESS] == approx(math.hypot(foil, plating) / math.sqrt(3.0), rel=1e-9)
+    assert thickest_copper(spec) == approx(foil + plating, rel=1e-9)
+    buttons = load_text(TEXT.replace("SHAPE", "circle").replace("plating: 17 um", "plated: buttons"), "buttons.yaml")
+    assert sigmas(buttons)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-9)
+    assert thickest_copper(buttons) == approx(0.1, rel=1e-9)
+
+
+def test_what_a_fabricator_does_not_say_of_his_copper_is_in_doubt():
+    """Whether OSH Park's 35 um contain the plating stands nowhere: they may come as 47 um and more."""
+    text = TEXT.replace("SHAPE", "circle").replace("flex-2l-18um, plating: 17 um", "flex-2l-osh-park")
+    assert thickest_copper(load_text(text, "osh.yaml")) > 12.0 / 35.0
 
 
 def changed_pad(spec, factor):

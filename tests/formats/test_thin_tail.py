@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 
@@ -198,3 +199,41 @@ fpc: {{tail: {{length: 30, layers: 2}}, rules: {{name: wide, coverlay_lap: 9}}}}
     windings = [winding.path for coil in laid.coils for winding in coil.windings]
     copper = bounding_box(windings)[2] + laid.spec.coil.trace_width / 2
     assert len(found) == 1 and abs(found[0].measured - (laid.body[2] - copper)) < 0.05 * MM
+
+
+@pytest.mark.parametrize(
+    ("plated", "finished", "core"),
+    [
+        ("panel", ["42 um", "30 um", "18 um", "30 um"], "copper 1 and 2 get 12 um"),
+        ("buttons", ["18 um"] * 4, "12 um in holes and pads alone"),
+    ],
+)
+def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
+    """The readme had copper 2 plated before lamination, and the stack-up said 18 um of foil, not plated."""
+    text = SPEC.format(layers=4, tail=2, array="{pattern: single}", across=6, turn="")
+    spec = load_text(text.replace("fpc: {", f"fpc: {{plated: {plated}, "), "thin.yaml")
+    layout = lay_out(spec)
+    files = order_set(layout)
+    readme = " ".join(files["fpc/readme.txt"].decode().split())
+    assert [f"{layer.thickness * 1e6:g} um" for layer in spec.fpc.stackup.copper] == finished
+    for layer, whole in zip(spec.fpc.stackup.copper, finished, strict=True):
+        plating = f" and {layer.plated * 1e6:g} um plating" if layer.plated else ", not plated"
+        assert f"{whole} copper {layer.number} " in readme and f", 18 um foil{plating}" in readme
+    job = json.loads(next(data for name, data in files.items() if name.endswith("-job.gbrjob")))
+    rows = [row for row in job["MaterialStackup"] if row["Type"] == "Copper"]
+    assert [f"{row['Thickness'] * 1e3:g} um" for row in rows] == finished
+    assert all("18 um foil" in row["Notes"] for row in rows)
+    drawn = " ".join(re.findall(r">([^<>]+)<", files["fpc/thin-stackup.svg"].decode()))
+    assert f"plated ({core})" in readme and drawn.count("18 um foil") >= 4
+    (note,) = [finding for finding in sitscad.check(spec).findings if finding.rule == "SIT132"]
+    assert note.severity.value == "note" and core in note.message
+    assert "/".join(each.removesuffix(" um") for each in finished) in note.message
+    assert "leave fpc.tail.layers out" in note.hint and "bends to" in note.hint
+
+
+def test_the_plain_build_is_not_told():
+    text = SPEC.format(layers=4, tail=4, array="{pattern: single}", across=6, turn="")
+    layout = lay_out(load_text(text, "thin.yaml"))
+    assert not [finding for finding in sitscad.check(layout.spec).findings if finding.rule == "SIT132"]
+    files = order_set(layout)
+    assert "Build " not in files["fpc/readme.txt"].decode() and not any("front-in" in name for name in files)

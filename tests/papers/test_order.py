@@ -182,7 +182,7 @@ def test_holes_in_a_thinner_tail_are_not_said_to_go_through_all_layers():
 
 
 def test_plating_is_named_only_where_there_are_holes(board):
-    assert "holes plated 12 um nominal" in _flex_facts.finish_text(lay_out(load_text(SIX)))
+    assert "12 um nominal in the holes (copper 1 and 2 once)" in _flex_facts.finish_text(lay_out(load_text(SIX)))
     bare = replace(board, vias=())
     assert not bare.vias and "plated" not in _flex_facts.finish_text(bare)
 

@@ -18,6 +18,7 @@ from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import presets
 from sitscad.spec.resolver.positions import gap, named
 from sitscad.spec.rules import SPEC_RULES, SpecError
+from sitscad.spec.stackup import Plating
 
 COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"
 ROOT = Path(__file__).parents[2]
@@ -103,14 +104,16 @@ def test_a_stackup_can_be_written_out():
         "fpc:",
         "  stackup:",
         "    - {coverlay: 27.5 um}",
-        "    - {copper: 35 um}",
+        "    - {copper: 47 um}",
         "    - {dielectric: 25 um, material: polyimide}",
-        "    - {copper: 35 um}",
+        "    - {copper: 47 um}",
         "    - {coverlay: 27.5 um, permittivity: 3}",
     )
     # what films a layer is laminated from is the preset's to say
     of_preset = [replace(layer, made_of="") for layer in presets.stackup("flex-2l-35um").layers]
-    assert list(spec.fpc.stackup.layers[:-1]) == of_preset[:-1]
+    for own, other in zip(spec.fpc.stackup.layers[:-1], of_preset[:-1], strict=True):
+        assert replace(own, thickness=other.thickness) == other
+        assert own.thickness == approx(other.thickness, rel=1e-9)
     assert spec.fpc.stackup.layers[-1].relative_permittivity == 3
     assert spec.source.locate("fpc.stackup.1.copper") == (7, 16)
 
@@ -118,19 +121,54 @@ def test_a_stackup_can_be_written_out():
 ROWS = "[{coverlay: 27.5 um}, {copper: %s}, {dielectric: 25 um}, {copper: %s}, {coverlay: 27.5 um}]"
 
 
-def test_a_written_stackup_is_plated_like_the_presets():
-    preset = presets.stackup("flex-2l-35um")
-    spec = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}")
+def test_a_written_stackup_gives_finished_copper_and_its_foil_is_what_plating_leaves():
+    spec = loaded("fpc:", f"  stackup: {ROWS % ('30 um', '47 um')}")
     own = spec.fpc.stackup
-    assert (own.plating_thickness, own.copper_thickness_sigma) == (12e-6, preset.copper_thickness_sigma)
-    assert own.foil_thickness((1, 2)) == 35e-6, "what nobody stated makes no rule for thinner foil hold"
+    assert own.plating_thickness == 12e-6 and [layer.thickness for layer in own.copper] == [30e-6, 47e-6]
+    assert [layer.foil for layer in own.copper] == approx([18e-6, 35e-6], rel=1e-9)
     assert "fpc.plating: 12 um, part of the outer copper" in spec.source.defaults
     thick = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}", "  plating: 20 um").fpc.stackup
-    assert (thick.plating_thickness, thick.foil_thickness((1, 2))) == (20e-6, approx(15e-6, rel=1e-6))
-    thin = loaded("fpc:", f"  stackup: {ROWS % ('9 um', '35 um')}").fpc.stackup
-    assert (thin.plating_thickness, thin.copper_thickness_sigma) == (0.0, preset.copper_thickness_sigma)
+    assert (thick.plating_thickness, thick.line_foil((1, 2))) == (20e-6, approx(15e-6, rel=1e-9))
+    buttons = loaded("fpc:", f"  stackup: {ROWS % ('18 um', '18 um')}", "  plated: buttons").fpc.stackup
+    assert [layer.foil for layer in buttons.copper] == [18e-6, 18e-6] and buttons.plating_thickness == 12e-6
+    thin = loaded("fpc:", f"  stackup: {ROWS % ('9 um', '35 um')}")
+    assert thin.fpc.stackup.plating is Plating.BUTTONS, "copper thinner than the plating can have none on it"
+    assert "fpc.plating: 12 um, in the holes alone" in thin.source.defaults
     bare = loaded("fpc:", "  stackup: [{copper: 35 um}, {dielectric: 25 um}]").fpc.stackup
-    assert (bare.plating_thickness, bare.copper_thickness_sigma) == (0.0, None)
+    assert bare.plating_thickness == 0.0 and bare.copper[0].foil == 35e-6
+
+
+def test_a_preset_names_its_foil_and_is_plated_on_top_of_it():
+    stackup = loaded("fpc:", "  stackup: flex-2l-18um").fpc.stackup
+    assert [(layer.foil, layer.thickness) for layer in stackup.copper] == [
+        approx((18e-6, 30e-6), rel=1e-9)
+    ] * 2
+    more = loaded("fpc:", "  stackup: flex-2l-18um", "  plating: 15 um").fpc.stackup
+    assert [layer.thickness for layer in more.copper] == approx([33e-6] * 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("method", "tail", "finished", "line_foil"),
+    [
+        ("panel", "", [30, 18, 18, 30], 18),
+        ("panel", "layers: 2", [42, 30, 18, 30], 30),
+        ("pattern", "layers: 2", [42, 30, 18, 30], 18),
+        ("buttons", "layers: 2", [18, 18, 18, 18], 18),
+        ("panel", "layers: 3", [42, 18, 30, 30], 30),
+        ("panel", "layers: 1", [30, 18, 18, 30], 18),
+    ],
+)
+def test_finished_copper_follows_from_how_and_how_often_it_is_plated(method, tail, finished, line_foil):
+    """A tail of fewer layers with holes of its own is plated before the rest is laminated on: those layers twice."""
+    tail = f"  tail: {{length: 30, {tail}}}"
+    stackup = loaded("fpc:", "  stackup: flex-4l", f"  plated: {method}", tail).fpc.stackup
+    assert [layer.thickness * 1e6 for layer in stackup.copper] == approx(finished, rel=1e-9)
+    assert stackup.line_foil((1, 2, 3, 4)) == approx(line_foil * 1e-6, rel=1e-9)
+
+
+def test_a_tail_that_does_not_say_has_all_layers_of_the_body():
+    spec = loaded("fpc:", "  stackup: flex-4l", "  tail: {length: 30}")
+    assert spec.fpc.tail.layers == 4 and "fpc.tail.layers: 4, the default" in spec.source.defaults
 
 
 @pytest.mark.parametrize(
@@ -138,8 +176,6 @@ def test_a_written_stackup_is_plated_like_the_presets():
     [
         (f"  stackup: {ROWS % ('18 um', '18 um')}", "  plating: 18 um"),
         ("  stackup: [{copper: 35 um}, {dielectric: 25 um}]", "  plating: 12 um"),
-        ("  stackup: flex-4l", "  plating: 12 um"),
-        ("  plating: 12 um",),
     ],
 )
 def test_plating_that_cannot_be_is_named(lines):
@@ -150,8 +186,8 @@ def test_plating_that_cannot_be_is_named(lines):
 
 def test_the_scatter_of_a_written_stackup_is_that_of_the_preset_it_repeats():
     preset = loaded("fpc: {stackup: flex-2l-35um}")
-    own = loaded("fpc:", f"  stackup: {ROWS % ('35 um', '35 um')}")
-    assert sigmas(own) == sigmas(preset)
+    own = loaded("fpc:", f"  stackup: {ROWS % ('47 um', '47 um')}")
+    assert sigmas(own) == approx(sigmas(preset), rel=1e-9)
 
 
 def test_rules_can_be_written_out_over_a_preset():

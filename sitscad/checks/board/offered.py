@@ -76,8 +76,11 @@ def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, f
     if rules.layer_counts is not None and count not in rules.layer_counts:
         yield "layer_counts", "copper layers", float(count), str(count)
     if rules.foils is not None:
-        for thickness in dict.fromkeys(layer.thickness for layer in _odd_copper(stackup, rules.foils)):
-            yield "foils", "copper", thickness, show(thickness, "m")
+        for foil, plated in dict.fromkeys((_foil(stackup, layer), layer.plated) for layer in stackup.copper):
+            if not _is_listed(foil, rules.foils):
+                is_known = plated > 0.0 and stackup.is_plating_stated
+                made = f" (finished {show(foil + plated, 'm')}, of which {show(plated, 'm')} are plated on)" * is_known
+                yield "foils", "copper foil", foil, show(foil, "m") + made
     films = [layer for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC and layer.material not in GLUES]
     if rules.cores is not None:
         for thickness in dict.fromkeys(film.thickness for film in films if not _is_listed(film.thickness, rules.cores)):
@@ -89,12 +92,9 @@ def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, f
                 yield "covers", "cover", None, kind
 
 
-def _odd_copper(stackup: Stackup, foils: Sequence[float]) -> Iterator[CopperLayer]:
-    """Copper that is not listed, neither as the foil nor as it is finished: houses mean one or the other."""
-    for layer in stackup.copper:
-        foil = stackup.foil_thickness((layer.number,))
-        if not (_is_listed(foil, foils) or _is_listed(layer.thickness, foils)):
-            yield layer
+def _foil(stackup: Stackup, layer: CopperLayer) -> float:
+    """The foil (m) that a layer is ordered as; all of its copper where it is not stated how much of it is plated."""
+    return layer.foil if stackup.is_plating_stated else layer.thickness
 
 
 def _is_listed(thickness: float, listed: Sequence[float]) -> bool:

@@ -11,14 +11,48 @@ from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
+from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
 from sitscad.layout.routing.ring import Ring
+from sitscad.layout.tail.bending import least_bend_radius
+from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
+from sitscad.spec.stackup import Stackup
 
 GRAIN = 0.05e-3
 """Margins are named in steps of this (m)."""
+
+
+def special_build(design: Design) -> Iterator[Verdict]:
+    """What is special about a tail of fewer layers than the body, and what the plain build would cost."""
+    layout, spec = design.layout, design.spec
+    last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
+    if tail is None or last == count:
+        return
+    stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
+    plain = replace(spec, fpc=replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count)))
+    radii = [least_bend_radius(each) for each in (spec, plain)]
+    bent = f" and bends to {um(radii[1])} instead of {um(radii[0])}" if radii[0] and radii[1] else ""
+    yield SPECIAL.found(
+        "fpc.tail.layers",
+        float(last),
+        float(count),
+        last=last,
+        count=count,
+        build=build_text(layout),
+        copper=_copper(spec.fpc.stackup),
+        plain_copper=_copper(stackup),
+        plain=tail_thickness(plain),
+        thin=tail_thickness(spec),
+        bent=bent,
+    )
+
+
+def _copper(stackup: Stackup) -> str:
+    """Finished copper from the top, like 30/18/18/30 um."""
+    return "/".join(f"{layer.thickness * 1e6:.4g}" for layer in stackup.copper) + " um"
 
 
 def step(design: Design) -> Iterator[Verdict]:
@@ -88,6 +122,14 @@ TURNS_NEAR_STEP = Case(
 )
 
 
+SPECIAL = Case(
+    "a tail of {last} copper layers on a body of {count} is a special build: {build}; finished copper {copper}",
+    "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes only, "
+    "finished copper {plain_copper}); its tail is {plain:m} thick instead of {thin:m}{bent}. For this one, have the "
+    "steps confirmed with the quotation",
+)
+
+
 STEP_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT130", "step", Severity.WARNING,
@@ -96,5 +138,14 @@ STEP_RULES: tuple[Rule, ...] = (
         "lies between the body's layers there.",
         "Make the body longer (fpc.margin), or run all layers down the tail.",
         FABRICATOR, ("tail",), step,
+    ),
+    Rule(
+        "SIT132", "build", Severity.NOTE,
+        "A tail of fewer copper layers than the body is told: the order of its steps, its own coverlay, two "
+        "laminations, what is plated.",
+        "Holes of the tail are plated before the rest is laminated on, which a service for prototypes does not do "
+        "unasked; copper that is plated twice is thicker, has another resistance and wants wider lines.",
+        "Leave fpc.tail.layers out where the tail need not bend tightly.",
+        "the build that fpc/readme.txt orders", ("tail",), special_build,
     ),
 )  # fmt: skip

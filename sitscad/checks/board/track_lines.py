@@ -44,7 +44,7 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Com
 def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
     spec = design.spec
-    rules, foil = spec.fpc.rules, spec.fpc.stackup.foil_thickness(spec.coil.layers)
+    rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
         yield THICKER_FOIL.found(

@@ -41,7 +41,32 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     near: list[Complaint] = []
     yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
     yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
-    yield from _as_one(near)
+    yield from _as_one([*near, *_copper_ends(design)])
+
+
+def _copper_ends(design: Design) -> Iterator[Complaint]:
+    """The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
+    although the board as drawn keeps it: no test of the bare board tells such copper from any other.
+    """
+    low, high = design.family.limit("amplitude_optimum_min"), design.family.limit("amplitude_max")
+    states = [
+        (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
+        for coil in design.estimates.coils
+        for reading in readings_of(design, "amplitude", True)
+        if reading.coil == coil.name
+        and (state := coil.states[reading.state]).amplitude is not None
+        and state.spread is not None
+    ]
+    thick = max(states, key=lambda each: each[0] + each[1], default=None)
+    thin = min(states, key=lambda each: each[0] - each[1], default=None)
+    if thick is not None and thick[0] <= high < thick[0] + thick[1]:
+        yield THICK_COPPER.found(
+            CODE_KEY, thick[0] + thick[1], high, "V", where=where(thick[2]), code=_code(design, thick[2])
+        )
+    if thin is not None and thin[0] - thin[1] < low <= thin[0]:
+        yield THIN_COPPER.found(
+            CODE_KEY, thin[0] - thin[1], low, "V", where=where(thin[2]), code=_code(design, thin[2])
+        )
 
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
@@ -234,6 +259,20 @@ MAY_STOP = Case(
     detail="{in_sigmas}",
 )
 
+THICK_COPPER = Case(
+    "with the thickest copper that is delivered (foil and plating both at their ends) the tank of {where} would swing "
+    "{measured:V,3} peak with drive code {code}, beyond {limit:V}",
+    hint="leave readout.drive_code out, and one is chosen that does for such copper",
+    severity=Severity.WARNING,
+)
+
+THIN_COPPER = Case(
+    "with the thinnest copper that is delivered the tank of {where} would swing {measured:V,3} peak with drive code "
+    "{code}, below the low-noise window from {limit:V} on: no code serves both ends of the copper",
+    hint="choose the code by the amplitude that the boards of a batch show: they have one foil and one plating",
+    severity=Severity.NOTE,
+)
+
 CLAMPED_WHEN_COLD = Case(
     "switched on at 20 degC, the tank of {where} swings {measured:V,3} peak with drive code "
     "{code}, which is chosen for {temperature:g} degC; above {limit:V} the input clamps and "
@@ -255,10 +294,12 @@ DRIVE_RULES: tuple[Rule, ...] = (
         "SIT204", "drive-amplitude", Severity.ERROR,
         "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
         "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two "
-        "sigma of manufacture. A warning, too, if a sensor made for the heat swings beyond 1.8 V when switched on at "
+        "sigma of manufacture or for which no code serves the thinnest and the thickest copper. A warning, too, if a "
+        "sensor made for the heat swings beyond 1.8 V when switched on at "
         "20 degC, and in the high-current mode where TI's figures for its current leave the window open.",
         "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
-        "stop. The code is the strongest that stays one sigma below 1.8 V with the target at its farthest; where one "
+        "stop. The code is the strongest that stays below 1.8 V with the target at its farthest, one sigma of "
+        "manufacture and the thickest copper that is delivered allowed for; where one "
         "for all coils leaves a coil below 1.2 V and codes for every channel do not, every channel has its own. For an "
         "assembled sensor the bare coil is no working state: the report's incoming test has the code for a bare board.",
         "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "

@@ -14,8 +14,9 @@ from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Standard deviations of manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that does,
-since clamping is worse than noise (SNOSCY9A 8.1; SNOA950), for one known sensor; this is for those still to be made."""
+"""Standard deviations of all manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that
+does, since clamping is worse than noise (SNOSCY9A 8.1; SNOA950), for one known sensor; this is for those still to be
+made."""
 
 
 @record
@@ -32,7 +33,9 @@ def driven(
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
     """Coils and settings with the drive codes that suit all working states, or with the code that the spec sets.
 
-    The code is the strongest with which every coil stays one sigma below 1.8 V in every working state. Where that
+    The code is the strongest with which every coil stays below 1.8 V in every working state, one sigma beyond its
+    estimate and with the thickest copper that is delivered (a board has one foil and one plating: their ends are
+    common, and no test of the board tells them). Where that
     leaves a coil below 1.2 V, and a code for every channel leaves none, the channels have codes of their own.
     """
     if readout.drive_code is None or readout.high_current:
@@ -75,8 +78,9 @@ def _swing(coil: CoilEstimate) -> Swing:
 
 
 def _careful(state: StateEstimate) -> float:
-    sigma = state.spread.parallel_resistance if state.spread is not None else 0.0
-    return state.parallel_resistance + SIGMAS_BELOW * sigma
+    spread = state.spread
+    more = max(SIGMAS_BELOW * spread.parallel_resistance, spread.thickest_copper) if spread is not None else 0.0
+    return state.parallel_resistance + more
 
 
 def bare_board_code(coils: Sequence[CoilEstimate], family: Family) -> int | None:

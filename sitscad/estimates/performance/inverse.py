@@ -108,8 +108,8 @@ class WorkingRange:
         second moved by steps of Gauss-Newton from where it was thought to be; None where the steps lead to none.
         """
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.names)
-        aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)
         for _ in range(POLISHING):
+            aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from wherever the steps have led
             read = self._readings(np.vstack([one, other, other + np.diag(aside)])) / span
             lacking = read[0] - read[1]
             if np.linalg.norm(lacking) < alike:

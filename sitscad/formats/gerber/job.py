@@ -14,7 +14,7 @@ from sitscad.fabrication.files import (
     layer_name,
     project_guid,
 )
-from sitscad.fabrication.notes import finish_name
+from sitscad.fabrication.notes import copper_text, finish_name
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.issue import UNNUMBERED, creation_date
@@ -81,7 +81,8 @@ def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
     for layer in layout.spec.fpc.stackup.layers:
         if layer.kind is LayerKind.COPPER:
             copper += 1
-            yield {"Type": "Copper", "Thickness": _mm(layer.thickness), "Name": layer_name(copper, count)}
+            row = {"Type": "Copper", "Thickness": _mm(layer.thickness), "Name": layer_name(copper, count)}
+            yield {**row, "Notes": copper_text(layout.spec.fpc.stackup, layer)}
         elif layer.kind is LayerKind.COVERLAY:
             coverlay += 1
             side = "Bottom" if copper else "Top"

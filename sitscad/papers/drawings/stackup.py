@@ -10,7 +10,16 @@ from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.files import fabrication_path, stack_names
 from sitscad.fabrication.fingerprint import board_images, on_drawing
-from sitscad.fabrication.notes import bend_text, bond_texts, finish_text, laminate_text, layer_text, thickness_texts
+from sitscad.fabrication.notes import (
+    bend_text,
+    bond_texts,
+    build_text,
+    copper_text,
+    finish_text,
+    laminate_text,
+    layer_text,
+    thickness_texts,
+)
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.thickness import has_tail_coverlay, is_opened, tail_layers
@@ -80,6 +89,8 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
     texts = []
     for layer, name in zip(layers, stack_names(layout), strict=True):
         material = f", {layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
+        if layer.kind is LayerKind.COPPER:
+            material = f", {copper_text(layout.spec.fpc.stackup, layer)}"
         texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
     most = max(map(len, texts))
     size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
@@ -137,8 +148,8 @@ def _notes(layout: Layout) -> Iterator[str]:
     glued = "; coverlay with its adhesive" if is_film else ""
     yield f"Thicknesses are finished ones{glued}. Laminates: {laminate_text(layout)}."
     yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
-    if stackup.plating_thickness:
-        yield f"Plating, {show(stackup.plating_thickness, 'm')}, is part of the outer copper's thickness."
+    if build := build_text(layout):
+        yield f"Build: {build}."
     yield finish_text(layout)
     if layout.bend_zone is not None:
         yield bend_text(layout)

@@ -21,13 +21,16 @@ from sitscad.fabrication.fingerprint import board_images, fingerprint, shell_lin
 from sitscad.fabrication.notes import (
     bend_text,
     bond_texts,
+    build_text,
     contact_text,
+    copper_text,
     end_tolerance,
     finish_text,
     holes_text,
     laminate_text,
     layer_text,
     outline_text,
+    plating_text,
     plug_text,
     quantity_text,
     questions,
@@ -44,7 +47,7 @@ from sitscad.layout.tail.contacts import contacts, head
 from sitscad.layout.tail.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.profiles.presets import unverified_rows
-from sitscad.spec.stackup import MASK, LayerKind
+from sitscad.spec.stackup import MASK, LayerKind, Plating
 from sitscad.spec.unverified import is_unverified
 from sitscad.units import show
 
@@ -137,6 +140,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Tolerances", _tolerances(layout)
     if tail_copper(layout) < len(copper):
         yield "Tail", _thin_tail(layout)
+        yield "Build", build_text(layout)
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
     yield (
         "Coil",
@@ -202,8 +206,7 @@ def _thin_tail(layout: Layout) -> str:
         f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}); the tail is "
         f"{show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
         + "".join(f"{step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
-        + "Holes in the tail go through its own layers only, are plated before the rest is laminated on, and have a "
-        "drill file of their own."
+        + "Holes in the tail go through its own layers only and have a drill file of their own."
     )
 
 
@@ -281,7 +284,7 @@ def _unverified(layout: Layout) -> str:
 
 def _beyond(layout: Layout) -> str:
     """Where the copper is thicker than any for which the rules give widths: for which they hold."""
-    foil = layout.spec.fpc.stackup.foil_thickness(layout.spec.coil.layers)
+    foil = layout.spec.fpc.stackup.line_foil(layout.spec.coil.layers)
     thickest = max((row.copper for row in layout.spec.fpc.rules.track_lines), default=foil)
     if foil <= thickest + 1e-9:
         return ""
@@ -292,11 +295,14 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
     """The build-up: layers from the top, bonds, plating, coverlay."""
     stackup = layout.spec.fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
-        words = layer_text(layer)
+        words = copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else layer_text(layer)
         yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
     yield from ((f"Bond, {where}", text) for where, text in bond_texts(layout).items())
-    if stackup.plating_thickness:
-        yield "Plating", f"{show(stackup.plating_thickness, 'm')}, contained in the outer copper's thickness above"
+    if layout.vias and stackup.plating_thickness and not layout.spec.fpc.rules.one_process:
+        yield "Plating", f"{plating_text(layout)}. The copper above is finished, foil and plating together"
+    if layout.vias and stackup.plating is Plating.BUTTONS:
+        rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
+        yield "Buttons", f"rings are {rings} wide: tell us if your resist for the buttons needs wider ones"
     for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
         yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
     if any(has_coverlay(stackup)):

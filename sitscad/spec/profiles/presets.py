@@ -29,7 +29,7 @@ from sitscad.spec.profiles.names import DATA as DATA
 from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
 from sitscad.spec.profiles.names import names as names
 from sitscad.spec.sensor import Chip, Connector
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
 Row = Mapping[str, str]
@@ -37,9 +37,12 @@ Row = Mapping[str, str]
 
 @cache
 def stackup(name: str) -> Stackup:
-    """A stack-up preset; raises KeyError where there is none of that name."""
+    """A stack-up preset, plated over the whole panel in one step; raises KeyError where there is none of that name.
+
+    Rows of copper give its foil. Where it is not verified how much a fabricator plates, they give his finished copper.
+    """
     rows = _rows("stackup", name)
-    extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "copper-sigma", "note")}
+    extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "note")}
     layers = tuple(
         StackLayer(
             LayerKind(row["kind"]),
@@ -52,11 +55,10 @@ def stackup(name: str) -> Stackup:
         if row["kind"] not in extra
     )
     sources = "; ".join(dict.fromkeys(cited(row) for row in rows))
-    return Stackup(name, layers, sources, _thickness(extra, "plating") or 0.0, _thickness(extra, "copper-sigma"))
-
-
-def _thickness(rows: Mapping[str, Row], kind: str) -> float | None:
-    return parse_quantity(rows[kind]["thickness"], "length") if kind in rows else None
+    wall = parse_quantity(extra["plating"]["thickness"], "length")
+    is_stated = extra["plating"]["status"] == "verified"
+    stackup = Stackup(name, layers, sources, wall, is_stated)
+    return stackup.built(Plating.PANEL, 0, finished=not is_stated)
 
 
 @cache

@@ -15,15 +15,16 @@ from sitscad.spec.profiles.fabricator import resolve_rules
 from sitscad.spec.profiles.origin import spec_origin
 from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
 from sitscad.spec.source import SpecSource
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 _WRITTEN = "written out"
-USUAL_PLATING, PLATING_SIGMA = 12e-6, 2e-6
-"""As in the presets: plating adds 8 to 15 um to the outer copper (wellerpcba.com), and one sigma of that (m)."""
+USUAL_PLATING = 12e-6
+"""As in the presets (m): plating adds 8 to 15 um to the foil (wellerpcba.com)."""
 _TURN_RADIUS = 2e-3
+ROUNDING = 1e-9
 
 
 def resolve_fpc(
@@ -39,6 +40,7 @@ def resolve_fpc(
     """
     stackup = _stackup(document, coil, remarks)
     copper = len(stackup.copper)
+    stackup = _built(stackup, document, remarks)
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
@@ -46,7 +48,7 @@ def resolve_fpc(
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
-    rules = resolve_rules(document.rules, stackup.foil_thickness(coil.layers), spec_origin(source, folder), remarks)
+    rules = resolve_rules(document.rules, stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
     return FpcSpec(
         stackup=stackup,
         rules=rules.for_layers(copper),
@@ -78,10 +80,7 @@ def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
     """The stack-up that is written, named, or the default for so many layers."""
     if isinstance(document.stackup, list):
-        return _plated(_written_stackup(document.stackup, remarks), document.plating, remarks)
-    if document.plating is not None:
-        message = "a preset's plating is its own"
-        remarks.flaw("SIT009", "fpc.plating", message, "leave it out, or write the layers of fpc.stackup out")
+        return _written_stackup(document.stackup, remarks)
     if document.stackup is not None:
         return presets.stackup(document.stackup)
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
@@ -110,30 +109,38 @@ def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
     return Stackup(_WRITTEN, tuple(found), "the spec")
 
 
-def _plated(stackup: Stackup, plating: float | None, remarks: Remarks) -> Stackup:
-    """The stack-up with its holes plated and the spread that plating gives to its outer copper, as the presets have it.
+def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup:
+    """The stack-up as it is plated, for a tail of so many layers; one copper layer has no holes and is not plated.
 
-    One copper layer has no holes and is not plated.
+    A written stack-up gives finished copper: what is left of it beside the plating is foil. Where its outer copper is
+    too thin for any, only the holes can be plated.
     """
-    copper = stackup.copper
-    if len(copper) < 2:
-        if plating is not None:
-            remarks.flaw("SIT009", "fpc.plating", "one copper layer has no plated holes", "leave it out")
+    written = isinstance(document.stackup, list)
+    count = len(stackup.copper)
+    if count < 2:
+        for key in ("plating", "plated"):
+            if getattr(document, key) is not None:
+                remarks.flaw("SIT009", f"fpc.{key}", "one copper layer has no plated holes", "leave it out")
         return stackup
-    is_stated = plating is not None
-    outer = min(copper[0].thickness, copper[-1].thickness)
-    if plating is None:
-        if outer <= USUAL_PLATING:
-            return replace(stackup, copper_thickness_sigma=PLATING_SIGMA)
-        plating = USUAL_PLATING
-        remarks.default("fpc.plating", show(plating, "m"), "part of the outer copper")
-    elif plating >= outer:
-        message = f"the outer copper, {show(outer, 'm')} finished, contains the plating of {show(plating, 'm')}"
-        facts = {"measured": plating, "limit": outer, "unit": "m"}
-        remarks.flaw("SIT009", "fpc.plating", message, "write foil and plating together as the copper", **facts)
-    return replace(
-        stackup, plating_thickness=plating, copper_thickness_sigma=PLATING_SIGMA, is_plating_stated=is_stated
+    asked = document.tail.layers if document.tail is not None else None
+    core = asked if asked is not None and 1 < asked < count else 0
+    wall = document.plating or stackup.plating_thickness or USUAL_PLATING
+    is_thin = written and min(stackup.copper[0].thickness, stackup.copper[-1].thickness) <= USUAL_PLATING
+    method = Plating(document.plated or (Plating.BUTTONS if is_thin and document.plating is None else Plating.PANEL))
+    built = stackup.built(method, core, wall, finished=written or not stackup.is_plating_stated)
+    if written and document.plating is None:
+        part = "in the holes alone" if method is Plating.BUTTONS else "part of the outer copper"
+        remarks.default("fpc.plating", show(wall, "m"), part)
+    thin = next((layer for layer in built.copper if layer.foil <= ROUNDING), None)
+    if thin is None:
+        return built
+    key = "fpc.plating" if document.plating is not None else "fpc.stackup"
+    message = (
+        f"copper {thin.number}, {show(thin.thickness, 'm')} finished, contains the plating of {show(thin.plated, 'm')}"
     )
+    hint = "write foil and plating together as the copper, or fpc.plated: buttons"
+    remarks.flaw("SIT009", key, message, hint, measured=thin.plated, limit=thin.thickness, unit="m")
+    return stackup
 
 
 def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
@@ -163,7 +170,7 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, mount: Mount |
         return None
     layers = written.layers
     if layers is None:
-        layers = min(2, copper)
+        layers = copper
         remarks.default("fpc.tail.layers", str(layers))
     if layers > copper:
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"

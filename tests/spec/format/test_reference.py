@@ -68,7 +68,7 @@ def test_the_example_loads_and_passes_its_checks():
     spec = load_text(text, "written-out.yaml")
     assert (spec.fpc.rules.name, spec.mount.jaw.name) == ("my fabricator", "my grasper")
     assert (spec.target.material.name, spec.elastomer.material.name) == ("CuBe2", "my silicone")
-    assert [layer.thickness for layer in spec.fpc.stackup.copper] == approx([35e-6, 35e-6], rel=1e-6)
+    assert [layer.thickness for layer in spec.fpc.stackup.copper] == approx([47e-6, 47e-6], rel=1e-6)
     assert not [f for f in check(spec).findings if f.severity is not Severity.NOTE]
 
 

@@ -104,10 +104,12 @@ def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
     assert [layer.thickness for layer in stackup.copper] == approx([30e-6, 18e-6, 18e-6, 30e-6], rel=1e-6)
 
 
-def test_the_bench_stackup_is_the_one_of_the_reference_coil():
-    stackup = presets.stackup("flex-2l-35um")
-    assert stackup.copper[0].z - stackup.copper[1].z == approx(60e-6, rel=1e-6)
-    assert stackup.thickness == approx(150e-6, rel=1e-6)
+@pytest.mark.parametrize("foil", [12, 18, 35])
+def test_a_two_layer_stackup_is_called_by_its_foil(foil):
+    stackup = presets.stackup(f"flex-2l-{foil}um")
+    assert [layer.foil for layer in stackup.copper] == approx([foil * 1e-6] * 2, rel=1e-9)
+    assert [layer.thickness for layer in stackup.copper] == approx([(foil + 12) * 1e-6] * 2, rel=1e-9)
+    assert stackup.copper[0].z - stackup.copper[1].z == approx((foil + 37) * 1e-6, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))

@@ -226,8 +226,8 @@ def _tight(folder):
 
 
 def foil(thickness):
-    """A stack-up of two layers of copper of a thickness in micrometres."""
-    copper, film = f"{{copper: {thickness} um}}", "{dielectric: 25 um}"
+    """A stack-up of two layers of foil of a thickness in micrometres, each with the usual 12 um of plating on it."""
+    copper, film = f"{{copper: {thickness + 12} um}}", "{dielectric: 25 um}"
     return f"[{{coverlay: 25 um}}, {copper}, {film}, {copper}, {{coverlay: 25 um}}]"
 
 
@@ -496,7 +496,7 @@ def test_a_house_of_thin_foil_is_a_file_and_no_code(folder):
     assert rules.sources["trace_width"] == "ours.yaml line 3: page"
     assert rules.sources["trace_spacing"] == "unverified: ours.yaml line 3: a call"
     assert rules.holder("trace_spacing") == "ours (ours.yaml line 3)"
-    thicker = rules_of(folder, NINE, stackup=NINE_MICROMETRES.replace("9 um", "15 um"))
+    thicker = rules_of(folder, NINE, stackup=NINE_MICROMETRES.replace("9 um", "27 um"))
     assert (thicker.trace_width, thicker.sources["trace_width"]) == (approx(76.2e-6, rel=1e-6), "ours.yaml line 5")
 
 
@@ -504,7 +504,7 @@ def test_a_table_is_the_whole_one_and_a_thicker_foil_is_told(folder):
     spec = write(folder, "ours.yaml", stackup="flex-2l-35um", ours=NINE)
     rules = load(spec).fpc.rules
     assert [row.copper for row in rules.track_lines] == [9e-6, 18e-6]
-    assert rules.beyond["trace_width"] == 18e-6 and "nothing is stated for 23 um" in rules.sources["trace_width"]
+    assert rules.beyond["trace_width"] == 18e-6 and "nothing is stated for 35 um" in rules.sources["trace_width"]
 
 
 def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path, monkeypatch):

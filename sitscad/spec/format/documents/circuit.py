@@ -12,6 +12,7 @@ from sitscad.spec.format.kinds.quantity import Pair, Quantity
 from sitscad.spec.format.kinds.refusal import described, refuse
 from sitscad.spec.format.kinds.word import Choice
 from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
+from sitscad.spec.stackup import Plating
 
 InRow = Number(1, 64, whole=True)
 
@@ -69,7 +70,10 @@ class TailDocument(Section):
         None,
     )
     layers: int | None = key(
-        Number(1, 8, whole=True), "copper layers that run down it; 2 if left out, or the board's one", None
+        Number(1, 8, whole=True),
+        "copper layers that run down it; all of the body's if left out. Fewer bend more tightly and are a build of "
+        "their own (SIT132)",
+        None,
     )
     bend: str | BendDocument = key(
         BendChoice, "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
@@ -86,7 +90,7 @@ class LayerDocument(Section):
     """One layer of a stack-up: exactly one of coverlay, copper and dielectric, with its thickness."""
 
     coverlay: float | None = key(Quantity("length", "1 um", "2 mm"), "thickness", None)
-    copper: float | None = key(Quantity("length", "1 um", "1 mm"), "finished thickness", None)
+    copper: float | None = key(Quantity("length", "1 um", "1 mm"), "finished thickness, foil and plating", None)
     dielectric: float | None = key(Quantity("length", "1 um", "5 mm"), "thickness", None)
     material: str | None = key(
         Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
@@ -116,13 +120,20 @@ class FpcDocument(Section):
 
     stackup: str | list[LayerDocument] | None = key(
         StackupChoice,
-        "a preset, or the layers from top to bottom; flex-2l-18um, flex-4l, flex-6l or flex-8l, after the coil's "
-        "layers, if left out",
+        "a preset (18um is its foil), or the layers from top to bottom; flex-2l-18um, flex-4l, flex-6l or flex-8l, "
+        "after the coil's layers, if left out",
         None,
     )
     plating: float | None = key(
         Quantity("length", "1 um", "100 um"),
-        "in the holes of a stackup that is written out, part of its outer copper (and off the foil): 12 um if left out",
+        "in the holes, one step of it: a preset's foils get thicker by it, of copper that is written out it is a part; "
+        "the preset's own, or 12 um, if left out",
+        None,
+    )
+    plated: str | None = key(
+        Choice(tuple(Plating)),
+        "what is plated with the holes. panel: all outer copper before it is etched; pattern: the tracks, on foil that "
+        "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. panel if left out",
         None,
     )
     rules: str | RulesDocument = key(
