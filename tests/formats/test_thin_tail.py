@@ -226,7 +226,7 @@ def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
     drawn = " ".join(re.findall(r">([^<>]+)<", files["fpc/thin-stackup.svg"].decode()))
     assert f"plated ({core})" in readme and drawn.count("18 um foil") >= 4
     (note,) = [finding for finding in sitscad.check(spec).findings if finding.rule == "SIT132"]
-    assert note.severity.value == "note" and core in note.message
+    assert note.severity.value == "note" and core in note.detail
     assert "/".join(each.removesuffix(" um") for each in finished) in note.message
     assert "leave fpc.tail.layers out" in note.hint and "bends to" in note.hint
 

@@ -40,6 +40,7 @@ def special_build(design: Design) -> Iterator[Verdict]:
         float(last),
         float(count),
         last=last,
+        s="s" * (last > 1),
         count=count,
         build=build_text(layout),
         copper=_copper(spec.fpc.stackup),
@@ -123,10 +124,11 @@ TURNS_NEAR_STEP = Case(
 
 
 SPECIAL = Case(
-    "a tail of {last} copper layers on a body of {count} is a special build: {build}; finished copper {copper}",
+    "a tail of {last} copper layer{s} on a body of {count} is a special build; finished copper {copper}",
     "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes only, "
     "finished copper {plain_copper}); its tail is {plain:m} thick instead of {thin:m}{bent}. For this one, have the "
     "steps confirmed with the quotation",
+    detail="{build}",
 )
 
 
