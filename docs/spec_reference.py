@@ -56,9 +56,11 @@ def _presets_in_figures() -> Iterator[str]:
     yield _figures(
         "Fabricators with a profile",
         "Read on the pages named, on that day; ask before you order. Least track and gap are for the thinnest copper "
-        "listed; what a house does not state comes from generic-flex. SIT131 judges what is offered where that is "
-        "stated; every finding names the source of its figure. For `fpc.rules`.",
-        ("name", "who", "made in", "track / gap", "copper layers", "copper", "cover, stiffener, finish", "read on"),
+        "listed, those of coils by copper (SIT103: an error where it binds, else a warning); what a house does not "
+        "state comes from generic-flex. SIT131 judges what is offered where that is stated; every finding names the "
+        "source of its figure. For `fpc.rules`.",
+        ("name", "who", "made in", "track / gap", "in coils", "copper layers", "copper", "cover, stiffener, finish",
+         "read on"),
         [_house(rules) for rules in houses],
     )  # fmt: skip
     jaws = [presets.jaw(name) for name in presets.names("jaw")]
@@ -81,7 +83,16 @@ def _house(rules: DesignRules) -> tuple[str, ...]:
     said = ["no stiffener" if each == () else " or ".join(each) for each in listed if each is not None]
     who = rules.house or "no house: figures that several of them publish"
     where = f"{rules.sources['house'] if rules.house else 'each its own'}, {rules.checked_on}"
-    return rules.name, who, rules.country or "-", lines, layers, copper, "; ".join(said) or "-", where
+    return rules.name, who, rules.country or "-", lines, _in_coils(rules), layers, copper, "; ".join(said) or "-", where
+
+
+def _in_coils(rules: DesignRules) -> str:
+    """The least track and gap of coiled tracks by the copper they are stated for, and whether they bind."""
+    rows = [(line.width, line.spacing, f" at {line.copper * 1e6:g} um") for line in rules.coil_lines]
+    if not rows and rules.coil_trace_width is not None and rules.coil_trace_spacing is not None:
+        rows = [(rules.coil_trace_width, rules.coil_trace_spacing, "")]
+    said = "; ".join(f"{show(width, 'm', 3)} / {show(gap, 'm', 3)}{at}" for width, gap, at in rows)
+    return f"{said}, {'binding' if rules.coil_rule_binding else 'warns'}" if said else "-"
 
 
 def _figures(title: str, about: str, heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

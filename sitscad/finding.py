@@ -121,8 +121,11 @@ class Edit:
         return self.what == "name" or not is_settled
 
 
-SETTLED = ("coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup", "readout.scan_rate")
-"""Keys that, like materials, decide what a sensor is and gives: only who designed it changes them."""
+SETTLED = (
+    "coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup", "fpc.rules",
+    "readout.scan_rate",
+)  # fmt: skip
+"""Keys that, like materials, decide what a sensor is and gives, and who makes it: only who designed it changes them."""
 
 
 @record

@@ -15,6 +15,7 @@ from sitscad.layout.routing.closing import least_closing
 from sitscad.remedy.fix import Fix
 from sitscad.spec.places import footprint
 from sitscad.spec.profiles import presets
+from sitscad.spec.profiles.fabricator import installed_rules
 from sitscad.spec.sensor import CoilSpec, ElastomerPad, SensorSpec, Target
 from sitscad.units import show
 
@@ -248,3 +249,25 @@ def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple
     yield (Edit(f"{key}.size", f"{max(size) * 1e3:.6g}"),), replace(plate, size=(max(size),) * 2)
     if size[0] != size[1]:
         yield (Edit(f"{key}.shape", LONG_PLATE), both), replace(plate, shape=LONG_PLATE, size=size)
+
+
+def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
+    """The installed profiles that make the coil's tracks and gaps in its foil, and its layers where they say how many
+    they make; the least fine first.
+    """
+    coil, foil = spec.coil, spec.fpc.stackup.foil_thickness(spec.coil.layers)
+    fitting = []
+    for name in presets.names("rules"):
+        rules = installed_rules(name).for_foil(foil)
+        least = [(rules.trace_width, rules.trace_spacing)]
+        if rules.coil_rule_binding:
+            least.append((rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
+        counts = rules.layer_counts
+        if (
+            all(coil.trace_width >= width - SAME and coil.trace_spacing >= gap - SAME for width, gap in least)
+            and not {"trace_width", "trace_spacing"} & set(rules.beyond)
+            and (counts is None or len(spec.fpc.stackup.copper) in counts)
+        ):
+            fitting.append((-sum(least[0]), name, rules))
+    for _, name, rules in sorted(fitting, key=lambda one: one[:2]):
+        yield Fix((Edit("fpc.rules", name),), replace(spec, fpc=replace(spec.fpc, rules=rules)))

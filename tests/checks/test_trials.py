@@ -14,6 +14,7 @@ from follow_hints import alternatives, followed, written  # noqa: E402
 from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.checks import check  # noqa: E402
+from sitscad.finding import Edit, Severity  # noqa: E402
 from sitscad.remedy.moves import with_turns  # noqa: E402
 from sitscad.remedy.search import first_that_mends  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
@@ -276,3 +277,18 @@ def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
     """Those that a plain check gives, within its budget; thirty designs: tests/validation/follow_hints.py."""
     tried = list(followed(json.loads(json.dumps(random_design(seed))), hints="decisive"))
     assert tried and [entry for entry in tried if entry[2]] == []
+
+
+def test_finer_fabricators_are_named_whose_profiles_fit():
+    """"choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
+    spec = load_text(json.dumps(design("circle", 6, 12, 2, 80, 80, "generic-flex")), "spec.yaml")
+    (found,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
+    named = re.search(r"fpc\.rules \(([^)]+)\)", found.hint)[1].split(", ")
+    assert named
+    for name in named:
+        rules = {f.rule for f in check(spec.replace("fpc.rules", name), hints="none").findings
+                 if f.severity is Severity.ERROR}  # fmt: skip
+        assert not rules & {"SIT101", "SIT102", "SIT103", "SIT131"}
+    assert not Edit("fpc.rules", "huayue").is_safe, "nobody else chooses who makes a board"
+    finest = load_text(json.dumps(design("circle", 6, 12, 2, 20, 20, "generic-flex")), "spec.yaml")
+    assert any("no installed profile is as fine" in f.hint for f in check(finest, hints="none").findings)

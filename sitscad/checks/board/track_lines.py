@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.remedy.moves import wider
-from sitscad.remedy.search import Left, first_or_vain
+from sitscad.remedy.fix import Fix
+from sitscad.remedy.moves import finer_fabricators, wider
+from sitscad.remedy.search import Left, first_or_vain, first_that_mends
 
-WIDEN = "widen tracks and gaps and wind fewer turns, or choose a finer fabricator"
+WIDEN = "widen tracks and gaps and wind fewer turns, or choose {finer}"
+NO_FINER = "a finer fabricator (no installed profile is as fine)"
+NAMED = 4
+"""Finer fabricators that are named at most."""
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
@@ -32,7 +36,7 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Com
             value,
             least,
             "m",
-            hint=WIDEN,
+            hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
             source=source_of(design, field),
             advice=lambda left: _widened(design, left),
             asked=asked.format(um(value)),
@@ -125,9 +129,18 @@ def _widened(design: Design, left: Left) -> str:
         max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
         for field in ("trace_width", "trace_spacing")
     )
-    finer = "choose a finer fabricator"
-    else_does = f"{finer}, or a larger coil with wider tracks and gaps"
-    return first_or_vain(list(wider(design.spec, width, spacing)), left, ("", finer, else_does))
+    wide, houses = list(wider(design.spec, width, spacing)), list(finer_fabricators(design.spec))
+    is_wide = first_that_mends(wide, left) is not None
+    found = None if is_wide else first_that_mends(houses[:NAMED], left)
+    finer = f"{found.words} (it was tried)" if found is not None else f"choose {_finer(houses)}"
+    return first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps"))
+
+
+def _finer(houses: Sequence[Fix]) -> str:
+    """The finer fabricators in words: their figures allow it."""
+    if not houses:
+        return NO_FINER
+    return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
 
 
 def _waived_or_widened(design: Design, left: Left) -> str:
