@@ -148,7 +148,7 @@ def _table(section: type[Section], places: Places) -> str:
 
 
 def _usually(name: str, paths: list[str]) -> str:
-    """The range beyond which SIT021 asks whether a value is meant."""
+    """The range beyond which SIT134 asks whether a value is meant."""
     keys = {f"{path}.{name}".strip(".") for path in paths}
     words = [row.words for row in usual_ranges() if row.key in keys and row.value not in WORKED_OUT]
     return f"; usually {words[0]}" if words else ""

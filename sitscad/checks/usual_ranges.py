@@ -1,4 +1,4 @@
-"""SIT021: figures of the spec against what is usual for each (`data/usual_ranges.csv`), read by one rule."""
+"""SIT134: figures of the spec against what is usual for each (`data/usual_ranges.csv`), read by one rule."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ NAMES = {
     "holes": "the place of a hole",
 }
 
-IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT021 they make it"
+IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT134 they make it"
 
 UNUSUAL = Case("{what} is {value}; {usual} are usual", f"look at number and unit ({{why}}); {IGNORE}")
 
@@ -196,12 +196,12 @@ TOGETHER = Case("nobody is known who makes what these rules say: {told}", f"look
 
 USUAL_RANGE_RULES: tuple[Rule, ...] = (
     Rule(
-        "SIT021", "unusual", Severity.WARNING,
+        "SIT134", "unusual", Severity.WARNING,
         "Lengths, angles, moduli, forces and temperatures are of a size that is usual for each "
         "(sitscad/data/usual_ranges.csv has them all, with their reasons).",
         "A unit that is forgotten, or a point in the wrong place, is often still within what the format takes, and "
         "makes a package that looks right.",
-        "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT021 at its line.",
+        "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT134 at its line.",
         "each range's own, in sitscad/data/usual_ranges.csv", apply=unusual,
     ),
 )  # fmt: skip

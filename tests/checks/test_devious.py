@@ -6,6 +6,7 @@ nothing new is said. Only those rules are applied, so that a row costs what they
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from sitscad.checks.rules import apply_rule
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.inspection import inspect
 from sitscad.spec.load import load
 from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
@@ -52,26 +54,26 @@ def rubber(**keys):
 
 TOLD = [
     # The coil and where it stands.
-    ("B", {"coil.trace_width": 3, "coil.turns": 0.5, "coil.outer_diameter": 40, "array.pitch": 50}, "SIT021 SIT201!"),
-    ("B", {"coil.trace_spacing": 1.5, "coil.turns": 2, "array.pitch": 12}, "SIT021"),
-    ("S", {"coil.outer_diameter": 500}, "SIT021"),
+    ("B", {"coil.trace_width": 3, "coil.turns": 0.5, "coil.outer_diameter": 40, "array.pitch": 50}, "SIT134 SIT201!"),
+    ("B", {"coil.trace_spacing": 1.5, "coil.turns": 2, "array.pitch": 12}, "SIT134"),
+    ("S", {"coil.outer_diameter": 500}, "SIT134"),
     ("S", {"coil.turns": 0.25, "coil.layers": 1}, "SIT201! SIT202!"),
     ("B", {"array.pitch": 30}, "SIT215!"),
-    ("B", {"array.pitch": 400}, "SIT021 SIT215!"),
+    ("B", {"array.pitch": 400}, "SIT134 SIT215!"),
     # The board and its tail.
-    ("S", {"fpc.margin": 100}, "SIT021"),
+    ("S", {"fpc.margin": 100}, "SIT134"),
     ("B", {"fpc.tail.length": 1}, "SIT133 SIT123!"),
     ("B", {"fpc.tail.length": 5}, "SIT133"),
     ("B", {"fpc.tail.length": 10, "fpc.tail.offset": 5}, "SIT133"),
     ("B", {"fpc.tail.length": 5, "fpc.tail.turn": "left", "fpc.tail.bend": "none"}, "SIT133"),
-    ("B", {"fpc.tail.length": 500}, "SIT021"),
-    ("S", {"fpc": {"tail": {"length": 800}}}, "SIT021"),
-    ("B", {"fpc.tail.offset": 500}, "SIT021 SIT123!"),
-    ("B", {"fpc.tail.turn": "left", "fpc.tail.turn_radius": 100, "fpc.tail.length": 250}, "SIT021"),
+    ("B", {"fpc.tail.length": 500}, "SIT134"),
+    ("S", {"fpc": {"tail": {"length": 800}}}, "SIT134"),
+    ("B", {"fpc.tail.offset": 500}, "SIT134 SIT123!"),
+    ("B", {"fpc.tail.turn": "left", "fpc.tail.turn_radius": 100, "fpc.tail.length": 250}, "SIT134"),
     ("B", {"fpc.tail.contacts": 200}, "SIT127-"),
-    ("B", {"fpc.tail.stiffener": "10 um"}, "SIT021 SIT117!"),
-    ("B", {"fpc.tail.stiffener": 2}, "SIT021 SIT117!"),
-    ("B", bend(angle="180 deg", radius=100), "SIT021 SIT123!"),
+    ("B", {"fpc.tail.stiffener": "10 um"}, "SIT134 SIT117!"),
+    ("B", {"fpc.tail.stiffener": 2}, "SIT134 SIT117!"),
+    ("B", bend(angle="180 deg", radius=100), "SIT134 SIT123!"),
     ("B", bend(angle="180 deg", radius=30), "SIT123!"),
     ("B", bend(at=200), "SIT123!"),
     ("B", bend(at=2), "SIT123!"),
@@ -86,100 +88,100 @@ TOLD = [
     ("B", layers(COPPER, CORE, COPPER, FILM), "SIT115!"),
     ("B", layers(FILM, COPPER, CORE, COPPER), "SIT115!"),
     ("B", layers(CORE, COPPER, CORE, COPPER, CORE), "SIT115!"),
-    ("B", layers({"coverlay": "1 um"}, COPPER, CORE, COPPER, {"coverlay": "1 um"}), "SIT021"),
-    ("B", layers({"coverlay": "2 mm"}, COPPER, CORE, COPPER, {"coverlay": "2 mm"}), "SIT021"),
-    ("B", layers(FILM, COPPER, {"dielectric": "1 um"}, COPPER, FILM), "SIT021"),
-    ("B", layers(FILM, COPPER, {"dielectric": "5 mm"}, COPPER, FILM), "SIT021"),
-    ("B", layers(FILM, COPPER, {"dielectric": "25 um", "permittivity": 100}, COPPER, FILM), "SIT021"),
-    ("B", layers(FILM, {"copper": "1 um"}, CORE, {"copper": "1 um"}, FILM), "SIT021"),
-    ("B", layers(FILM, {"copper": "1 mm"}, CORE, {"copper": "1 mm"}, FILM), "SIT021 SIT101!"),
-    ("B", {**layers(FILM, {"copper": "12.5 um"}, CORE, {"copper": "12.5 um"}, FILM), "fpc.plating": "12 um"}, "SIT021"),
-    ("B", {**layers(FILM, COPPER, CORE, COPPER, FILM), "fpc.plating": "1 um"}, "SIT021"),
+    ("B", layers({"coverlay": "1 um"}, COPPER, CORE, COPPER, {"coverlay": "1 um"}), "SIT134"),
+    ("B", layers({"coverlay": "2 mm"}, COPPER, CORE, COPPER, {"coverlay": "2 mm"}), "SIT134"),
+    ("B", layers(FILM, COPPER, {"dielectric": "1 um"}, COPPER, FILM), "SIT134"),
+    ("B", layers(FILM, COPPER, {"dielectric": "5 mm"}, COPPER, FILM), "SIT134"),
+    ("B", layers(FILM, COPPER, {"dielectric": "25 um", "permittivity": 100}, COPPER, FILM), "SIT134"),
+    ("B", layers(FILM, {"copper": "1 um"}, CORE, {"copper": "1 um"}, FILM), "SIT134"),
+    ("B", layers(FILM, {"copper": "1 mm"}, CORE, {"copper": "1 mm"}, FILM), "SIT134 SIT101!"),
+    ("B", {**layers(FILM, {"copper": "12.5 um"}, CORE, {"copper": "12.5 um"}, FILM), "fpc.plating": "12 um"}, "SIT134"),
+    ("B", {**layers(FILM, COPPER, CORE, COPPER, FILM), "fpc.plating": "1 um"}, "SIT134"),
     # A fabricator of one's own.
     ("B", {**rules(trace_width="5 um", trace_spacing="5 um", via_drill="5 um", annular_ring="5 um"),
-           "coil.trace_width": "5 um", "coil.trace_spacing": "5 um"}, "SIT021"),
-    ("B", rules(copper_to_edge="5 um", hole_to_hole="5 um", drill_to_copper="5 um"), "SIT021"),
-    ("B", rules(coverlay_web="5 um", coverlay_opening_to_trace="5 um", registration="1 um"), "SIT021"),
-    ("B", rules(outline_tolerance="1 um"), "SIT021"),
-    ("B", rules(coil_trace_width="5 um", coil_trace_spacing="5 um"), "SIT021"),
-    ("B", rules(static_bend_2=1), "SIT021"),
-    ("B", rules(static_bend_2=1000), "SIT021 SIT123!"),
-    ("B", rules(part_size=[200, 300]), "SIT021"),
-    ("S", {"fpc": {"rules": {"name": "my shop", "panel_size": [1, 1]}}}, "SIT021 SIT116"),
+           "coil.trace_width": "5 um", "coil.trace_spacing": "5 um"}, "SIT134"),
+    ("B", rules(copper_to_edge="5 um", hole_to_hole="5 um", drill_to_copper="5 um"), "SIT134"),
+    ("B", rules(coverlay_web="5 um", coverlay_opening_to_trace="5 um", registration="1 um"), "SIT134"),
+    ("B", rules(outline_tolerance="1 um"), "SIT134"),
+    ("B", rules(coil_trace_width="5 um", coil_trace_spacing="5 um"), "SIT134"),
+    ("B", rules(static_bend_2=1), "SIT134"),
+    ("B", rules(static_bend_2=1000), "SIT134 SIT123!"),
+    ("B", rules(part_size=[200, 300]), "SIT134"),
+    ("S", {"fpc": {"rules": {"name": "my shop", "panel_size": [1, 1]}}}, "SIT134 SIT116"),
     ("S", {"fpc": {"rules": {"name": "my shop", "panel_size": [21, 300]}}}, None),
     ("B", rules(panel_size=[40, 40], part_size=[1, 1]), "SIT116"),
     # The target.
-    ("B", {"target.thickness": "1 um"}, "SIT021 SIT305"),
-    ("B", {"target.thickness": 100}, "SIT021"),
-    ("B", {"target.size": 0.5}, "SIT021 SIT304!"),
-    ("B", {"target.size": 200}, "SIT021 SIT307"),
-    ("B", {"target.kerf": 2}, "SIT021"),
+    ("B", {"target.thickness": "1 um"}, "SIT134 SIT305"),
+    ("B", {"target.thickness": 100}, "SIT134"),
+    ("B", {"target.size": 0.5}, "SIT134 SIT304!"),
+    ("B", {"target.size": 200}, "SIT134 SIT307"),
+    ("B", {"target.kerf": 2}, "SIT134"),
     ("B", {"target.offset": [30, 0]}, "SIT307!"),
     ("B", {"target.offset": [30, 0], "elastomer.offset": [30, 0]}, "SIT307! SIT215!"),
     ("B", {"target.offset": [0, 20], "elastomer.offset": [0, 20], "fpc.margin": [0, 30]}, "SIT215! SIT306"),
     ("B", {"target.offset": [0, 9], "elastomer.offset": [0, 9], "fpc.margin": [0, 10]}, "SIT215 SIT217 SIT306"),
     ("B", {"target.material": {"name": "x", "conductivity": "0 S/m"}}, "SIT305!"),
-    ("B", {"target.material": {"name": "x", "conductivity": "100 MS/m"}}, "SIT021"),
+    ("B", {"target.material": {"name": "x", "conductivity": "100 MS/m"}}, "SIT134"),
     # The pad.
-    ("B", {"elastomer.thickness": 0.001}, "SIT021 SIT215!"),
-    ("B", {"elastomer.thickness": 100}, "SIT021 SIT215! SIT310!"),
+    ("B", {"elastomer.thickness": 0.001}, "SIT134 SIT215!"),
+    ("B", {"elastomer.thickness": 100}, "SIT134 SIT215! SIT310!"),
     ("B", {"elastomer.thickness": 4}, "SIT310"),
     ("B", {"elastomer.thickness": 8}, "SIT310!"),
-    ("B", {"elastomer.size": 300}, "SIT021 SIT307"),
-    ("B", {"elastomer.kerf": 2}, "SIT021"),
+    ("B", {"elastomer.size": 300}, "SIT134 SIT307"),
+    ("B", {"elastomer.kerf": 2}, "SIT134"),
     ("B", {"elastomer.offset": [30, 0]}, "SIT307!"),
-    ("B", rubber(shear_modulus="100 MPa"), "SIT021 SIT215!"),
-    ("B", rubber(shear_modulus="100 Pa"), "SIT021 SIT304! SIT310!"),
-    ("B", rubber(shear_modulus="100 MPa", bulk_modulus="1 MPa"), "SIT021"),
-    ("B", rubber(shear_modulus="3 MPa", bulk_modulus="1 MPa"), "SIT021"),
-    ("B", rubber(uncertainty=2), "SIT021 SIT304"),
-    ("B", rubber(hysteresis=1, creep=1), "SIT021"),
-    ("B", rubber(expansion="0.002 1/K", modulus_temperature_coefficient="0.012 1/K"), "SIT021"),
-    ("B", {"encapsulation": {"thickness": 50}}, "SIT021 SIT215!"),
-    ("B", {"encapsulation": {"thickness": "1 um"}}, "SIT021"),
-    ("B", {"encapsulation": {"thickness": 1, "material": {"name": "x", "shear_modulus": "100 MPa"}}}, "SIT021 SIT215!"),
+    ("B", rubber(shear_modulus="100 MPa"), "SIT134 SIT215!"),
+    ("B", rubber(shear_modulus="100 Pa"), "SIT134 SIT304! SIT310!"),
+    ("B", rubber(shear_modulus="100 MPa", bulk_modulus="1 MPa"), "SIT134"),
+    ("B", rubber(shear_modulus="3 MPa", bulk_modulus="1 MPa"), "SIT134"),
+    ("B", rubber(uncertainty=2), "SIT134 SIT304"),
+    ("B", rubber(hysteresis=1, creep=1), "SIT134"),
+    ("B", rubber(expansion="0.002 1/K", modulus_temperature_coefficient="0.012 1/K"), "SIT134"),
+    ("B", {"encapsulation": {"thickness": 50}}, "SIT134 SIT215!"),
+    ("B", {"encapsulation": {"thickness": "1 um"}}, "SIT134"),
+    ("B", {"encapsulation": {"thickness": 1, "material": {"name": "x", "shear_modulus": "100 MPa"}}}, "SIT134 SIT215!"),
     # What carries it.
-    ("B", {"mount.standoff": 100}, "SIT021"),
-    ("B", {"shield": {"gap": 0.1, "thickness": 50}, "mount.standoff": 60}, "SIT021 SIT314!"),
-    ("B", {"shield": {"gap": 0.5, "thickness": 0.1, "kerf": 2}}, "SIT021"),
-    ("B", {"mount.holes": [{"at": [300, 300], "diameter": 2.4, "head": 3.8}]}, "SIT021"),
-    ("G", jaw(width=400, length=400, port_diameter=500), "SIT021"),
-    ("G", jaw(height=0.001), "SIT021 SIT301!"),
-    ("G", jaw(hinge=100), "SIT021"),
-    ("G", jaw(hinge=5, opening="180 deg"), "SIT021"),
-    ("G", jaw(opposing_pad_thickness=50), "SIT021 SIT303!"),
-    ("G", jaw(recess=20, pocket=[18, 4.6]), "SIT021 SIT303!"),
+    ("B", {"mount.standoff": 100}, "SIT134"),
+    ("B", {"shield": {"gap": 0.1, "thickness": 50}, "mount.standoff": 60}, "SIT134 SIT314!"),
+    ("B", {"shield": {"gap": 0.5, "thickness": 0.1, "kerf": 2}}, "SIT134"),
+    ("B", {"mount.holes": [{"at": [300, 300], "diameter": 2.4, "head": 3.8}]}, "SIT134"),
+    ("G", jaw(width=400, length=400, port_diameter=500), "SIT134"),
+    ("G", jaw(height=0.001), "SIT134 SIT301!"),
+    ("G", jaw(hinge=100), "SIT134"),
+    ("G", jaw(hinge=5, opening="180 deg"), "SIT134"),
+    ("G", jaw(opposing_pad_thickness=50), "SIT134 SIT303!"),
+    ("G", jaw(recess=20, pocket=[18, 4.6]), "SIT134 SIT303!"),
     ("G", jaw(recess=2.5, pocket=[18, 4.6]), "SIT303!"),
-    ("F", {"mount.finger.size": [500, 500]}, "SIT021"),
-    ("F", {"mount.finger.size": [1, 1]}, "SIT021 SIT318"),
-    ("F", {"mount.finger.grip": 100}, "SIT021"),
-    ("B", {"assembly": {"glue_line": 1}}, "SIT021 SIT217"),
-    ("B", {"assembly": {"tolerances": {"placement": 5}}}, "SIT021"),
-    ("G", {"assembly.shaft_bore": 500}, "SIT021"),
-    ("G", {"assembly.hinge_pin": 500}, "SIT021 SIT324"),
-    ("B", {"cutting": {"gap": 100}}, "SIT021"),
-    ("B", {"cutting": {"sheet": [0.1, 0.1]}}, "SIT021 SIT317!"),
+    ("F", {"mount.finger.size": [500, 500]}, "SIT134"),
+    ("F", {"mount.finger.size": [1, 1]}, "SIT134 SIT318"),
+    ("F", {"mount.finger.grip": 100}, "SIT134"),
+    ("B", {"assembly": {"glue_line": 1}}, "SIT134 SIT217"),
+    ("B", {"assembly": {"tolerances": {"placement": 5}}}, "SIT134"),
+    ("G", {"assembly.shaft_bore": 500}, "SIT134"),
+    ("G", {"assembly.hinge_pin": 500}, "SIT134 SIT324"),
+    ("B", {"cutting": {"gap": 100}}, "SIT134"),
+    ("B", {"cutting": {"sheet": [0.1, 0.1]}}, "SIT134 SIT317!"),
     # The readout.
-    ("B", {"readout.cable": {"length": 5000}}, "SIT021 SIT217"),
-    ("B", {"readout.cable": {"length": 100, "inductance": "1 mH"}}, "SIT021 SIT215!"),
-    ("B", {"readout.cable": {"length": 100, "capacitance": "1 uF"}}, "SIT021"),
-    ("B", {"readout.cable": {"length": 100, "resistance": "1 kohm"}}, "SIT021"),
-    ("B", {"readout.cable": {"length": 100, "resistance": "0 ohm", "capacitance": "0 pF"}}, "SIT021"),
+    ("B", {"readout.cable": {"length": 5000}}, "SIT134 SIT217"),
+    ("B", {"readout.cable": {"length": 100, "inductance": "1 mH"}}, "SIT134 SIT215!"),
+    ("B", {"readout.cable": {"length": 100, "capacitance": "1 uF"}}, "SIT134"),
+    ("B", {"readout.cable": {"length": 100, "resistance": "1 kohm"}}, "SIT134"),
+    ("B", {"readout.cable": {"length": 100, "resistance": "0 ohm", "capacitance": "0 pF"}}, "SIT134"),
     ("B", {"readout.capacitance": "1 pF"}, "SIT202! SIT214"),
     ("B", {"readout.clock": "100 kHz"}, "SIT213!"),
     ("B", {"readout.scan_rate": "0.01 Hz"}, "SIT210!"),
     ("B", {"readout.scan_rate": "100 kHz"}, "SIT208! SIT215!"),
     ("B", {"readout.drive_code": 31}, "SIT204!"),
     # What it is to bear and to tell.
-    ("B", {"requirements.normal_force": "10 kN"}, "SIT021 SIT304! SIT310!"),
-    ("B", {"requirements.normal_force": "1 mN"}, "SIT021 SIT215!"),
-    ("B", {"requirements.normal_force": "0 N"}, "SIT021"),
-    ("B", {"requirements.shear_force": "10 kN"}, "SIT021 SIT312"),
-    ("B", {"requirements.temperature": "-60 degC"}, "SIT021"),
-    ("B", {"requirements.temperature": "200 degC"}, "SIT021"),
-    ("B", {"requirements.temperature_range": [-60, 200], "requirements.temperature_error": "1 N"}, "SIT021"),
-    ("B", {"requirements.normal_resolution": "10 kN"}, "SIT021"),
-    ("B", {"requirements.tilt": "2 deg", "requirements.tilt_error": "10 kN"}, "SIT021"),
+    ("B", {"requirements.normal_force": "10 kN"}, "SIT134 SIT304! SIT310!"),
+    ("B", {"requirements.normal_force": "1 mN"}, "SIT134 SIT215!"),
+    ("B", {"requirements.normal_force": "0 N"}, "SIT134"),
+    ("B", {"requirements.shear_force": "10 kN"}, "SIT134 SIT312"),
+    ("B", {"requirements.temperature": "-60 degC"}, "SIT134"),
+    ("B", {"requirements.temperature": "200 degC"}, "SIT134"),
+    ("B", {"requirements.temperature_range": [-60, 200], "requirements.temperature_error": "1 N"}, "SIT134"),
+    ("B", {"requirements.normal_resolution": "10 kN"}, "SIT134"),
+    ("B", {"requirements.tilt": "2 deg", "requirements.tilt_error": "10 kN"}, "SIT134"),
 ]  # fmt: skip
 """Rules that speak: `!` an error, `-` a note, else a warning. None: SIT116 is silent (it is as large as its panel)."""
 
@@ -248,7 +250,7 @@ def test_what_passes_has_a_reason(row):
     letter, changes, reason = row
     result = check(base(letter).replace(changes), hints="none")
     new = [one for one in result.findings if (one.rule, one.severity) not in usual(letter)]
-    graver = [one.message for one in new if one.severity is Severity.ERROR or one.rule == "SIT021"]
+    graver = [one.message for one in new if one.severity is Severity.ERROR or one.rule == "SIT134"]
     assert result.ok and reason and not graver, graver
 
 
@@ -261,7 +263,7 @@ def test_what_makes_no_sense_is_refused(row):
 
 
 def told(design):
-    return [one.message for one in apply_rule(next(rule for rule in RULES if rule.id == "SIT021"), design)[0]]
+    return [one.message for one in apply_rule(next(rule for rule in RULES if rule.id == "SIT134"), design)[0]]
 
 
 @pytest.mark.parametrize(("kind", "letter", "key"), [
@@ -299,3 +301,15 @@ def test_a_value_at_its_bound_is_usual_and_one_beyond_it_is_not():
     assert told(Design(base("B").replace("elastomer.kerf", 0.5))) == []
     (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51)))
     assert found == "elastomer.kerf is 510 um; 0.5 mm at most are usual"
+
+
+def test_what_is_meant_is_silenced_at_its_line(tmp_path):
+    """As the hint says."""
+    path = tmp_path / "wide.yaml"
+    text = (TEMPLATES / "single_coil.yaml").read_text(encoding="utf-8")
+    plain = f"{text}\nelastomer:\n  size: 9\n  kerf: 0.8"
+    path.write_text(f"{plain}\n", encoding="utf-8")
+    found = [one for one in inspect(str(path), "none").checked.findings if one.rule == "SIT134"]
+    (comment,) = {re.search(r"# sitscad: ignore SIT134 .*", one.hint).group() for one in found}
+    path.write_text(f"{plain}  {comment}\n", encoding="utf-8")
+    assert not {"SIT134", "SIT020"} & {one.rule for one in inspect(str(path), "none").checked.findings}
