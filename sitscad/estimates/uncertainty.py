@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
 FOIL, PLATING = "copper foil", "copper plating"
 CAPACITOR, PERMITTIVITY, SHARE = "capacitor", "permittivity", "share of the target"
+WINDOW = "window in the jaw"
 
 EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
 """Growth of the extra loss with the logarithm of width and thickness: shares of itself and of its growth with ln f."""
@@ -329,6 +330,9 @@ def moved_by_surroundings(
         more, lost = circuit.reflections[around.name].unsure(states[around.name].frequency)
         if more or lost:
             found[around.name][SHARE] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
+        more, lost = circuit.reflections[around.name].window(states[around.name].frequency)
+        if more or lost:
+            found[around.name][WINDOW] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
     return found
 
 

@@ -20,13 +20,27 @@ from sitscad.spec.pieces.mounting import Jaw, Mount, Retention
 def mount_joint(design: Design) -> Iterator[Verdict]:
     """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
     mount, found = design.spec.mount, retention(design.layout)
-    assert mount is not None
-    if found is None or mount.jaw is None:
+    assert mount is not None and mount.jaw is not None
+    yield from _window(mount.jaw)
+    if found is None:
         return
     if not _stands_on_metal(design):
         yield NOTHING_ON_METAL.found("mount.retention", kind=found.kind)
         return
     yield from _dovetail(design, mount, found) if found.kind == "dovetail" else _pins(design, mount, mount.jaw, found)
+
+
+def _window(jaw: Jaw) -> Iterator[Verdict]:
+    """What a window through the jaw's face leaves of that beside it and at its ends."""
+    if jaw.fenestration is None:
+        return
+    (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
+    left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
+    if left < wall.value - ROUNDING:
+        yield THIN_BESIDE_WINDOW.found(
+            "mount.jaw.fenestration", left, wall.value, "m", source=wall.source, unverified=unverified(jaw),
+            long=long, wide=wide,
+        )  # fmt: skip
 
 
 def _stands_on_metal(design: Design) -> bool:
@@ -146,6 +160,12 @@ THIN_ROUND_PIN = Case(
     "thinner pins (mount.retention.diameter), or another mount.retention.spacing",
 )
 
+THIN_BESIDE_WINDOW = Case(
+    "a window of {long:m} x {wide:m} leaves {measured:m,3} of the jaw's face beside it{unverified}: {limit:m,3} at "
+    "least",
+    "mount.jaw.fenestration: a smaller window, or the jaw's true sizes",
+)
+
 SMALL_HOLE = Case(
     "holes of {measured:m,3} are wanted, and {process} makes them of {limit:m,3} at least",
     "drill them after printing, or take larger screws (mount.holes)",
@@ -156,7 +176,7 @@ JOINT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT315", "mount-joint", Severity.ERROR,
         "A dovetail's tongue or the pins by which a mount is held can be made by its process, and the jaw has metal "
-        "enough left beside and below what is cut for them.",
+        "enough left beside and below what is cut for them, and round its window.",
         "A tongue thinner than a process makes breaks off; a jaw that is cut too deep bends or breaks in the patient.",
         "Other sizes in mount.retention, or glue alone.",
         "sitscad/data/print_limits.csv (metal: machined)", ("jaw",), mount_joint,

@@ -13,13 +13,22 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.idle import Circuit, idle_neighbours
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
 from sitscad.estimates.circuit.tank import CoilCircuit
-from sitscad.estimates.states.assembly import Assembly, NoReflection, Reflection, SolvedReflection, Surroundings
+from sitscad.estimates.states.assembly import (
+    Assembly,
+    NoReflection,
+    Reflection,
+    SolvedReflection,
+    Surroundings,
+    metal_behind,
+)
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares
+from sitscad.estimates.states.window import WindowedReflection, missing_parts
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.metal.half_spaces import Reflector
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
@@ -48,7 +57,10 @@ def coil_circuits(
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
     names = [coil.name for coil in layout.coils]
-    reflections = _reflections(winding, assembly, beside, names, solved or shares)
+    heights = [] if winding.spectrum is None else winding.spectrum.heights.tolist()
+    missing = missing_parts(layout, heights) if heights else {}
+    without = metal_behind(spec, without_jaw=True)
+    reflections = _reflections(winding, assembly, beside, names, solved or shares, missing, without)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity, spared[coil.name])
@@ -91,23 +103,41 @@ def _reflections(
     distances: list[float],
     names: Sequence[str],
     target: TargetShares | TargetChanges,
+    missing: Mapping[str, float],
+    without: Reflector | None,
 ) -> dict[str, dict[str, Reflection | NoReflection]]:
     """What metal returns, by coil and state; coils under alike parts of the target have one in common."""
-    known: dict[tuple[str, tuple[complex, ...]], Reflection | NoReflection] = {}
+    known: dict[tuple[str, tuple[complex, ...], float], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
         spectrum = winding.spectrum
         nothing = spectrum is None or (around.above is None and around.below is None)
         for k, name in enumerate(names):
-            key = around.name, target.key(k, name, around.name)
+            key = around.name, target.key(k, name, around.name), missing.get(name, 0.0)
             if key not in known:
                 known[key] = (
                     NoReflection()
                     if nothing or spectrum is None
-                    else _reflection(spectrum, around, distances, winding, target, k, name)
+                    else _windowed(spectrum, around, distances, winding, target, k, name, missing, without)
                 )
             found[name][around.name] = known[key]
     return found
+
+
+def _windowed(
+    spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
+    target: TargetShares | TargetChanges, number: int, name: str, missing: Mapping[str, float],
+    without: Reflector | None,
+) -> Reflection:  # fmt: skip
+    """The reflection of one coil in one state, with what a window in the jaw leaves of it."""
+    whole = _reflection(spectrum, around, distances, winding, target, number, name)
+    if around.below is None or not missing.get(name):
+        return whole
+    bare = replace(around, below=without)
+    none: Reflection | NoReflection = NoReflection()
+    if bare.above is not None or bare.below is not None:
+        none = _reflection(spectrum, bare, distances, winding, target, number, name)
+    return WindowedReflection(whole, none, missing[name])
 
 
 def _reflection(

@@ -141,9 +141,9 @@ def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
     return Plate(material.conductivity, material.relative_permeability, thickness)
 
 
-def metal_behind(spec: SensorSpec) -> Reflector | None:
+def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
     """The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone."""
-    material = spec.mount.metal if spec.mount is not None else None
+    material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = shield_span(spec), metal_face(spec)
     plates: list[Plate] = []
     if spec.shield is not None and sheet is not None:
@@ -155,6 +155,13 @@ def metal_behind(spec: SensorSpec) -> Reflector | None:
     nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
     return Reflector(-nearest, tuple(plates)) if plates else None
 
+
+WINDOW = (
+    "the jaw's window takes away some of what its metal does to the coils: between nothing and twice the part of the "
+    "squared field that falls on the window. States count the middle, and the width of that is in their error; how the "
+    "signal changes with the target counts the metal as whole"
+)
+"""What is to be known of a window's effect."""
 
 CONTACT = 1e-9
 """Gaps (m) below this are none."""
@@ -175,6 +182,8 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     if spec.mount is not None and spec.mount.metal is not None:
         whose = "finger" if spec.mount.finger is not None else "jaw"
         notes.append(f"the {whose}'s metal enters as an endless half-space behind the board")
+        if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
+            notes.append(WINDOW)
     return notes
 
 
@@ -257,6 +266,10 @@ class Reflection:
         share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
         more = float(share * whole.real)
         return more + math.copysign(self._unsure[2], more), float(-omega * (share * (whole.imag - own) + lost * own))
+
+    def window(self, frequency: float) -> tuple[float, float]:
+        """How far off inductance (H) and resistance (ohm) may be for a window in the jaw, at most, both one way."""
+        return 0.0, 0.0
 
     def _at(self, frequencies: Array) -> ComplexArray:
         key = frequencies.tobytes()
@@ -385,5 +398,9 @@ class NoReflection:
         return 0j
 
     def unsure(self, frequency: float) -> tuple[float, float]:
+        """Nothing is off."""
+        return 0.0, 0.0
+
+    def window(self, frequency: float) -> tuple[float, float]:
         """Nothing is off."""
         return 0.0, 0.0
