@@ -280,7 +280,7 @@ def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
 
 
 def test_finer_fabricators_are_named_whose_profiles_fit():
-    """"choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
+    """ "choose a finer fabricator" named none: the table of the docs led to one whose rule for coils refused it."""
     spec = load_text(json.dumps(design("circle", 6, 12, 2, 80, 80, "generic-flex")), "spec.yaml")
     (found,) = (f for f in check(spec, hints="none").findings if f.rule == "SIT101")
     named = re.search(r"fpc\.rules \(([^)]+)\)", found.hint)[1].split(", ")

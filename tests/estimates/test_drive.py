@@ -116,4 +116,3 @@ def test_copper_as_it_may_be_delivered_keeps_the_amplitude_in_its_window(root, t
             for name, state in coil.states.items():
                 swing = ldc161x.amplitude(state.parallel_resistance, code)
                 assert name == "free" or 1.2 <= swing <= 1.8, (name, foil)
-

@@ -24,6 +24,7 @@ from windings import MM, UM, coil
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
+    TOUCHING,
     PolylineTrack,
     curve_segments_mutual,
     grouped_segments_inductance,
@@ -61,7 +62,7 @@ def test_rings_without_their_logarithm(distance):
     with mpmath.workdps(60):
         exact = rings_exactly(1.0, 1.0, distance) + 4e-7 * mpmath.pi * mpmath.log(distance)
     ours = float(smooth_rings(np.array(1.0), np.array(1.0), np.array(distance**2), 1.0))
-    assert ours == approx(float(exact), rel=1e-13)
+    assert ours == approx(float(exact), rel=3e-12)  # what is left is a hundredth of either logarithm
     assert ours == approx(MU0 * (math.log(8.0) - 2.0), rel=2.0 * distance)
 
 
@@ -73,7 +74,7 @@ BESIDE = [(x, rho) for x in (-1e4, -1.0, -1e-6, 0.5, 1.000001, 2.0, 1e4) for rho
 def test_the_potential_on_the_axis_and_beyond_the_ends(along, rho):
     """ln((r0 + r1 + l) / (r0 + r1 - l)) is 0/0 or ln(1 + tiny) there."""
     with mpmath.workdps(60):
-        x, h = mpmath.mpf(along), mpmath.mpf(rho)
+        x, h = mpmath.mpf(along), mpmath.hypot(rho, TOUCHING)  # what touches is kept that far apart
         exact = float(mpmath.asinh(x / h) - mpmath.asinh((x - 1) / h)) * 1e-7
     segments = segment_set([PolylineTrack(np.array([[0.0, 0.0], [1.0, 0.0]]), 1e-4, 1e-5, 0.0)])
     point = np.array([[along, 0.0, rho]]), np.array([[1.0, 0.0]])

@@ -140,9 +140,7 @@ def test_a_written_stackup_gives_finished_copper_and_its_foil_is_what_plating_le
 
 def test_a_preset_names_its_foil_and_is_plated_on_top_of_it():
     stackup = loaded("fpc:", "  stackup: flex-2l-18um").fpc.stackup
-    assert [(layer.foil, layer.thickness) for layer in stackup.copper] == [
-        approx((18e-6, 30e-6), rel=1e-9)
-    ] * 2
+    assert [(layer.foil, layer.thickness) for layer in stackup.copper] == [approx((18e-6, 30e-6), rel=1e-9)] * 2
     more = loaded("fpc:", "  stackup: flex-2l-18um", "  plating: 15 um").fpc.stackup
     assert [layer.thickness for layer in more.copper] == approx([33e-6] * 2, rel=1e-9)
 
