@@ -151,10 +151,12 @@ class Design:
         known = self.estimates.is_solved
         return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, is_solved=known))
 
-    @property
+    @cached_property
     def bench_estimates(self) -> Estimates:
-        """The electrical numbers at 20 degrees Celsius, at which boards are tested."""
-        return self.at_room_temperature.estimates
+        """The electrical numbers at 20 degrees Celsius, at which boards are tested, with what a meter reads of them."""
+        from sitscad.estimates.steps import metered
+
+        return replace(self.at_room_temperature.estimates, metered=metered(self.layout, ROOM_TEMPERATURE))
 
     @cached_property
     def panel(self) -> Panel | None:

@@ -118,9 +118,27 @@ footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
     --ink: #000; --soft: #444; --line: #bbb; --ground: #fff; --card: #fff; --code: #f4f4f4;
     --error: #b3261e; --warning: #8a5a00; --note: #1f5f8b; --good: #1e6b3a;
   }
-  body { font-size: 10.5pt; }
+  @page { size: A4; margin: 10mm; }
+  :root { font-size: 8.5pt; }
+  body { font-size: 1rem; line-height: 1.25; }
   main { max-width: none; padding: 0; }
-  h2 { break-after: avoid; margin-top: 1.8rem; }
+  h2 { break-after: avoid; margin: 1.2rem 0 .3rem; }
   tr, .tile { break-inside: avoid; }
+  caption { break-after: avoid; padding-bottom: .1rem; }
+  th, td { padding: .1rem .6rem .1rem 0; }
+  table { margin: .3rem 0; }
+  p, ul { margin: .2rem 0; }
+  .tiles { grid-template-columns: repeat(6, 1fr); gap: .4rem; margin: .6rem 0; }
+  .tile, .finding { padding: .3rem .6rem; }
+  .finding { margin: .4rem 0; }
+  .finding p, pre { margin: .15rem 0; padding-top: 0; padding-bottom: 0; }
+  .scroll { overflow: visible; }
+  .columns { columns: 2; column-gap: 1.2rem; }
+  .columns table { font-size: .85rem; }
+  figure { margin: .3rem 0; }
+  figure > svg, .paper > svg { max-height: 128mm; }
+  .paper { padding: 0; }
+  .section { max-height: 80mm; }
+  footer { margin-top: 1rem; }
 }
 """

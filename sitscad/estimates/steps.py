@@ -21,20 +21,31 @@ from sitscad.estimates.states.pressing import GLUE, PAD, PressingScatter, pressi
 from sitscad.estimates.uncertainty import (
     Slopes,
     depths_moved,
+    direct_resistance_sigma,
     inductance_slopes,
     moved_by_surroundings,
     scatter_note,
     sigmas,
     spread,
     thickest_copper,
+    track_moves,
 )
-from sitscad.estimates.values import PARTS, CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.values import (
+    METER_FREQUENCY,
+    PARTS,
+    CoilEstimate,
+    Estimates,
+    Metered,
+    ReadoutEstimate,
+    StateEstimate,
+)
 from sitscad.estimates.winding.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.winding.losses import near_metal_notes
 from sitscad.estimates.winding.own_capacitance import metal_notes
 from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.loss.resistance import conductivity_at
+from sitscad.physics.resonator import apparent_inductance
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
@@ -331,6 +342,25 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
         if FREE in states
         else None,
     )
+
+
+def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[Metered, ...]:
+    """What an LCR meter reads of every coil of the bare board at a temperature (degrees Celsius), far from metal."""
+    wound = wind(given(layout, temperature), None, None)
+    start, winding, spec = wound.given, wound.winding, wound.given.spec
+    circuits = coil_circuits(start.layout, winding, wound.matrix, start.assembly, wound.shares, start.spared)
+    slopes = Slopes(sigmas(spec), inductance_slopes(winding.spirals, layout.coils[0], spec), {})
+    of_direct, found = direct_resistance_sigma(spec), []
+    for circuit in circuits:
+        (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))
+        state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
+        moved = track_moves(circuit, FREE, frequency, slopes).values()
+        by_l, by_r = (math.hypot(*(row[k] for row in moved)) for k in range(2))
+        read = apparent_inductance(inductance, resistance, circuit.self_capacitance, frequency)
+        direct = circuit.resistance + circuit.leads.resistance
+        error = winding.resistance_error(circuit, state, spec.coil)
+        found.append(Metered(circuit.name, frequency, read, resistance, by_l, by_r, error, direct, of_direct * direct))
+    return tuple(found)
 
 
 def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]:

@@ -282,23 +282,29 @@ def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
     """What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
-    sigma, by_l = slopes.sigmas, slopes.inductance
-    by_r = resistance_slopes(circuit, state.frequency, state.state)
-    loss = loss_inductance_slopes(circuit, state.frequency, state.state)
-    rest = circuit.inductance - math.fsum(by_l.values())
-    found = {
-        WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH], 0.0),
-        THICKNESS: (by_l[THICKNESS] + loss[THICKNESS], by_r[THICKNESS], 0.0),
-        DISTANCE: (by_l[DISTANCE], 0.0, -circuit.self_capacitance),
-        DIAMETER: (rest, by_r[DIAMETER], 0.0),
-        CAPACITOR: (0.0, 0.0, tank.capacitor),
-        PERMITTIVITY: (0.0, 0.0, circuit.self_capacitance),
+    by_c = {DISTANCE: -circuit.self_capacitance, CAPACITOR: tank.capacitor, PERMITTIVITY: circuit.self_capacitance}
+    tracks = track_moves(circuit, state.state, state.frequency, slopes)
+    moved = {
+        name: (*tracks.get(name, (0.0, 0.0)), slopes.sigmas[name] * by_c.get(name, 0.0))
+        for name in (WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY)
     }
-    moved = {name: (sigma[name] * a, sigma[name] * b, sigma[name] * c) for name, (a, b, c) in found.items()}
     for name, (around_l, around_r) in slopes.surroundings.get(state.state, {}).items():
         before = moved.get(name, (0.0, 0.0, 0.0))
         moved[name] = before[0] + around_l, before[1] + around_r, before[2]
     return moved
+
+
+def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
+    """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
+    by_l, by_r = slopes.inductance, resistance_slopes(circuit, frequency, state)
+    loss = loss_inductance_slopes(circuit, frequency, state)
+    found = {
+        WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH]),
+        THICKNESS: (by_l[THICKNESS] + loss[THICKNESS], by_r[THICKNESS]),
+        DISTANCE: (by_l[DISTANCE], 0.0),
+        DIAMETER: (circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]),
+    }
+    return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in found.items()}
 
 
 def moved_by_surroundings(

@@ -47,6 +47,28 @@ class StateEstimate:
     target_change_error: float | None = None
 
 
+@record
+class Metered:
+    """What an LCR meter reads of one coil of the bare board, far from metal, at a `frequency` (Hz): inductance (H) and
+    resistance (ohm) between the contacts in series, each with one sigma of manufacture, and how far off the computed
+    resistance can be, relative; and the resistance to direct current (ohm) with its sigma.
+    """
+
+    coil: str
+    frequency: float
+    inductance: float
+    resistance: float
+    inductance_sigma: float
+    resistance_sigma: float
+    resistance_error: float
+    direct: float
+    direct_sigma: float
+
+
+METER_FREQUENCY = 100e3
+"""What a usual LCR meter goes up to (Hz)."""
+
+
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
 """What the terminal inductance is made of, in this order: the winding with evenly spread direct current; what direct
 current makes less by cutting corners; the parts of `lead_parts`; what crowding takes away at the sensor frequency."""
@@ -227,7 +249,8 @@ class Estimates:
     pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
     nothing); `no_cross_check` why there is no closed formula beside the estimate;
     `states` are those that the sensor has, with the target's pose in each; `is_solved` says that what the target
-    changes in them was solved as for a response, rather than taken as a share of an endless one's effect.
+    changes in them was solved as for a response, rather than taken as a share of an endless one's effect;
+    `metered` is what a meter reads of the bare board, empty where it was not asked for (`Design.bench_estimates`).
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -246,6 +269,7 @@ class Estimates:
     no_cross_check: str | None = None
     states: tuple[State, ...] = ()
     is_solved: bool = False
+    metered: tuple[Metered, ...] = ()
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""

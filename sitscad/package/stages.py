@@ -289,7 +289,10 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     sizes = {name: len(content) for name, content in files.items()}
     wiring = contacts(contents.layout)
     pictures, felt = _pictures(contents, files), _felt(files)
-    page = render(contents.checked, contents.design.spec, contents.estimates, pictures, sizes, wiring, felt)
+    design = contents.design
+    page = render(
+        contents.checked, design.spec, contents.estimates, pictures, sizes, wiring, felt, design.bench_estimates
+    )
     return {"report.html": page.encode("utf-8"), **failing}
 
 

@@ -40,7 +40,7 @@ PAPERS: tuple[Writer, ...] = (
         "data sheet",
         "papers.datasheet.sheets",
         "datasheet",
-        ("layout", "estimates", "response", "performance", "forced"),
+        ("layout", "estimates", "response", "performance", "forced", "bench_estimates"),
         is_felt,
     ),
     Writer("bom", "papers.order.bom", "report", ("layout", "estimates", "forced")),

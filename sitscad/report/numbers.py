@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.quantities import NONE, plus_minus, quantity
 from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
-from sitscad.scene.state import NAMED, titled
+from sitscad.scene.state import FREE, NAMED, titled
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -297,6 +297,36 @@ def gap_rows(estimates: Estimates) -> list[list[str]]:
         [titled(name), plus_minus(gap, estimates.gap_sigmas.get(name), "m", digits=4)]
         for name, gap in estimates.gaps.items()
     ]
+
+
+INCOMING_TITLE = "The bare board when it comes, at 20 degC, far from metal: between a coil's contacts, +- one sigma"
+INCOMING_HEAD = (
+    "coil",
+    "meter at",
+    "inductance read",
+    "resistance",
+    "computed within",
+    "direct current",
+    "in the tank",
+)
+
+
+def incoming_rows(bench: Estimates) -> list[list[str]]:
+    """What a usual meter and one at the tank's frequency read of each coil, two rows a coil."""
+    found = []
+    for read, coil in zip(bench.metered, bench.coils, strict=False):
+        usual = [coil.name, quantity(read.frequency, "Hz"),
+                 plus_minus(read.inductance, read.inductance_sigma, "H", digits=4),
+                 plus_minus(read.resistance, read.resistance_sigma, "ohm"), percent(read.resistance_error),
+                 plus_minus(read.direct, read.direct_sigma, "ohm"), NONE]  # fmt: skip
+        found.append(usual)
+        if (free := coil.states.get(FREE)) is not None:
+            by_l, by_r, by_f = (getattr(free.spread, name, None) for name in ("inductance", "resistance", "frequency"))
+            found.append([coil.name, quantity(free.frequency, "Hz"),
+                          plus_minus(free.apparent_inductance or math.nan, by_l, "H", digits=4),
+                          plus_minus(free.resistance, by_r, "ohm"), percent(free.resistance_error), NONE,
+                          plus_minus(free.frequency, by_f, "Hz")])  # fmt: skip
+    return found
 
 
 def compression_rows(estimates: Estimates) -> list[list[str]]:

@@ -18,6 +18,8 @@ from sitscad.report.fit import part_rows as fit_part_rows
 from sitscad.report.numbers import (
     CROSS_HEAD,
     GAPS_TITLE,
+    INCOMING_HEAD,
+    INCOMING_TITLE,
     PARTS_TITLE,
     PRESSED_TITLE,
     READING_HEAD,
@@ -28,6 +30,7 @@ from sitscad.report.numbers import (
     compression_rows,
     cross_check_rows,
     gap_rows,
+    incoming_rows,
     matrix_rows,
     number_columns,
     part_rows,
@@ -66,12 +69,14 @@ def render(
     files: Mapping[str, int],
     wiring: Sequence[Contact] = (),
     felt: Document | None = None,
+    bench: Estimates | None = None,
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
     files with their sizes in bytes; `wiring` says where each contact leads; `felt` is what the sensor feels, as JSON
-    has it. Everything that comes from the spec is escaped, nothing is loaded from outside.
+    has it; `bench` is what boards are tested by, at 20 degrees Celsius. Everything that comes from the spec
+    is escaped, nothing is loaded from outside.
     """
     parts = [
         _head(checked, spec, estimates),
@@ -79,6 +84,7 @@ def render(
         part("Findings", findings_part(checked)),
         part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
         part("Contacts", _contacts(wiring, spec.readout.device.part)),
+        part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _feeling(felt or {})),
         part("Readout settings", _readout(estimates)),
@@ -124,7 +130,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     turns = f"{coil.turns_in_words} turns on {each}{_counted(len(coil.layers), 'layer')}"
     coils = _counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
     what = (
-        f"{coils} of {show(coil.outer_diameter, 'm')}, {turns}, "
+        f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"
@@ -235,6 +241,23 @@ def _electrical(estimates: Estimates) -> str:
     )
 
 
+def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
+    """What the bare boards are tested by when they come, and the converter's drive for them."""
+    from sitscad.estimates.circuit.drive import bare_board_code  # loads nothing that the estimates have not loaded
+
+    if bench is None:
+        return ""
+    readout, code = estimates.readout, bare_board_code(bench)
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))
+    drive = (
+        f"<p>With {escape(readout.device.part)} use drive code {code} for the bare board; the assembled sensor has "
+        f"{used}.</p>"
+        if code is not None and readout.drive_code is not None and not readout.high_current
+        else ""
+    )
+    return _table(INCOMING_HEAD, incoming_rows(bench), INCOMING_TITLE) + drive
+
+
 def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
@@ -284,17 +307,22 @@ def _not_checked(checked: CheckedSpec) -> str:
     if not checked.not_checked:
         return "<p>Every rule was checked.</p>"
     rows = [[skipped.rule, skipped.reason] for skipped in checked.not_checked]
-    return _table(["rule", "why it was not checked"], rows, "")
+    return _in_columns(_table(["rule", "why it was not checked"], rows, ""))
 
 
 def _files(files: Mapping[str, int]) -> str:
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
-    return _table(["file", "size"], rows, "")
+    return _in_columns(_table(["file", "size"], rows, ""))
 
 
 def _list(entries: Iterable[object]) -> str:
     items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
-    return f"<ul>{items}</ul>" if items else ""
+    return f"<ul class='columns'>{items}</ul>" if items else ""
+
+
+def _in_columns(body: str) -> str:
+    """What is two columns on paper."""
+    return f"<div class='columns'>{body}</div>" if body else ""
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:

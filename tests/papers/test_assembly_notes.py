@@ -182,12 +182,19 @@ def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
     assert said.count(rest) == said.count(free) == 1
 
 
-def test_the_bare_board_has_the_drive_code_of_the_check():
-    from sitscad.checks.reading.drive import drive_amplitude
+def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
+    """What was a note of every check of an assembled sensor stands here, and in the report."""
+    (told,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
+    bare = [coil.states["free"].parallel_resistance for coil in SENSOR.bench_estimates.coils]
+    assert SENSOR.family.amplitude(max(bare), int(told)) < SENSOR.family.limit("amplitude_max")
+    assert SENSOR.family.amplitude(max(bare), 27) > SENSOR.family.limit("amplitude_max")
 
-    notes = " ".join(getattr(each, "hint", "") for each in drive_amplitude(SENSOR))
-    (checked,) = re.findall(r"to test a bare board, use drive code (\d+)", notes)
-    assert f"use drive code {checked} for the bare board" in in_one_line(GRASPER)
+
+def test_a_usual_meter_has_figures_for_the_bare_board():
+    said = in_one_line(GRASPER)
+    for read in SENSOR.bench_estimates.metered:
+        figures = f"at 100 kHz {show(read.inductance, 'H', 4)} +- {show(read.inductance_sigma, 'H', 2)}"
+        assert f"{figures} and {show(read.resistance, 'ohm', 4)} +- " in said
 
 
 def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkeypatch):

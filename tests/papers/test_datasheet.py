@@ -41,7 +41,7 @@ def bench():
 
 @pytest.fixture(scope="module")
 def files(bench):
-    return render(bench.layout, bench.estimates, bench.response, bench.performance, "")
+    return render(bench.layout, bench.estimates, bench.response, bench.performance, "", bench.bench_estimates)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
         "import sitscad, sys; from sitscad import Design; from sitscad.papers.datasheet.sheets import render; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
-        "render(d.layout, d.estimates, d.response, d.performance, '').items()]"
+        "render(d.layout, d.estimates, d.response, d.performance, '', d.bench_estimates).items()]"
     )
     source = str(Path(sitscad.__file__).parents[1])
     for seed in ("1", "7"):
@@ -143,7 +143,8 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
 
 @pytest.mark.slow
 def test_a_forced_sheet_says_so(bench):
-    page = render(bench.layout, bench.estimates, bench.response, bench.performance, "why")["datasheet.html"].decode()
+    made = render(bench.layout, bench.estimates, bench.response, bench.performance, "why", bench.bench_estimates)
+    page = made["datasheet.html"].decode()
     assert "does not meet its own checks" in page
 
 
@@ -167,7 +168,7 @@ def test_the_difference_is_that_of_the_thesis(drawn):
 @pytest.mark.parametrize("name", ["three_axis_triangle", "three_axis_grid", "fingertip_foil", "grasper_4layer"])
 def test_every_kind_of_array_has_one(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    made = render(design.layout, design.estimates, design.response, design.performance, "")
+    made = render(design.layout, design.estimates, design.response, design.performance, "", design.bench_estimates)
     assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
     assert made["datasheet.html"].decode().count("<svg") == (4 if name == "fingertip_foil" else 5)
 
@@ -175,7 +176,7 @@ def test_every_kind_of_array_has_one(name):
 def test_only_what_feels_has_one(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert render(bench.layout, bench.estimates, bench.response, (), "") == {}
+    assert render(bench.layout, bench.estimates, bench.response, (), "", bench.bench_estimates) == {}
 
 
 def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):

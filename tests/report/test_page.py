@@ -11,6 +11,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.tail.contacts import contacts
@@ -270,3 +271,36 @@ def test_the_times_of_a_coil_and_its_capacitances_add_up_as_they_are_printed(des
     rows = {row[0]: row for row in numbers.coil_rows(design[1])}
     own = shown(rows["of that, the coil's own, with leads and tail"])
     assert shown(rows["- between its layers and turns"]) + shown(rows["- of leads and tail"]) == approx(own, rel=1e-3)
+
+
+def test_a_racetrack_s_size_is_both_of_its_sides():
+    """It gave the short side as the coil's size."""
+    text = SPEC.replace("circle, outer_diameter: 8, turns: 12", "racetrack, outer_diameter: [12, 8], turns: 9")
+    spec = sitscad.load_text(text.replace("pitch: 9", "pitch: 13"), "long.yaml")
+    page = render(checked_spec(spec, (), ()), spec, sitscad.estimate(sitscad.lay_out(spec)), {}, {})
+    assert "2 racetrack coils of 12 mm x 8 mm, 9 turns" in page
+
+
+def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own(design):
+    spec, estimates, found = design
+    whole = Design(spec)
+    page = render(found, spec, estimates, {}, {}, bench=whole.bench_estimates)
+    part = page[page.index("Incoming test") :].partition("</section>")[0]
+    for read, coil in zip(whole.bench_estimates.metered, estimates.coils, strict=True):
+        # at 100 kHz less crowds than at the tank's frequency, and the coil's own capacitance counts for nothing
+        free = coil.states["free"]
+        assert free.inductance < read.inductance < 1.03 * free.inductance < free.apparent_inductance * 1.03
+        assert read.direct <= read.resistance < 1.01 * read.direct < free.resistance
+        assert read.direct == approx(coil.terminal_resistance_dc, rel=1e-12)
+        assert f"{quantity(read.inductance, 'H')} +- {quantity(read.inductance_sigma, 'H', 2)}" in part
+    code = whole.family.drive_code(max(c.states["free"].parallel_resistance for c in estimates.coils))
+    assert ("100 kHz" in part and f"use drive code {code - 1}" in part) or f"use drive code {code}" in part
+    assert "Incoming test" not in render(found, spec, estimates, {}, {})
+
+
+def test_on_paper_the_page_is_dense_and_its_lists_are_in_columns(design):
+    """Printed, the report of grasper_4layer was 22 pages, and is 10 (chromium --headless --print-to-pdf, pdfinfo)."""
+    page = _page(design)
+    style = page[page.index("@media print") : page.index("</style>")]
+    assert "size: A4" in style and ".scroll { overflow: visible; }" in style and ".columns { columns: 2;" in style
+    assert page.count("class='columns'") >= 3

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
+from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
@@ -83,13 +83,13 @@ def _careful(state: StateEstimate) -> float:
     return state.parallel_resistance + more
 
 
-def bare_board_code(coils: Sequence[CoilEstimate], family: Family) -> int | None:
+def bare_board_code(bench: Estimates) -> int | None:
     """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below 1.8 V; None where
     no coil's free state has a parallel resistance.
     """
-    bare = [_careful(coil.states[FREE]) for coil in coils if FREE in coil.states]
+    bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     known = [value for value in bare if math.isfinite(value)]
-    return family.drive_code(max(known)) if known else None
+    return FAMILIES[bench.readout.device.family].drive_code(max(known)) if known else None
 
 
 def _duty(readout: ReadoutEstimate, coils: int) -> float:

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from sitscad.data import is_unverified
 from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.uncertainty import direct_resistance_sigma
-from sitscad.estimates.values import CoilEstimate, Estimates
+from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.layout.board import Layout
 from sitscad.papers.order.codes import order_of
-from sitscad.readout import FAMILIES
 from sitscad.scene.state import FREE, REST
 from sitscad.units import show
 
@@ -28,14 +27,26 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     for coil in bench.coils:
         direct = _with_sigma(coil.terminal_resistance_dc, relative * coil.terminal_resistance_dc, "ohm")
         inductance, frequency = _readings(coil, FREE)
-        lines.append(f"{coil.name} ({_contacts(layout, coil.name)}): {inductance}, {direct}, {frequency}")
+        figures = [inductance, direct, frequency, *_metered(bench, coil.name)]
+        lines.append(f"{coil.name} ({_contacts(layout, coil.name)}): {', '.join(figures)}")
     said = (
         f"Test the bare board before any glue, at 20 degC, far from metal. Between the contacts of each coil: {READ}, "
-        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}; "
+        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
+        f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
         "+- is one sigma of manufacture: a coil "
         f"three and more off is not worth gluing.{_drive(layout, estimates, bench)}"
     )
     return "\n".join([said, *lines])
+
+
+def _metered(bench: Estimates, coil: str) -> list[str]:
+    """What a usual meter reads of a coil of the bare board, with one sigma."""
+    return [
+        f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
+        f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
+        for read in bench.metered
+        if read.coil == coil
+    ]
 
 
 def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
@@ -114,7 +125,7 @@ def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
 def _drive(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     """With which drive code the converter reads a bare board; empty where no code is chosen."""
     device, used = layout.spec.readout.device, _code_in_use(estimates)
-    code = bare_board_code(bench.coils, FAMILIES[device.family])
+    code = bare_board_code(bench)
     if code is None or not used:
         return ""
     if used == str(code):

@@ -152,6 +152,19 @@ def production(felt: Sequence[Performance]) -> Rows:
     return rows
 
 
+def incoming(bench: Estimates) -> Rows:
+    """What a usual meter reads of the bare board at 20 degrees Celsius; nothing where no coil was asked."""
+    if not bench.metered:
+        return []
+    at = show(bench.metered[0].frequency, "Hz")
+    rows: Rows = [("bare coil, on an LCR meter", f"L at {at}", f"R at {at}", "R, direct current")]
+    for read in bench.metered:
+        pairs = ((read.inductance, read.inductance_sigma, "H"), (read.resistance, read.resistance_sigma, "ohm"),
+                 (read.direct, read.direct_sigma, "ohm"))  # fmt: skip
+        rows.append((read.coil, *(f"{show(value, unit, 4)} +- {show(sigma, unit, 2)}" for value, sigma, unit in pairs)))
+    return rows
+
+
 def pinning(layout: Layout) -> Rows:
     """Where every contact leads."""
     found = contacts(layout)

@@ -28,6 +28,7 @@ from sitscad.papers.datasheet.rows import (
     drift,
     errors,
     from_unit_to_unit,
+    incoming,
     notes,
     pinning,
     production,
@@ -43,18 +44,19 @@ TOP, LEFT = 192.0, 14.0
 
 
 def render(
-    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance], forced: str
-) -> dict[str, bytes]:
-    """All three files; none for a sensor that cannot be felt with. Raises `MissingExtra` without the plotting
-    library.
+    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance], forced: str,
+    bench: Estimates,
+) -> dict[str, bytes]:  # fmt: skip
+    """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
+    degrees Celsius). Raises `MissingExtra` without the plotting library.
     """
     if not performance:
         return {}
     plots, found = figures(curves(response), performance), _calibration(response)
     return {
-        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced)).encode("utf-8"),
+        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
         "datasheet.json": _figures([point.document() for point in performance], found),
-        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced))),
+        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
     }
 
 
@@ -85,7 +87,7 @@ def _plain(text: str) -> float:
 
 def _sheets(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Figure], forced: bool,
+    plots: Sequence[Figure], forced: bool, bench: Estimates,
 ) -> list[Sheet]:  # fmt: skip
     """The pages on paper."""
     between = from_unit_to_unit(found)
@@ -109,7 +111,7 @@ def _sheets(
     table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
     last = _new(layout, "data sheet, contacts and limits", forced)
     low = TOP
-    for rows in (errors(felt), production(felt), pinning(layout)):
+    for rows in (errors(felt), production(felt), incoming(bench), pinning(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
     fitting_paragraph(
         last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
@@ -142,7 +144,7 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 def _page(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Figure], forced: bool,
+    plots: Sequence[Figure], forced: bool, bench: Estimates,
 ) -> str:  # fmt: skip
     """The page for a screen, self-contained."""
     spec = layout.spec
@@ -156,9 +158,11 @@ def _page(
         part("Curves", "".join(map(_plotted, plots))),
         part("Errors", _unit_part(found) + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(pinning(layout))),
-        part("Production", _table(production(felt)) + "<p class='soft'>Three sigma of manufacture: a coil outside is "
+        part("Production", _table(production(felt)) + _table(incoming(bench))
+              + "<p class='soft'>Three sigma of manufacture: a coil outside is "
               "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
-              "more, by the coil's own capacitance: the report has both.</p>"),
+              "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
+              "one sigma of manufacture.</p>"),
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]  # fmt: skip
     return page(f"{spec.name}: data sheet", parts)
