@@ -255,10 +255,10 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
     """The installed profiles that make the coil's tracks and gaps in its foil, and its layers where they say how many
     they make; the least fine first.
     """
-    coil, foil = spec.coil, spec.fpc.stackup.foil_thickness(spec.coil.layers)
+    coil, foil = spec.coil, spec.fpc.stackup.line_foil(spec.coil.layers)
     fitting = []
     for name in presets.names("rules"):
-        rules = installed_rules(name).for_foil(foil)
+        rules = installed_rules(name).for_foil(foil).for_layers(len(spec.fpc.stackup.copper))
         least = [(rules.trace_width, rules.trace_spacing)]
         if rules.coil_rule_binding:
             least.append((rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))

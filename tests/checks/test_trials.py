@@ -292,3 +292,17 @@ def test_finer_fabricators_are_named_whose_profiles_fit():
     assert not Edit("fpc.rules", "huayue").is_safe, "nobody else chooses who makes a board"
     finest = load_text(json.dumps(design("circle", 6, 12, 2, 20, 20, "generic-flex")), "spec.yaml")
     assert any("no installed profile is as fine" in f.hint for f in check(finest, hints="none").findings)
+
+
+def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
+    """SIT312 asked for a larger target and pad, which hung over the board: SIT307 made them smaller again. Sizes are
+    such as people write, not 7.79 and 7.78.
+    """
+    spec = load_text((Path(__file__).parents[1] / "report/broken/SIT407.yaml").read_text(), "felt.yaml")
+    found = check(spec).findings
+    fixes = {f.rule: [[(e.key, e.new) for e in fix.edits] for fix in f.fixes] for f in found if f.fixes}
+    assert fixes["SIT307"] == [
+        [("fpc.margin", "[0, 0.1]")], [("elastomer.size", "7.8"), ("target.size", "7.8")],
+    ]  # fmt: skip
+    assert fixes["SIT312"] == [[("elastomer.material", "dragon-skin-10")]]
+    assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")

@@ -91,16 +91,25 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
     return x, y
 
 
+WRITTEN = (100e-6, 50e-6, GRAIN)
+"""To what a smaller side (m) is rounded down: as people write it, finer only where that leaves too little."""
+
+
 def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
-    """Target and elastomer no larger than the body has room for where they stand."""
+    """Target and elastomer no larger than the body has room for where they stand, the roundest sides first."""
+    for grain in WRITTEN:
+        yield from _cut(spec, body, grain)
+
+
+def _cut(spec: SensorSpec, body: Path, grain: float) -> Iterator[Fix]:
     if spec.elastomer is None:
         if spec.target is not None:
-            for edits, plate in _fitting("target", spec, spec.target, body, film(spec)):
+            for edits, plate in _fitting("target", spec, spec.target, body, film(spec), grain):
                 yield Fix(edits, replace(spec, target=plate))
         return
     wanted = [*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), spec.elastomer]
     for pad in wanted:
-        for below, smaller in _fitting("elastomer", spec, pad, body, film(spec)):
+        for below, smaller in _fitting("elastomer", spec, pad, body, film(spec), grain):
             if smaller == spec.elastomer:
                 below = ()
             elif smaller == pad:
@@ -109,13 +118,13 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
                 yield Fix(below, replace(spec, elastomer=smaller))
                 continue
             outline = footprint(spec, smaller).outline()
-            for on_top, plate in _fitting("target", spec, spec.target, outline, 0.0):
+            for on_top, plate in _fitting("target", spec, spec.target, outline, 0.0, grain):
                 if below or on_top:
                     yield Fix((*below, *on_top), replace(spec, target=plate, elastomer=smaller))
 
 
 def _fitting(
-    key: str, spec: SensorSpec, plate: Plate, on: Path, around: float
+    key: str, spec: SensorSpec, plate: Plate, on: Path, around: float, grain: float
 ) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
     """A plate in its place, cut to what an outline carries with a film round it; of its shape, then as a rectangle."""
     here = footprint(spec, plate)
@@ -124,31 +133,34 @@ def _fitting(
         return
     for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
         cut = PLATES[shape]
-        size = _room(replace(here, is_round=cut.is_round), on, around, not (cut.is_round or cut.is_long))
+        kind = replace(here, is_round=cut.is_round)
+        size = _room(kind, on, around, not (cut.is_round or cut.is_long), grain)
         if size is not None:
             smaller = replace(plate, shape=shape, size=size)
             yield _written(key, plate, smaller), smaller
 
 
-def _room(here: Footprint, on: Path, around: float, is_square: bool) -> tuple[float, float] | None:
-    """The sides (m) of the largest plate of a kind and no larger than now that lies in its place; None without room."""
+def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
+    """The sides (m) of the largest plate of a kind and no larger than now that lies in its place, in whole grains where
+    they are smaller; None without room.
+    """
     room = -beyond(on, here.centre) - around
     if room < GRAIN:
         return None
     if here.is_round:
-        side = _down(min(here.size[0], 2.0 * room))
+        side = _down(min(here.size[0], 2.0 * room), grain)
         return side, side
     size = [min(here.size[k], _widest(here, on, around, k)) for k in (0, 1)]
     if is_square:
         size = [min(size)] * 2
 
     ways = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
-    found = [cut for way in ways if (cut := _shortened(here, size, way, on, around)) is not None]
+    found = [cut for way in ways if (cut := _shortened(here, size, way, on, around, grain)) is not None]
     return max(found, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
 
 
 def _shortened(
-    here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float
+    here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
 ) -> tuple[float, float] | None:
     """Sides (m) made shorter, one or both of them, until the corners have room; None where that leaves nothing."""
 
@@ -161,7 +173,8 @@ def _shortened(
 
     if not has_room(max(size)):
         return None
-    x, y = map(_down, sides(_least(has_room, max(size))))
+    x, y = (now if now - side < ROUNDING else _down(side, grain)
+            for now, side in zip(here.size, sides(_least(has_room, max(size))), strict=True))  # fmt: skip
     return x, y
 
 
@@ -191,8 +204,9 @@ def _up(length: float) -> float:
     return round(math.ceil(length / GRAIN - 1e-4) * GRAIN, 9)
 
 
-def _down(length: float) -> float:
-    return max(GRAIN, round(math.floor(length / GRAIN + 1e-4) * GRAIN, 9))
+def _down(length: float, grain: float) -> float:
+    """A length (m) in whole grains, never more but for what bisection leaves."""
+    return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
 
 
 def pair(lengths: tuple[float, float]) -> str:

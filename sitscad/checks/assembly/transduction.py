@@ -7,14 +7,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
+from sitscad.checks.assembly.plate_places import lies
 from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Severity
+from sitscad.finding import Edit, Severity
 from sitscad.mechanics import elastomer
+from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.search import Left, tried
+from sitscad.scene.stack import ground
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.profiles.presets import elastomer as elastomer_preset
 from sitscad.spec.profiles.presets import names
@@ -189,6 +192,13 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
     most = strain if beyond else usual
     is_borne = math.isfinite(strain) and math.isfinite(usual)
+    enough = _softest_enough(
+        lambda other, modulus: _sheared(_with(spec, other), force, modulus / other.shear_modulus) <= limit
+    )
+    hint = worded(TOO_MUCH_SHEAR.hint, {
+        "enough": _rounded_up(material.shear_modulus * factor / softest), "softest_preset": _named_preset(enough),
+        "larger_area": _larger_area(design, area, area * factor / softest),
+    })  # fmt: skip
     yield TOO_MUCH_SHEAR.found(
         "elastomer.material",
         most if math.isfinite(most) else None,
@@ -196,16 +206,21 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         None,
         source=elastomer.SHEAR_SOURCE,
         is_grave=beyond or not is_borne,
+        hint=hint,
+        advice=lambda left: _other_silicone(spec, enough, left, hint),
         force=force,
         moved=_travel(strain),
         name=material.name,
         usual=_travel(usual),
-        enough=_rounded_up(material.shear_modulus * factor / softest),
-        larger_area=_larger_area(design, area, area * factor / softest),
-        softest_preset=_softest_preset(
-            lambda other, modulus: _sheared(_with(spec, other), force, modulus / other.shear_modulus) <= limit
-        ),
     )
+
+
+def _other_silicone(spec: SensorSpec, enough: ElastomerMaterial | None, left: Left, otherwise: str) -> str:
+    """The softest silicone that is stiff enough where trying finds that it mends, before what else would."""
+    if enough is None:
+        return otherwise
+    fix = Fix((Edit("elastomer.material", enough.name),), _with(spec, enough))
+    return f"{fix.words} (it was tried); or {otherwise}" if left(fix) == () else otherwise
 
 
 def _with(spec: SensorSpec, material: ElastomerMaterial) -> SensorSpec:
@@ -247,7 +262,15 @@ def _larger_area(design: Design, area: float, wanted: float) -> str:
     room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
     if wanted > room:
         return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
-    return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)},"
+    scale, pad, target = math.sqrt(wanted / area), pad_of(design), design.spec.target
+    assert target is not None
+    larger = replace(
+        design.spec,
+        elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
+        target=replace(target, size=(scale * target.size[0], scale * target.size[1])),
+    )
+    body = "" if lies(larger, ground(design.layout)) else " on a larger body (fpc.margin), for this one is too small"
+    return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)}{body},"
 
 
 def _mm2(area: float) -> str:
@@ -321,16 +344,20 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     change = stiffer_pad(design.spec, _rounded_up(high / _softest(sigma)))
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{_softest_preset(bears)}; "
+    named = _named_preset(_softest_enough(bears))
+    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{named}; "
 
 
-def _softest_preset(bears: Callable[[ElastomerMaterial, float], bool]) -> str:
-    """In words, the softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a
-    silicone and its shear modulus (Pa) then. Nothing where none is.
+def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
+    """The softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a silicone and
+    its shear modulus (Pa) then. None where none is.
     """
     presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
-    enough = (m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma)))
-    found = next(enough, None)
+    return next((m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma))), None)
+
+
+def _named_preset(found: ElastomerMaterial | None) -> str:
+    """That silicone in words; nothing where there is none."""
     if found is None:
         return ""
     known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"
