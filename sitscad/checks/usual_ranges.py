@@ -86,6 +86,11 @@ def _asked(design: Design) -> list[float]:
     return [error / force for error, force in pairs if error is not None and force]
 
 
+def _loads(design: Design) -> list[float]:
+    """The forces of all load cases (N)."""
+    return [abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)]
+
+
 def _holes(design: Design) -> list[float]:
     """The coordinates of the holes of a bench plate from the board's middle (m)."""
     mount = design.spec.mount
@@ -105,6 +110,7 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
     ],
     "asked": _asked,
+    "loads": _loads,
     "holes": _holes,
 }
 """What no single value of the spec is, by the name that the table has for it."""
@@ -185,6 +191,7 @@ NAMES = {
     "permittivities": "a layer's permittivity",
     "asked": "what an error may be, in parts of the required force,",
     "holes": "the place of a hole",
+    "loads": "a force of a load case",
 }
 
 IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT134 they make it"
