@@ -349,7 +349,7 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     wound = wind(given(layout, temperature), None, None)
     start, winding, spec = wound.given, wound.winding, wound.given.spec
     circuits = coil_circuits(start.layout, winding, wound.matrix, start.assembly, wound.shares, start.spared)
-    slopes = Slopes(sigmas(spec), inductance_slopes(winding.spirals, layout.coils[0], spec), {})
+    slopes = Slopes(sigmas(spec), inductance_slopes(winding.spirals, layout.coils[0], spec), {}, thickest_copper(spec))
     of_direct, found = direct_resistance_sigma(spec), []
     for circuit in circuits:
         (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))
