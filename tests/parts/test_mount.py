@@ -10,15 +10,20 @@ import pytest
 from handmade import bounds, piece
 from tolerance import approx
 
+import sitscad
+from sitscad.layout.tail.bending import bend_radius
 from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.mounts import seat
 from sitscad.parts.solid import of_role
+from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
+from sitscad.scene.gaps import metal_face
 from sitscad.scene.grasper.jaws import made_to_measure, section
 from sitscad.scene.grasper.seating import clearance, relief
 from sitscad.scene.printing import print_limit
+from sitscad.spec import templates
 from sitscad.spec.pieces.mounting import Finger
 
 pytestmark = pytest.mark.cad
@@ -210,3 +215,28 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
     ):
         top = top.trim_by_plane(*plane)
     assert 10.0 - top.volume() / (0.05 * 0.3) == approx(1e3 * (high - low) + 2 * room, abs=0.01)
+
+
+@pytest.mark.parametrize("template", ["fingertip_foil", "grasper_4layer", "bench_7mm"])
+def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
+    """A cap's lip of 0.5 mm under a tail for which readme and drawing ask 1.16 mm."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
+    (carrier,) = [piece for piece in mount.mount(layout) if piece.name == "mount"]
+    low, high = layout.reach_at(layout.body[2] + 8e-3)
+    round_edges = [
+        face.radius * 1e-3
+        for face in carrier.shape.faces()
+        if face.geom_type.name == "CYLINDER"
+        and abs(face.axis_of_rotation.direction.Y) > 1.0 - 1e-6
+        and layout.body[2] < face.center().X * 1e-3
+        and low < face.center().Y * 1e-3 < high
+    ]
+    assert round_edges == [approx(bend_radius(layout.spec), rel=1e-6)]
+
+
+def test_a_tail_that_is_let_down_over_a_cap_stands_in_nothing():
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_foil"), "t.yaml"))
+    pieces = {piece.name: piece for piece in whole(layout)}
+    assert not fit.interferences(tuple(pieces.values()))
+    lowest = min(1e-3 * p.shape.bounding_box().min.Z for name, p in pieces.items() if name.startswith("tail-"))
+    assert lowest == approx(metal_face(layout.spec), abs=2e-6)
