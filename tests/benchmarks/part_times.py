@@ -63,7 +63,7 @@ def rows(name: str) -> list[tuple[str, float]]:
         ("triangles of the assembly", lambda: mesh.seen(every)),
         ("3MF of the assembly", lambda: mesh_3mf.render_whole(every, spec)),
         ("GLB of the assembly", lambda: glb.render(every, spec)),
-        ("mesh of the pad", lambda: elastomer_meshes(pieces)),
+        ("mesh of the pad", lambda: elastomer_meshes(pieces, layout.spec.elastomer)),
         ("mesh for fields", lambda: sitscad.field_mesh(layout)),
     ]
     return found + [(what, timed(export)[1]) for what, export in exports]

@@ -1,5 +1,5 @@
 """A tetrahedral mesh of the elastomer pad for finite-element programs, coordinates in **metres**: MSH 2.2 (ASCII) with
-straight sides, Abaqus' input file in second order.
+straight sides, and in second order an input deck that CalculiX runs (`input_deck`).
 
 Physical groups: the volume ``elastomer``, and the surfaces ``bonded_bottom`` (where the pad stands on the board),
 ``bonded_top`` (where it carries the target) and ``free`` (all the rest, also what overhangs). gmsh cuts the pad's faces
@@ -14,9 +14,9 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from sitscad.formats.tetrahedra.input_deck import input_deck
 from sitscad.formats.tetrahedra.session import (
     DELAUNAY,
-    as_abaqus,
     edges,
     faces,
     grade,
@@ -29,7 +29,7 @@ from sitscad.layout.board import Layout
 from sitscad.parts.pad import elastomer
 from sitscad.parts.solid import PartsError, Solid, of_role
 from sitscad.scene.bodies import BodyRole
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ElastomerPad, SensorSpec
 
 ELEMENTS_THROUGH_THICKNESS = 5
 ELEMENTS_ACROSS = 10
@@ -38,19 +38,19 @@ AT_EDGES = 0.5
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the same in second order as ``.inp`` (Abaqus, CalculiX) with
-    its named faces, and their quality as ``.json``; nothing without an elastomer.
+    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the deck ``.inp`` in second order with its named faces, its
+    rubber and a step, and their quality as ``.json``; nothing without an elastomer.
     """
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
-    made = elastomer_meshes(solids)
+    made = elastomer_meshes(solids, _pad_of(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
 def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
-    """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they
-    are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half of it along
-    the edges of what is bonded.
+    """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` (CalculiX) in second order, ``json``
+    with what they are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half
+    of it along the edges of what is bonded.
 
     Raises
     ------
@@ -67,10 +67,15 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
         raise PartsError("the spec has no elastomer to be meshed")
-    return elastomer_meshes(assemble(layout), size)
+    return elastomer_meshes(assemble(layout), _pad_of(layout.spec), size)
 
 
-def elastomer_meshes(solids: tuple[Solid, ...], size: float | None = None) -> dict[str, bytes]:
+def _pad_of(spec: SensorSpec) -> ElastomerPad:
+    assert spec.elastomer is not None  # there is a solid of it
+    return spec.elastomer
+
+
+def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None) -> dict[str, bytes]:
     """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
     with TemporaryDirectory() as name, session("elastomer", DELAUNAY) as gmsh:
         folder = FilePath(name)
@@ -89,7 +94,7 @@ def elastomer_meshes(solids: tuple[Solid, ...], size: float | None = None) -> di
         found = {"msh": written(gmsh, folder / "elastomer.msh")}
         first = quality(gmsh)
         gmsh.model.mesh.setOrder(2)
-        found["inp"] = as_abaqus(gmsh, folder / "elastomer.inp", "elastomer")
+        found["inp"] = input_deck(gmsh, pad_of)
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
         return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}
