@@ -320,12 +320,12 @@ def test_tail_bend(judge, verdicts, design, drawn):
     assert judge("SIT308", design(fpc__tail__bend="none")) == []
     assert judge("SIT308", design()) == []
     (note,) = judge("SIT308", with_jaw(design(), port_diameter=2.4e-3))
-    assert note.severity is Severity.NOTE and note.measured == approx(10 * 128e-6, rel=1e-6)
+    assert note.severity is Severity.NOTE and note.measured == approx(10 * 152e-6, rel=1e-6)
     (thick,) = judge("SIT308", design(fpc__tail__layers=4))
     assert thick.severity is Severity.WARNING and thick.measured == approx(20 * 261e-6, rel=1e-6)
     dynamic = judge("SIT308", design(fpc__tail__bend="dynamic"))
     assert [f.severity for f in dynamic] == [Severity.WARNING, Severity.WARNING]
-    assert dynamic[1].measured == approx(40 * 128e-6, rel=1e-6)
+    assert dynamic[1].measured == approx(40 * 152e-6, rel=1e-6)
     many = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=4))
     assert many[0].severity is Severity.ERROR and many[0].measured == 4.0
     one = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))

@@ -31,7 +31,7 @@ sitscad: 1
 name: mounted
 coil: {shape: circle, outer_diameter: 4.0, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
 array: {pattern: line, count: 2, pitch: 4.5}
-fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2, bend: static}}
+fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, bend: static}}
 target: {shape: square, size: 4, thickness: 0.2, material: copper}
 elastomer: {material: dragon-skin-10, shape: square, size: 4, thickness: 1, kerf: 0.15}
 shield: {material: copper, thickness: 0.1, gap: 0.6}
