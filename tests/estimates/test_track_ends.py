@@ -55,7 +55,8 @@ def test_teardrops_lower_the_resistance_at_the_contacts_alone():
     assert laid_out(2, "auto").teardrops
     assert dropped.resistance_dc == plain.resistance_dc
     assert 0.97 < dropped.terminal_resistance_dc / plain.terminal_resistance_dc < 1.0
-    assert dropped.terminal_inductance == approx(plain.terminal_inductance, rel=1e-9)
+    # at the terminals the inductance holds a millionth of what the leads' resistance does
+    assert dropped.terminal_inductance == approx(plain.terminal_inductance, rel=1e-6)
 
 
 WIDE = """

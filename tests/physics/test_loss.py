@@ -230,6 +230,7 @@ def test_skin_depth_and_strips():
     # a thin strip between its two limits: uniform current, and current at the surface alone
     most = 1.0 + 3e-4 / skin_depth(10e6, COPPER)
     assert 1.3 < lone_track_loss(3e-4, 35e-6, COPPER).resistance_ratio(10e6) < most
+    assert lone_track_loss(3e-4, 35e-6, COPPER).direct == approx(1.0 / (COPPER * 3e-4 * 35e-6), rel=1e-9)
 
 
 @pytest.mark.parametrize(("drill", "plating"), [(0.2e-3, 20e-6), (0.1e-3, 40e-6), (0.3e-3, 5e-6)])
