@@ -119,7 +119,7 @@ footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
     --error: #b3261e; --warning: #8a5a00; --note: #1f5f8b; --good: #1e6b3a;
   }
   @page { size: A4; margin: 10mm; }
-  :root { font-size: 8.5pt; }
+  :root { font-size: 8.3pt; }
   body { font-size: 1rem; line-height: 1.25; }
   main { max-width: none; padding: 0; }
   h2 { break-after: avoid; margin: 1.2rem 0 .3rem; }
@@ -134,7 +134,7 @@ footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
   .finding p, pre { margin: .15rem 0; padding-top: 0; padding-bottom: 0; }
   .scroll { overflow: visible; }
   .columns { columns: 2; column-gap: 1.2rem; }
-  .columns table { font-size: .85rem; }
+  .columns table { font-size: .78rem; }
   figure { margin: .3rem 0; }
   figure > svg, .paper > svg { max-height: 128mm; }
   .paper { padding: 0; }
