@@ -9,6 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.geometry.path import Arc, Point, rounded_polyline
+from sitscad.physics.loss import corners
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
 from sitscad.physics.loss.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
@@ -86,6 +87,20 @@ def test_a_loop_in_an_even_field_is_a_dipole():
     seen = 2.0 * moment(math.pi / 2) * (100 * UM) ** 2 * field
     # and the frame's own corners see the small one's arms, which is next to nothing
     assert with_frame - alone == approx(-seen, rel=3e-4)
+
+
+@pytest.mark.parametrize("turn", [math.pi / 3, math.pi / 2, -2 * math.pi / 3])
+def test_a_bend_with_another_radius_begins_where_its_arc_touches_the_sides(turn):
+    corner, along = np.array([5.0, 0.0]) * MM, np.array([math.cos(turn), math.sin(turn)])
+    starts = np.array([(0.0, 0.0), corner, corner])
+    ends = np.array([corner, corner, corner + 5.0 * MM * along])
+    track = BentTrack(starts, ends, np.array([0.0, turn, 0.0]), 200 * UM, 35 * UM, 0.0)
+    bend = corners._Bend(1, turn, 0.5, tuple(corner), True)
+    found = corners._rounded(track, [bend], 1.5)
+    cut = 1.5 * 200 * UM * math.tan(0.5 * abs(turn))
+    assert found.ends[0] == approx(corner - np.array([cut, 0.0]), rel=1e-9)
+    assert found.starts[2] == approx(corner + cut * along, rel=1e-9)
+    assert (found.ends[1] == found.starts[2]).all() and (found.starts[1] == found.ends[0]).all()
 
 
 def test_resistance_goes_by_the_map_of_a_bent_strip():
