@@ -152,7 +152,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     severity = weight_of(over)
     if severity is None and over.nominal <= ROUNDING:
         return
-    excess = 2.0 * (over.measured - over.limit)
+    excess = 2.0 * (over.worst - over.limit)
     less = _less_margin(design.spec, 1, excess) if severity is not None else ""
     wide = width_under(design.layout)
     cut = (
