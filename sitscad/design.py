@@ -148,8 +148,8 @@ class Design:
             return self
         from sitscad.estimates import estimated
 
-        known = self.estimates.is_solved
-        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, is_solved=known))
+        known = self.estimates.solved
+        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, solved=known))
 
     @cached_property
     def bench_estimates(self) -> Estimates:
@@ -233,6 +233,7 @@ def respond(
     *,
     loads: ArrayLike | None = None,
     case: str | Sequence[str] | None = None,
+    rotation: str | None = None,
     frequency: float | None = None,
     tolerance: float | None = None,
 ) -> Response:
@@ -240,18 +241,25 @@ def respond(
     as in `sitscad.scene.pose.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons), or
     in a load case that the spec's section `loads` names, or several; "all" is every one of them.
 
+    `rotation` goes with `loads`: "held", a flat face keeps the target level (so where it is left out, in data sheets
+    and in plans of calibrations), or "free", it tilts as it likes. A case says so itself.
+
     `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
     `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises
-    ValueError for other shapes and numbers, for none or several of poses, loads and case, and `NoResponse` (a
+    ValueError for other shapes and numbers, for none or several of poses, loads and case, for a rotation without loads
+    or of another name, and `NoResponse` (a
     ValueError) where the design has nothing that could respond, no such load case, or no room for a pose: more than a
     metre away, turned over, or with the whole target inside the board.
     """
     import numpy as np
 
     from sitscad.estimates.response.placed import require_possible
+    from sitscad.scene.motions import USUAL_ROTATION, is_held
 
     if sum(given is not None for given in (poses, loads, case)) != 1:
         raise ValueError("give either poses or loads or a case")
+    if rotation is not None and loads is None:
+        raise ValueError("rotation says how loads are put on: poses and cases have their own")
     model = (design if isinstance(design, Design) else Design(design)).response
     if case is not None:
         from sitscad.estimates.response.cases import in_cases
@@ -263,7 +271,8 @@ def respond(
         raise ValueError(f"rows of {wanted} numbers are wanted, not an array of shape {rows.shape}")
     flat: NDArray[np.float64] = rows.reshape(-1, wanted)
     if poses is None:
-        return model.under(flat, None, frequency, tolerance)
+        level = np.full(len(flat), is_held(rotation or USUAL_ROTATION))
+        return model.under(flat, level, frequency, tolerance)
     require_possible(model.spec, flat)
     return model.respond(flat, frequency, tolerance)
 

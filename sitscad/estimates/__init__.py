@@ -41,10 +41,10 @@ def estimate(
 
 def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
-    is_solved: bool | None = None,
+    solved: float | None = None,
 ) -> Estimates:  # fmt: skip
     """The same of a layout whose spec is known to be right, or is one that is tried.
 
-    `is_solved` says whether what the target changes is solved, where it has to be alike for two that are compared.
+    `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
     """
-    return tell(read(made_sure(tune(wind(given(layout, temperature), method, tolerance)), is_solved)))
+    return tell(read(made_sure(tune(wind(given(layout, temperature), method, tolerance)), solved)))

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.coils import coil_circuits, self_resonance
+from sitscad.estimates.circuit.coils import coil_circuits, handed_over, self_resonance
 from sitscad.estimates.circuit.drive import driven
 from sitscad.estimates.circuit.failed_states import damped_words, overdamped, without, working
 from sitscad.estimates.circuit.leads import missing_leads
@@ -141,14 +141,13 @@ def tune(wound: Wound) -> Tuned:
     return Tuned(wound, swinging, tank, settle(swinging, start.spec.readout, capacitor, reason), failed, damped)
 
 
-def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
-    """The same with the target's effect solved, as in a response, where the states owe too much to its shares, or as
-    `is_solved` says. Shares of a target that would take too long are less sure.
+def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
+    """The same with the target's effect solved, as in a response, where the states owe too much to its shares, or the
+    `part` of it that is said. Shares of a target that would take too long are less sure.
     """
     shares = tuned.wound.shares
-    has_failed = bool(tuned.failed) and not shares.is_usual
-    is_wanted = has_failed or any(_is_unsure(one, tuned.tank, shares.is_usual) for one in tuned.circuits)
-    if not shares.shares or not (is_wanted if is_solved is None else is_solved):
+    wanted = _solved_part(tuned) if part is None else part
+    if not shares.shares or not wanted:
         return tuned
     for _ in range(TRIES):
         found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
@@ -156,9 +155,9 @@ def made_sure(tuned: Tuned, is_solved: bool | None = None) -> Tuned:
         if not found or (known is not None and known.holds_at(min(found), max(found))):
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and is_solved is None and not _is_affordable(tuned.wound, band):
-            return tune(replace(tuned.wound, shares=shares.widened()))
-        tuned = tune(_solved(tuned.wound, band))
+        if known is None and part is None and not _is_affordable(tuned.wound, band):
+            return tune(replace(tuned.wound, shares=shares.widened(wanted)))
+        tuned = tune(_solved(tuned.wound, band, wanted))
     return tuned
 
 
@@ -170,30 +169,47 @@ def _is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
     return is_affordable(start.spec, start.layout.coils, start.assembly, band)
 
 
-def _solved(wound: Wound, band: tuple[float, float]) -> Wound:
-    """With the target solved in a band of frequencies (Hz)."""
+def _solved(wound: Wound, band: tuple[float, float], part: float) -> Wound:
+    """With a part of the target's effect solved in a band of frequencies (Hz)."""
     from sitscad.estimates.states.solved_target import solved_target
 
     start, scale = wound.given, wound.winding.inductance
-    return replace(wound, solved=solved_target(start.spec, start.layout.coils, start.assembly, band, scale))
+    solved = solved_target(start.spec, start.layout.coils, start.assembly, band, scale)
+    if part < 1.0:
+        solved = handed_over(solved, part, start.layout, wound.winding, start.assembly, wound.shares)
+    return replace(wound, solved=solved)
 
 
-def _is_unsure(circuit: CoilCircuit, tank: Tank, is_usual: bool) -> bool:
-    """Whether what the target's shares may be off matters in a state: to L, to R, or to what the target changes; of
-    targets that are not usual whether they matter at all.
+def _solved_part(tuned: Tuned) -> float:
+    """How much of the target's effect is to be solved: all of it where its shares are not sure enough, and less and
+    less down to `GIVES_WAY` of that, so that neither numbers nor their errors make a step there.
     """
+    shares = tuned.wound.shares
+    if tuned.failed and not shares.is_usual:
+        return 1.0
+    worst = max((_unsure(one, tuned.tank, shares.strangeness) for one in tuned.circuits), default=0.0)
+    return min(max((worst - GIVES_WAY) / (1.0 - GIVES_WAY), 0.0), 1.0)
+
+
+GIVES_WAY = 0.95
+"""Part of `UNSURE`, and of what makes a target strange, at which shares begin to give way to what is solved."""
+
+
+def _unsure(circuit: CoilCircuit, tank: Tank, strangeness: float) -> float:
+    """What the target's shares may be off, at worst over states: of L, of R, or of what the target changes, over what
+    each may be (`UNSURE`); or how strange a target is that matters at all.
+    """
+    worst = 0.0
     for state, reflection in circuit.reflections.items():
         frequency = tank.oscillation(circuit, state).frequency
         inductance, resistance = circuit.terminal(state, frequency)
-        if not is_usual:
-            if abs(reflection.endless_change(frequency)) > NOTHING * inductance:
-                return True
-            continue
+        if abs(reflection.endless_change(frequency)) > NOTHING * inductance:
+            worst = max(worst, strangeness)
         more, lost = map(abs, reflection.unsure(frequency))
         change = max(abs(reflection.target_change(frequency).real), FAINT_CHANGE * circuit.inductance)
-        if more > UNSURE[0] * inductance or lost > UNSURE[1] * resistance or more > UNSURE[2] * change:
-            return True
-    return False
+        parts = more / inductance, lost / resistance, more / change
+        worst = max(worst, *(part / most for part, most in zip(parts, UNSURE, strict=True)))
+    return worst
 
 
 BAND = 0.9, 1.15
@@ -248,7 +264,7 @@ def tell(done: Read) -> Estimates:
         normal_force=spec.requirements.normal_force,
         temperature=start.temperature,
         states=tuple(replace(around.state, temperature=start.temperature) for around in assembly.states),
-        is_solved=wound.solved is not None,
+        solved=0.0 if wound.solved is None else wound.solved.part,
     )
 
 

@@ -248,9 +248,10 @@ class Estimates:
     (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
     pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
     nothing); `no_cross_check` why there is no closed formula beside the estimate;
-    `states` are those that the sensor has, with the target's pose in each; `is_solved` says that what the target
-    changes in them was solved as for a response, rather than taken as a share of an endless one's effect;
-    `metered` is what a meter reads of the bare board, empty where it was not asked for (`Design.bench_estimates`).
+    `states` are those that the sensor has, with the target's pose in each; `solved` is the part of what the target
+    changes in them that was solved as for a response, the rest being a share of an endless one's effect: 0 or 1, and
+    between where the one gives way to the other; `metered` is what a meter reads of the bare board, empty where it was
+    not asked for (`Design.bench_estimates`).
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -268,8 +269,13 @@ class Estimates:
     incomplete: str | None = None
     no_cross_check: str | None = None
     states: tuple[State, ...] = ()
-    is_solved: bool = False
+    solved: float = 0.0
     metered: tuple[Metered, ...] = ()
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether the target was solved, if only for a part."""
+        return self.solved > 0.0
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""

@@ -83,7 +83,7 @@ def test_what_a_newton_changes_is_one_figure(name):
 def test_the_error_of_a_resistance_has_the_target_s_loss_in_it(name):
     """By shares R of the first was 43 to 50 % too large, and 3 % were stated."""
     known = design(name)
-    by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
+    by_shares = Design(known.spec, known.layout, estimated(known.layout, solved=0.0))
     assert all(one.of_stated_resistance < 1.0 for one in apart(by_shares))
 
 
@@ -110,13 +110,13 @@ def test_a_target_that_reaches_far_beyond_its_coil_has_no_wide_errors(size, thic
 def test_its_error_narrows_without_a_jump_and_not_before_a_mirror():
     """Shares of 17-4PH over a copper shield were 7.6 % of the change off."""
     sizes = np.arange(34.0, 42.0, 0.25)
-    shares = [target_shares_of(large(size, 0.2, "stainless-17-4ph")).widened() for size in sizes]
+    shares = [target_shares_of(large(size, 0.2, "stainless-17-4ph")).widened(1.0) for size in sizes]
     errors, losses = np.array([one.error for one in shares]), np.array([one.loss_error for one in shares])
     assert errors[0] > 0.1 and errors[-1] == approx(0.02, rel=1e-6)
     assert losses[0] > 0.5 and losses[-1] == approx(0.05, rel=1e-6)
     assert np.abs(np.diff(errors)).max() < 0.03 and np.abs(np.diff(losses)).max() < 0.1
     mirrored = large(42, 0.2, "stainless-17-4ph", "shield: {material: copper, thickness: 0.1, gap: 0.3}\n")
-    assert target_shares_of(mirrored).widened().error > 0.1
+    assert target_shares_of(mirrored).widened(1.0).error > 0.1
 
 
 def target_shares_of(design):

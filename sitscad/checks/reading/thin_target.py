@@ -212,7 +212,7 @@ def _compared(design: Design, changed: SensorSpec) -> Design:
 
     now = design.estimates.readout.capacitance
     drawn = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
-    return replace(drawn, given_estimates=estimated(drawn.layout, is_solved=design.estimates.is_solved))
+    return replace(drawn, given_estimates=estimated(drawn.layout, solved=design.estimates.solved))
 
 
 def _target(design: Design) -> Target:

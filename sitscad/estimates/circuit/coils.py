@@ -155,6 +155,27 @@ def _reflection(
     return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number, (float(more), float(lost)))
 
 
+def handed_over(
+    solved: TargetChanges, part: float, layout: Layout, winding: SolvedWinding, assembly: Assembly,
+    shares: TargetShares,
+) -> TargetChanges:  # fmt: skip
+    """A part of what was solved, with the rest by shares; the errors of both alike."""
+    distances = _distances(layout)
+    beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]
+    by_shares = _reflections(winding, assembly, beside[1:], [coil.name for coil in layout.coils], shares)
+    places = np.array([[beside.index(d) for d in row] for row in distances])
+    middle = math.sqrt(float(np.prod(solved.frequencies)))
+    changes, errors = {}, {}
+    for state, whole in solved.changes.items():
+        owns = [one for coil in layout.coils if isinstance(one := by_shares[coil.name][state], Reflection)]
+        rows = [one.of_target(solved.frequencies)[:, at] for one, at in zip(owns, places, strict=True)]
+        shared = np.stack(rows, axis=1)
+        less = np.array([one.unsure(middle) for one in owns])
+        changes[state] = part * whole + (1.0 - part) * 0.5 * (shared + np.swapaxes(shared, 1, 2))
+        errors[state] = part * solved.errors[state] + (1.0 - part) * less
+    return replace(solved, changes=changes, errors=errors, part=part)
+
+
 FAINT = 0.0015
 """Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
 

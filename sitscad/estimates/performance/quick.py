@@ -160,7 +160,7 @@ class QuickPerformance:
     def warmed(self) -> Disturbed:
         """Full load with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
-        warmer = estimated(self.layout, temperature=warm, is_solved=self.estimates.is_solved)
+        warmer = estimated(self.layout, temperature=warm, solved=self.estimates.solved)
         return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))[-1]
 
 

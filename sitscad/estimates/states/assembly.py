@@ -253,6 +253,13 @@ class Reflection:
         at = np.array([frequency])
         return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
 
+    def of_target(self, frequencies: Array) -> ComplexArray:
+        """What the target changes by its shares of the own inductance and of the mutual one at every distance (H,
+        complex; n, distances) at (n,) frequencies (Hz), the currents even.
+        """
+        share, lost = self._share
+        return np.asarray(share * self._of_target(frequencies) + 1j * (lost - share) * self._own_loss(frequencies))
+
     def endless_change(self, frequency: float) -> complex:
         """What an endless target would change of it (H, complex)."""
         return 0j if self._around.above is None else complex(self._of_target(np.array([frequency]))[0, 0])

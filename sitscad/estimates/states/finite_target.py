@@ -43,8 +43,9 @@ class TargetShares:
     """Share of an endless plate's effect by coil name and state, and what is worth saying about it.
 
     `shares` are of the inductance, `losses` of the resistance; the errors are relative, of every share. Targets that
-    are not `usual` may miss them. `covering` is how far the target reaches beyond all coils, in the larger of their
-    sizes (-inf: something behind the board, where even an endless one's effect may be farther off).
+    are not usual may miss them: `strangeness` is how near one is to that, 1 and more where it is not. `covering` is how
+    far the target reaches beyond all coils, in the larger of their sizes (-inf: something behind the board, where even
+    an endless one's effect may be farther off).
     """
 
     shares: Mapping[tuple[str, str], float]
@@ -52,7 +53,7 @@ class TargetShares:
     notes: tuple[str, ...]
     error: float = 0.0
     loss_error: float = 0.0
-    is_usual: bool = True
+    strangeness: float = 0.0
     is_thin: bool = False
     covering: float = -math.inf
 
@@ -60,11 +61,16 @@ class TargetShares:
         """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
         return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
 
-    def widened(self) -> TargetShares:
-        """The same of a target that should be solved and takes too long for that."""
+    @property
+    def is_usual(self) -> bool:
+        """Whether shares are right to their stated errors."""
+        return self.strangeness <= 1.0
+
+    def widened(self, part: float) -> TargetShares:
+        """The same of a target of whose effect a part should be solved and takes too long for that."""
         wider = WIDER_THIN if self.is_thin else WIDER
         errors = tuple(
-            eased(self.covering, COVERING / EASED, own + more, min(own + more, covered))
+            own + part * (eased(self.covering, COVERING / EASED, own + more, min(own + more, covered)) - own)
             for own, more, covered in zip((self.error, self.loss_error), wider, COVERED, strict=True)
         )
         said = TOO_LARGE.format(*(f"{100.0 * error:.0f}" for error in errors))
@@ -95,13 +101,15 @@ TOO_LARGE = (
 class TargetChanges:
     """What the target changes of the bare windings' inductance matrix (H, complex), by state: (2, coils, coils) at two
     `frequencies` (Hz), solved (`solved_target`). `errors` are what every coil's own change (H) and its loss (ohm) may
-    be off by at most, by state: (coils, 2), with the signs of change and loss.
+    be off by at most, by state: (coils, 2), with the signs of change and loss. `part` of it is solved, the rest is by
+    shares.
     """
 
     frequencies: Array
     changes: Mapping[str, NDArray[np.complex128]]
     errors: Mapping[str, Array]
     like: Callable[[Array], NDArray[np.complex128]]
+    part: float = 1.0
 
     def holds_at(self, low: float, high: float) -> bool:
         """Whether it was solved for tanks between two frequencies (Hz)."""
@@ -148,11 +156,11 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     errors = error, max(f.loss_error for f in found)
     notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
     is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
-    is_usual = not is_thin and _is_usual(spec, spec.target, states)
+    strange = max(OPAQUE * _skin_depth(spec.target) / spec.target.thickness, _strangeness(spec, spec.target, states))
     covering = -_uncovered(spec, spec.target) / max(spec.coil.size)
     if any(around.below is not None for around in states):
         covering = -math.inf
-    return TargetShares(shares, losses, tuple(notes), *errors, is_usual, is_thin, covering)
+    return TargetShares(shares, losses, tuple(notes), *errors, strange, is_thin, covering)
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
@@ -165,29 +173,34 @@ SHORTEST, LONGEST = 4.0, 2.0
 """The waves that matter of what that returns, over one by the coil's smaller side."""
 
 
-def _is_usual(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> bool:
-    """Whether shares are right to their stated errors: of a good conductor over coils as long as wide, or over longer
-    ones that it covers, with nothing behind the board or what reflects like a mirror. Others miss them now and then
-    (tests/validation/states_of_response.py): poor conductors and magnets by up to all of the loss.
+def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> float:
+    """How near a target is to one whose shares are not right to their stated errors (1): they are of a good conductor
+    over coils as long as wide, or over longer ones that it covers, with nothing behind the board or what reflects like
+    a mirror. Others miss them now and then (tests/validation/states_of_response.py): poor conductors and magnets by up
+    to all of the loss.
     """
     long, short = max(spec.coil.size), min(spec.coil.size)
-    if like_a_conductor(target, 0.25 * (long + short)) < 1.0 - PURE or target.thickness > THICKEST * min(target.size):
-        return False
-    if long - short > 1e-9 and (_is_askew(spec, target) or _uncovered(spec, target) > HANGING * short):
-        return False
-    if long > ASPECT * short and spec.coil.outline.sides:
-        return False
+    found = [(1.0 - like_a_conductor(target, 0.25 * (long + short))) / PURE,
+             target.thickness / (THICKEST * min(target.size))]  # fmt: skip
+    if long - short > 1e-9:
+        found += [_askew(spec, target) / TURNED, _uncovered(spec, target) / (HANGING * short)]
+    if spec.coil.outline.sides:
+        found.append(long / (ASPECT * short))
     waves = np.array([LONGEST, SHORTEST]) / short
-    behind = (around.below for around in states if around.above is not None and around.below is not None)
-    return all(bool(np.all(-reflection(waves, FREQUENCY, below.plates).real >= RETURNED)) for below in behind)
+    for around in states:
+        if around.above is not None and around.below is not None:
+            returned = float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
+            found.append(RETURNED / max(returned, 1e-9))
+    return max(found)
 
 
-def _is_askew(spec: SensorSpec, target: Target) -> bool:
-    """Whether coils longer than wide lie askew under the target, or not all alike: shares stand for one way to lie."""
+def _askew(spec: SensorSpec, target: Target) -> float:
+    """How far (rad) coils longer than wide lie askew under the target, or to each other: shares stand for one way to
+    lie.
+    """
     turns = [target.rotation - placement.rotation for placement in spec.array.placements]
-    if not target.outline.is_round and any(abs(math.remainder(turn, math.pi / 2)) > TURNED for turn in turns):
-        return True
-    return any(abs(math.remainder(turn - turns[0], math.pi)) > TURNED for turn in turns)
+    to_target = [] if target.outline.is_round else [math.remainder(turn, math.pi / 2) for turn in turns]
+    return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
 
 
 def _uncovered(spec: SensorSpec, target: Target) -> float:
