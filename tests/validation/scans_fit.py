@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
+from sitscad.estimates.response.placed import Cover
 from sitscad.estimates.response.plate import solved_plate
 from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.layout import lay_out
@@ -65,7 +66,8 @@ def tabulated(coil: str, size: float, fill: float, target: str, across: float, t
     """Logarithms of the change of L at the grid, (x, y, gap), +x of the target turned towards the coil by degrees."""
     spec = sensor(coil, size, fill, target, across)
     band = 0.95 * FREQUENCY, 1.05 * FREQUENCY
-    plate = solved_plate(spec, lay_out(spec).coils, band, None, GAPS[0], 8.0 * MM)
+    half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
+    plate = solved_plate(spec, lay_out(spec).coils, band, None, Cover(GAPS[0], 8.0 * MM, half))
     x, y, gap = (part.ravel() for part in np.meshgrid(*axes(), indexing="ij"))
     places = np.stack([x, y, np.exp(gap)], axis=1)
     turns = np.tile(turned(np.radians([[0.0, turn, 0.0]])), (len(places), 1, 1))

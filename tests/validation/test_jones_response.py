@@ -9,6 +9,8 @@ middle of the copper, fit best. The cheaper method of `physics.metal.finite_plat
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 import pytest
 from box_of_loops import endless_change
@@ -17,6 +19,7 @@ from tolerance import approx
 from wound_boards import of
 
 from sitscad import estimate, lay_out, load_text
+from sitscad.estimates.response.placed import Cover
 from sitscad.estimates.response.plate import solved_plate
 from sitscad.physics.constants import skin_depth
 from sitscad.physics.eddy.target import turned
@@ -76,7 +79,8 @@ def changes(spec, gaps, moves, turns=None):
         + 0.5 * np.abs(np.sin(angles[:, 0])) * spec.target.size[1]
     )
     lowest = float((places[:, 2] - tilt).min())
-    plate = solved_plate(spec, coils, (FREQUENCY, 1.05 * FREQUENCY), None, lowest, 9.0 * MM)
+    half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
+    plate = solved_plate(spec, coils, (FREQUENCY, 1.05 * FREQUENCY), None, Cover(lowest, 9.0 * MM, half))
     return 1e6 * np.einsum("pcc->pc", plate.changes(turned(angles), places)[0][0].real)
 
 
@@ -216,11 +220,18 @@ def test_a_tilt_along_the_coils_is_read_as_shear():
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", default="", help="the targets over whose poses ranges are told that have this in it")
+    only = parser.parse_args().only
     print("| what | thesis | ours |\n|---|---|---|")
     for name, (shape, size, *theirs) in TABLES.items():
+        if only not in name:
+            continue
         ours = ranges(sensor(target=shape, size=size))
         for what, one, other in zip(("dx normal", "dx shear", "dy normal", "dz normal"), theirs, ours, strict=True):
             print(f"| {name}, {what} (uH) | {one:.3f} | {other:.3f} |", flush=True)
+    if only:
+        return
     for name, (shape, size, shear, normal) in SHAPES.items():
         ours = ranges(sensor(target=shape, size=size))
         print(f"| {name}, dx shear (uH) | {shear} | {ours[1]:.2f} |")
