@@ -14,28 +14,31 @@ if TYPE_CHECKING:
 __all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
 
 
-def calibrate(design: Design, data: str | None = None, *, is_held: bool = False, points: int = 8) -> Calibration:
+def calibrate(design: Design, data: str | None = None, *, rotation: str | None = None, points: int = 8) -> Calibration:
     """The calibration of a design: without `data` the loads to take (so many `points`) and the map that is foretold,
     with the CSV file of a bench the map of the sensor that was measured.
 
-    `is_held`: loads leave the target level, as a flat face does that presses on it; else it tilts as it likes. Raises
-    `BenchError` (a ValueError) for a table that cannot be read, that no sensor of the design would give, or that no fit
-    settles on, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file that cannot be
-    opened.
+    `rotation` is "held" where loads leave the target level, as a flat face does that presses on it, "free" where it
+    tilts as it likes; left out it is what the file says in a line ``# rotation: free``, and "held" where that says
+    nothing, as in data sheets and packages. Raises `BenchError` (a ValueError) for a table that cannot be read, that no
+    sensor of the design would give, or that no fit settles on, MotionError (one, too) for another rotation, NoResponse
+    (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
     """
     from sitscad.calibration.bench_data import BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.maps.least_squares import NoFit
-    from sitscad.calibration.misfit import turned_fit
+    from sitscad.calibration.misfit import odd_reading, turned_fit
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
+    from sitscad.scene.motions import USUAL_ROTATION, is_held
 
+    asked = is_held(rotation or USUAL_ROTATION)
     if data is None:
-        return foretell(design.response, is_held, points)
+        return foretell(design.response, asked, points)
     table = read_table(data, [coil.name for coil in design.layout.coils])
-    table.require_rotation(is_held)
-    sensors = sensors_of(design.response, is_held)
+    level = table.is_held(rotation)
+    sensors = sensors_of(design.response, level)
     found = points_of(table, sensors)
     require_possible(table, found, sensors)
     require_plausible(table, found, sensors)
@@ -45,8 +48,11 @@ def calibrate(design: Design, data: str | None = None, *, is_held: bool = False,
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
                          "sensor's spec?") from error  # fmt: skip
     assert made.fit is not None
-    other = turned_fit(sensors, sensors_of(design.response, not is_held), found, made.fit)
-    said = "" if other is None else other.note
+    said = ""
+    if made.fit.cost > found.frequency.size:  # readings as expected leave no other way of loading much likelier
+        other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
+        said = "" if other is None else other.note
     require_told(table, found, sensors, made.fit, said)
     turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
-    return replace(made, remarks=(*((said,) if said else ()), *remarks), turned=turned)
+    told = [note for note in (said, odd_reading(table, found, sensors, made.fit)) if note]
+    return replace(made, remarks=(*told, *remarks), turned=turned)

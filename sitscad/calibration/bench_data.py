@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
-from sitscad.scene.motions import LOAD, POSE
+from sitscad.scene.motions import LOAD, POSE, ROTATIONS, USUAL_ROTATION
 from sitscad.scene.table_text import TableError, table_text
 
 Array = NDArray[np.float64]
@@ -32,9 +32,6 @@ a capacitor's value that the firmware was told."""
 KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm", "um")),
          **dict.fromkeys(POSE[3:], ("rad", "deg"))}  # fmt: skip
 """The units of every load and pose."""
-
-ROTATIONS = {"free": "free to tilt", "held": "kept level"}
-"""How a target may be loaded, as a table's line ``# rotation: held`` and the command's option say it."""
 
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
 """Such a line, and what it says."""
@@ -81,15 +78,18 @@ class Table:
     values: Array
     rotation: tuple[int, str] = (0, "")
 
-    def require_rotation(self, is_held: bool) -> None:
-        """Raises BenchError where the table says that its target was loaded otherwise, or neither of both."""
-        (line, said), asked = self.rotation, "held" if is_held else "free"
+    def is_held(self, asked: str | None) -> bool:
+        """Whether the target was kept level: as is `asked`, else as the table says, else as usual. Raises BenchError
+        where the table says otherwise than is asked, or neither of both.
+        """
+        line, said = self.rotation
         if said and said not in ROTATIONS:
             raise BenchError(f"{self.path}:{line}:1 rotation {said!r}: {' or '.join(ROTATIONS)} is read")
-        if said and said != asked:
+        if said and asked and said != asked:
             raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[said]}, and the map "
                              f"is asked for one {ROTATIONS[asked]}: `--rotation {said}`, or mend this line"
                              )  # fmt: skip
+        return (asked or said or USUAL_ROTATION) == "held"
 
     def where(self, row: int, column: Column) -> str:
         """The place of a number."""

@@ -25,6 +25,7 @@ from sitscad.estimates.performance.values import AXES, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
+from sitscad.scene.motions import ROTATIONS
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,11 @@ SHOWN = (3, 5)
 """Numbers of points whose error is shown beside that of a whole plan."""
 
 CHARTS = 3
-"""Charts that are made about a sensor far off, one after the other, before what was found is taken."""
+"""Charts that are made about a sensor, one after the other, before what was found is taken."""
+
+STRAYED = 2.0
+"""How many times larger errors may turn out by a chart about what was found, before the fit stays with the one before:
+far from all sensors one finds nothing there."""
 
 SURE = 0.95
 """Share of sensors, of all from which measured points may come, that a calibration's stated error holds for."""
@@ -97,7 +102,7 @@ class Calibration:
     @property
     def errors_are(self) -> str:
         """What `unit_errors` are errors of, in words."""
-        tilts = "kept level" if self.sensors.is_held else "free to tilt"
+        tilts = ROTATIONS[self.sensors.rotation]
         if self.plan is None:
             return (f"Error of the force, rms over all loads, the target {tilts}, that {100.0 * SURE:.0f} % of the "
                     "sensors stay below which these points may come from. Noise, hysteresis, creep and temperature "
@@ -110,13 +115,14 @@ class Calibration:
         """What there is to say of it."""
         found = [*self.sensors.range.notes, *self.remarks]
         if self.turned:
-            other, this = ("free to tilt", "kept level") if self.sensors.is_held else ("kept level", "free to tilt")
+            this = self.sensors.rotation
+            (other,) = (one for one in ROTATIONS if one != this)
             words = ", ".join(
                 f"{force:.3g} N of {AXIS_WORDS[name]} as {read:.3g} N" for name, force, read in self.turned
             )
-            found.append(f"made for a target that is {this}: of one {other} it reads {words} (half of the normal force "
-                         f"on it); `sitscad calibrate --rotation {'free' if self.sensors.is_held else 'held'}` makes "
-                         "the other map")  # fmt: skip
+            found.append(f"made for a target that is {ROTATIONS[this]}: of one {ROTATIONS[other]} it reads {words} "
+                         f"(half of the normal force on it); `sitscad calibrate --rotation {other}` makes the other map"
+                         )  # fmt: skip
         if len(self.map.axes) < 3:
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
         if self.fit is not None and self.fit.excess > SUSPECT:
@@ -147,7 +153,7 @@ class Calibration:
         full = self.map.full_scale
         found: dict[str, Any] = {
             "map": self.map.document(), "form": self.form.form.name, "is_calibrated": self.fit is not None,
-            "rotation": "held" if self.sensors.is_held else "free",
+            "rotation": self.sensors.rotation,
             "error_N": dict(zip(self.map.axes, self.map.error.tolist(), strict=True)),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
             "unit_errors": [{"of": one.of, "points": one.points,
@@ -165,7 +171,7 @@ class Calibration:
 
 
 @lru_cache(maxsize=4)
-def foretell(model: ResponseModel, is_held: bool = False, count: int = USUAL_POINTS) -> Calibration:
+def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
     """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
 
     Raises NoResponse where the design has no tank that oscillates or no pad, ValueError for too few or many points.
@@ -203,12 +209,22 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 
 
 @lru_cache(maxsize=4)
-def sensors_of(model: ResponseModel, is_held: bool = False) -> Sensors:
-    """The sensors of a design, charted once; raises NoResponse where it has no tank that oscillates, or no pad."""
+def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
+    """The sensors of a design, charted once; raises NoResponse where it has no tank that oscillates, no pad, or one
+    that gives way under the loads.
+    """
     sensors = Sensors(model, is_held)
     if model.estimates.readout.rcount is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
-    frequency = sensors.under(np.zeros(len(sensors.known)), sensors.range.corners)
+    drawn, corners = np.zeros(len(sensors.known)), sensors.range.corners
+    lost = corners[sensors.gives_way(drawn, corners)]
+    if len(lost):
+        said = ", ".join(f"{name} {force:.3g} N" for name, force in zip(AXES, lost[0], strict=True) if force)
+        raise NoResponse(
+            f"the pad gives way sideways under {said}, the target {ROTATIONS[sensors.rotation]}: no calibration "
+            "reaches that load; a thinner or stiffer pad" + ("" if is_held else ", or --rotation held")
+        )
+    frequency = sensors.under(drawn, corners)
     if not np.all(np.isfinite(frequency)):
         raise NoResponse("a tank of the design does not oscillate under the loads that are required")
     return sensors
@@ -238,21 +254,27 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
-    """The fit of a sensor, and the sensors about which it was charted: where the target rests or the pad is farther off
-    than any sensor's that a chart is made for, the fit goes on with a chart about what it found.
+    """The fit of a sensor, and the sensors about which it was charted: first by the chart that all sensors have in
+    common, then by one about what was found, no wider than that is unsure; again about that where it is farther off.
     """
-    fit, middle = fit_model(sensors, points), np.zeros(len(sensors.known))
+    fit = fit_model(sensors, points, rounds=1)
     moving = [one.name in (*POSE_ERRORS, *PAD_ERRORS) for one in sensors.known]
     for _ in range(CHARTS):
-        apart, far = np.abs(fit.moved - middle)[moving].max(), np.abs(fit.moved)[moving].max()
-        if apart <= WIDEST or far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
+        far = np.abs(fit.moved)[moving].max()
+        if far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
             break
-        nearer = replace(sensors, around=fit.errors)
+        # poses may lie beyond where loads take a sensor, as far as manufacture scatters
+        nearer = sensors.about(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
         try:
             again = fit_model(nearer, points, fit.errors)
         except NoFit:
+            again = None
+        if again is None or again.excess > STRAYED * max(fit.excess, SUSPECT):
+            return sensors, fit_model(sensors, points, fit.errors)
+        apart = np.abs((again.moved - fit.moved) / nearer.wide)[moving].max()
+        sensors, fit = nearer, again
+        if apart <= WIDEST:
             break
-        sensors, fit, middle = nearer, again, fit.moved
     return sensors, fit
 
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.calibration.bench_data import Table
 from sitscad.calibration.maps.least_squares import NoFit
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
+from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
+from sitscad.scene.motions import ROTATIONS
 
 Array = NDArray[np.float64]
 
@@ -22,6 +25,10 @@ is off by more than 2."""
 LIKELIER = 12.0
 """Difference of the fits' costs (twice a logarithm of likelihoods: odds of 400 to 1) from which on the other way of
 loading is said to be the true one."""
+
+ODD, ALONE = 4.0, 3.0
+"""Standard deviations from which on one coil's reading in one row is told, and how many times as far off it is then as
+rows are (their median)."""
 
 FEWEST, EXPLAINED = 6, 0.6
 """Points from which on a pattern is looked for, and the share of an axis' squared errors that it explains at least."""
@@ -61,6 +68,22 @@ def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
             amount = f"{fit.errors[k]:.3g} {'relative' if one.unit == '1' else one.unit}"
             yield (f"unusual: {one.name} is {far:+.1f} sigma of manufacture off ({amount}): {cause(one.name)}? The "
                    "forces are right for the loads of the table only if those are right")  # fmt: skip
+
+
+def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+    """A note on the one reading that the others contradict, with its row and coil; nothing where all are alike."""
+    off = np.where(points.at_rest[:, None], 0.0, fit.odd)
+    row, coil = np.unravel_index(int(np.argmax(off)), off.shape)
+    rows = off.max(axis=1)[~points.at_rest]
+    if off[row, coil] < max(ODD, ALONE * float(np.median(rows))):
+        return ""
+    place = table.named(sensors.coils[int(coil)])
+    assert place is not None
+    column = table.columns[place]
+    amount = table.values[row, place] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
+    return (f"{table.where(int(row), column)} {column.name} reads {amount:+.3g} {column.unit} off what the other rows "
+            f"foretell, {off[row, coil]:.0f} times what is expected: a slip of this reading, or another load than the "
+            "row says? Read that row again")  # fmt: skip
 
 
 def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
@@ -109,28 +132,27 @@ class Turned:
 
     likelier: float
     excess: float
-    is_held: bool
+    rotation: str
 
     @property
     def note(self) -> str:
         """What to say of it; nothing where it is not clearly better."""
         if self.likelier < LIKELIER:
             return ""
-        other, this, word = (("kept level", "free to tilt", "held") if self.is_held
-                             else ("free to tilt", "kept level", "free"))  # fmt: skip
-        return (f"the readings are those of a target that is {other}, not {this}, as far as the model knows (there "
-                f"they are {self.excess:.1f} times as far off as is expected): was it calibrated so? Then "
-                f"`--rotation {word}`, and the map is for such use")  # fmt: skip
+        (this,) = (one for one in ROTATIONS if one != self.rotation)
+        return (f"the readings are those of a target that is {ROTATIONS[self.rotation]}, not {ROTATIONS[this]}, as far "
+                f"as the model knows (there they are {self.excess:.1f} times as far off as is expected): was it "
+                f"calibrated so? Then `--rotation {self.rotation}`, and the map is for such use")  # fmt: skip
 
 
-def turned_fit(sensors: Sensors, other: Sensors, points: Points, fit: ModelFit) -> Turned | None:
-    """The fit of the same loads to a target that turns otherwise (`other`); None of poses, and of loads without shear,
-    which do not tell one from the other.
+def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:
+    """The fit of the same loads to a target that turns otherwise (`other`, asked for only then); None of poses, of
+    loads without shear, which do not tell one from the other, and where the pad gives way so.
     """
     if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
         return None
     try:
-        found = fit_model(other, points)
-    except NoFit:
+        found = fit_model(other(), points)
+    except (NoFit, NoResponse):
         return None
-    return Turned(fit.cost - found.cost, found.excess, other.is_held)
+    return Turned(fit.cost - found.cost, found.excess, other().rotation)

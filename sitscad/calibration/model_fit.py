@@ -15,8 +15,9 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
-ROUNDS = 2
-"""Rounds of a fit: with noise as expected, then as large as what was left shows, the chart set right where it is."""
+ROUNDS, NEAR = 4, 0.1
+"""Rounds of a fit at most: with noise as expected, then as large as what was left shows, the chart set right where it
+is; until one moves nothing by more (prior standard deviations)."""
 
 MOST = 100.0
 """How many times larger than expected errors of loads and model may turn out."""
@@ -45,8 +46,9 @@ class ModelFit:
     unknowns; in prior standard deviations) of what the fit leaves open, those among them that it does not look for; how
     many times larger than expected loads and model were off (`excess`), and are believed to be after so few points
     (`believed`); and, foretold by the other points, the force error of each point (n, axes; N; NaN at rest; None for
-    poses) and that of ln f over rest (n, coils). `cost` is that of the readings with errors as expected and of the
-    prior, in squares of standard deviations.
+    poses) and that of ln f over rest (n, coils); `slips` (n, coils) is the error of ln f of one coil alone that would
+    explain a point best, and `odd` (n, coils) by how many standard deviations, as errors are expected. `cost` is that
+    of the readings with errors as expected and of the prior, in squares of standard deviations.
     """
 
     errors: Array
@@ -57,26 +59,35 @@ class ModelFit:
     believed: float
     force_errors: Array | None
     reading_errors: Array
+    slips: Array
+    odd: Array
     settled: bool
     cost: float
 
 
-def fit_model(sensors: Sensors, points: Points, start: Array | None = None) -> ModelFit:
-    """The most likely errors of a sensor that read so (after drift is taken out); raises NoFit where none are found."""
+def fit_model(sensors: Sensors, points: Points, start: Array | None = None, rounds: int = ROUNDS) -> ModelFit:
+    """The most likely errors of a sensor that read so (after drift is taken out), in so many `rounds` at most; raises
+    NoFit where none are found.
+    """
     points = points.settled
     sigma = np.array([one.sigma for one in sensors.known])
     chosen = np.array([one.is_fitted for one in sensors.known])
     values = np.zeros(int(chosen.sum())) if start is None else (start / sigma)[chosen]
     given = np.log(points.frequency)
-    found = _first(_problem(sensors, points, given, values), values)
-    believed, cost = _believed(found, 1.0), found.cost
-    for _ in range(ROUNDS - 1):
-        errors = _errors(found.values, sigma, chosen)
+    problem = _problem(sensors, points, given, values)
+    # about a start the chart holds no farther than that is unsure: other beginnings would lead beyond it
+    found = _first(problem, values) if start is None else levenberg_marquardt(problem.residuals, values)
+    excess, believed = _excess(found, 1.0), _believed(found, 1.0)
+    for _ in range(rounds - 1):
+        before, errors = found.values, _errors(found.values, sigma, chosen)
         off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
         problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, believed)
         found = levenberg_marquardt(problem.residuals, found.values)
         excess, believed = _excess(found, believed), _believed(found, believed)
-    return replace(_told(problem, found, excess, believed), cost=cost)
+        if np.abs(found.values - before).max() < NEAR:
+            break
+    plain = _problem(sensors, points, problem.aim, found.values).residuals(found.values)
+    return replace(_told(problem, found, excess, believed), cost=float(plain @ plain + found.values @ found.values))
 
 
 def _first(problem: _Problem, values: Array) -> Fitted:
@@ -127,6 +138,7 @@ class _Problem:
     white: Array
     sigma: Array
     chosen: NDArray[np.bool_]
+    excess: float
 
     def residuals(self, values: Array) -> Array:
         """Independent errors of unit size, flat; infinite far from all that is made."""
@@ -145,14 +157,17 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess
         white = whiteners(sensors, _errors(values, sigma, chosen), points, excess)
     except np.linalg.LinAlgError as error:
         raise NoFit("the model foretells no readings where a fit went") from error
-    return _Problem(sensors, points, aim, white, sigma, chosen)
+    return _Problem(sensors, points, aim, white, sigma, chosen, excess)
 
 
 def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> ModelFit:
     """The fit as it is told: what every unknown came to, how sure it is, and what every point is off by."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = _errors(found.values, problem.sigma, problem.chosen)
-    alone = left_out(found, count)
+    alone, own = left_out(found, count)
+    left = found.residuals.reshape(count, -1)
+    pulled = np.einsum("ndc,nd->nc", problem.white, left)
+    weight = np.einsum("ndc,nde,nec->nc", problem.white, own, problem.white)
     reading = np.asarray(np.linalg.solve(problem.white, alone[:, :, None])[:, :, 0], dtype=float)
     force = None
     if points.loads is not None:
@@ -162,7 +177,8 @@ def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> M
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
     moved[problem.chosen] = found.values
     sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
-    return ModelFit(errors, moved, sure, _open(problem, found), excess, believed, force, reading, found.settled, 0.0)
+    return ModelFit(errors, moved, sure, _open(problem, found), excess, believed, force, reading, pulled / weight,
+                    problem.excess * np.abs(pulled) / np.sqrt(weight), found.settled, 0.0)  # fmt: skip
 
 
 def _open(problem: _Problem, found: Fitted) -> Array:
@@ -185,12 +201,12 @@ def _open(problem: _Problem, found: Fitted) -> Array:
     return np.asarray(covariance)
 
 
-def left_out(found: Fitted, count: int) -> Array:
+def left_out(found: Fitted, count: int) -> tuple[Array, Array]:
     """Residuals (count, each) of every point as the other points foretell it, to first order: what is left, over one
-    less the point's own pull.
+    less the point's own pull; and that (count, each, each).
     """
     left = found.residuals.reshape(count, -1)
     slopes = found.slopes.reshape(count, left.shape[1], -1)
     pull = slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
     own = np.eye(left.shape[1]) - pull
-    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0])
+    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0]), own

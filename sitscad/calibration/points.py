@@ -13,9 +13,6 @@ from sitscad.record import record
 
 Array = NDArray[np.float64]
 
-CHARTED = 0.006
-"""What a chart may be off by, of a reading's change from rest."""
-
 AT_REST = 1e-4
 """What a frequency at rest may be off by, by itself; all others are taken over it."""
 
@@ -104,7 +101,7 @@ def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0
     here = np.log(foretold(sensors, errors, points))
     rest = np.log(foretold(sensors, errors, _rest_of(points)))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * np.square(sensors.noise) / many)
-    charted = np.square(more * CHARTED * (here - rest))
+    charted = np.square(more * sensors.charted * (here - rest))
     square = np.zeros((len(points), noise.shape[1], noise.shape[1]))
     diagonal = np.arange(noise.shape[1])
     square[:, diagonal, diagonal] = noise + charted

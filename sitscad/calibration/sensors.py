@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.chart import Chart, chart, terminals
+from sitscad.calibration.chart import Chart, chart, terminals, without_target
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.calibration.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
@@ -30,6 +30,18 @@ KEPT = 500
 FARTHEST_SHEAR = 2.0
 """Shear, in halves of the pad's thickness, beyond which what a pad stiffens by grows no more: no law is held there."""
 
+FARTHEST_CHARTED = 1.25
+"""Travel aside, in thicknesses of the pad, up to which poses are charted: where the loads are to end for which the pad
+is trusted (`VALID_SHEAR`), and a quarter farther. A chart as far as the softest pad is sheared serves none."""
+
+SOLVED_WELL = 0.003
+"""What poses that are solved are off by, of a change: the largest of those that were held against another solver
+(tests/validation/random_poses.csv)."""
+
+LEAST_SURE, NOT_FITTED = 0.2, 0.1
+"""How sure (of prior standard deviations) the errors of a sensor are taken to be at the most when a chart is made about
+them; and how far those are moved that no fit looks for."""
+
 DRAWN, SEED = 40, 15
 """Sensors by which the box of poses is found, and the seed of their errors."""
 
@@ -39,13 +51,20 @@ class Sensors:
     """The sensors of a design: its response, and what they may be off by. `is_held`: whether loads leave targets level.
 
     Errors (unknowns) are those of one sensor, in the order of `known`; all zero is the sensor as it is drawn, `around`
-    (None: that one) the one about which the chart is made.
+    (None: that one) the one about which the chart is made, as wide as its errors are `sure` (unknowns; of prior
+    standard deviations; None: as wide as manufacture scatters).
     """
 
     model: ResponseModel
-    is_held: bool = False
+    is_held: bool = True
     around: Array | None = None
+    sure: Array | None = None
     pushed: dict[tuple[float, float, float, bytes], Array] = field(default_factory=dict)
+
+    @property
+    def rotation(self) -> str:
+        """Which of `ROTATIONS` the loads are put on with."""
+        return "held" if self.is_held else "free"
 
     @cached_property
     def known(self) -> tuple[Unknown, ...]:
@@ -65,9 +84,32 @@ class Sensors:
     @cached_property
     def chart(self) -> Chart:
         """The chart of all poses that the working range takes simulated sensors to."""
-        drawn = self._middle + np.vstack([np.zeros(len(self.known)), units(self.known, DRAWN, SEED)])
-        loads = np.vstack([np.zeros((1, 3)), self.range.corners])
-        return chart(self.model, np.stack([self.poses(errors, loads) for errors in drawn]), self._moved(loads))
+        drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
+        loads, pad = np.vstack([np.zeros((1, 3)), self.range.corners]), self.model.spec.elastomer
+        assert pad is not None
+        reached = np.stack([self.poses(errors, loads) for errors in drawn])
+        most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))
+        return chart(self.model, self.alone[0], reached, self._moved(loads), most)
+
+    @cached_property
+    def alone(self) -> tuple[Array, Array]:
+        """Inductances (H) and resistances (ohm) of the coils as drawn without the target, (coils,) each."""
+        return without_target(self.model)
+
+    @property
+    def charted(self) -> float:
+        """What a charted reading may be off by, of its change from rest."""
+        return max(self.chart.error, SOLVED_WELL)
+
+    def about(self, errors: Array, sure: Array) -> Sensors:
+        """The same sensors, charted about one whose errors were found and are `sure` (of prior standard deviations)."""
+        fitted = np.array([one.is_fitted for one in self.known])
+        return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
+
+    @property
+    def wide(self) -> Array:
+        """How wide the chart is, (unknowns; prior standard deviations)."""
+        return np.ones(len(self.known)) if self.sure is None else self.sure
 
     @property
     def _middle(self) -> Array:
@@ -79,7 +121,7 @@ class Sensors:
         (ways, unknowns, n, 6).
         """
         drawn = self.poses(self._middle, loads)
-        alone = WIDEST * np.diag([one.sigma for one in self.known])
+        alone = WIDEST * np.diag(self.wide * [one.sigma for one in self.known])
         return np.array(
             [[self.poses(self._middle + errors, loads) - drawn for errors in way * alone] for way in (-1.0, 1.0)]
         )
@@ -140,7 +182,7 @@ class Sensors:
         them by 1e-5.
         """
         inductance, resistance = terminals(self.model, poses) if exact else self.chart(poses)
-        off, free = named(self.known, errors), self.chart.free
+        off, free = named(self.known, errors), self.alone[0]
         changed = free + (inductance - free) * math.exp(off["target_change"])
         delay = self.model.tank.family.limit("drive_delay")
         found = []
@@ -158,7 +200,7 @@ class Sensors:
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the sensor as drawn without its target, jaw and shield where they are."""
         delay = self.model.tank.family.limit("drive_delay")
-        pairs = zip(self.model.networks, self.chart.free, self.chart.lost, strict=True)
+        pairs = zip(self.model.networks, *self.alone, strict=True)
         return np.array([tank_frequencies(network, np.array([own]), np.array([lost]), delay)[0][0]
                          for network, own, lost in pairs])  # fmt: skip
 

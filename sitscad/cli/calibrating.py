@@ -16,12 +16,10 @@ from sitscad.cli.telling import opened_or_told, print_result, say, told_errors
 @click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
 @click.option(
     "--rotation",
-    default="free",
-    show_default=True,
-    metavar="free|held",
-    help="Whether loads may tilt the target or a flat face keeps it level.",
+    metavar="held|free",
+    help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
-def calibrate(spec: str, data: str | None, output: str | None, points: int, rotation: str) -> int:
+def calibrate(spec: str, data: str | None, output: str | None, points: int, rotation: str | None) -> int:
     """Plan a calibration, or fit the points of DATA.
 
     Without DATA it writes plan.csv, the loads that tell most, and plan.txt, how to take them; and the map from counts
@@ -47,14 +45,14 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, or
     there is nothing to calibrate.
     """  # noqa: D301 - click asks for the control character itself
-    if rotation not in ("free", "held"):
-        raise click.BadParameter(f"{rotation!r} is not one of free, held", param_hint="--rotation")
+    if rotation not in (None, "held", "free"):
+        raise click.BadParameter(f"{rotation!r} is not one of held, free", param_hint="--rotation")
     loaded = opened_or_told(spec)
     if loaded is None:
         return 2
     design = sitscad.Design(loaded)
     try:
-        found = sitscad.calibrate(design, data, is_held=rotation == "held", points=points)
+        found = sitscad.calibrate(design, data, rotation=rotation, points=points)
     except sitscad.BenchError as error:
         say(str(error))
         return 2

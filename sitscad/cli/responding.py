@@ -64,7 +64,8 @@ def response(
       rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
                      a positive ry brings its +x side nearer to the board.
       normal         force towards the board, positive; shear_x and shear_y push
-                     along +x and +y. rotation=held keeps the target parallel.
+                     along +x and +y. A flat face keeps the target level, as in
+                     data sheets and plans; rotation=free lets it tilt.
       L, R           what the converter sees at the contacts, with everything
                      around and the other coils idle.
       by target      what the target alone changes of the winding's inductance.
@@ -80,7 +81,10 @@ def response(
       nonlinear      distance from the best straight line, of the range.
       crosstalk      error per full scale of another axis, of the range, after
                      the curved map (the data sheet has both).
-      error          the largest one-sigma error, and what it is mostly by.
+      error          the largest of the errors by cause, one sigma, that neither
+                     tare nor calibration takes away: also what shear does that
+                     the array does not measure. What a calibration leaves from
+                     unit to unit stands in the data sheet and in plan.txt.
       condition      of the map from loads to frequencies, in full scales: 1 is
                      best, far above 10 one axis is hardly told from another.
 

@@ -87,8 +87,11 @@ def _highest(found: InverseMap) -> int:
 
 def _tables(found: InverseMap) -> list[str]:
     """The map's numbers as constant arrays of C."""
-    lines = ["/* What every coil's relative change is multiplied with, then how they are mixed. */"]
-    lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
+    lines = []
+    if found.logarithmic:
+        lines += ["/* What every coil's relative change is multiplied with. */"]
+        lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
+    lines += ["/* How the coils are mixed. */"]
     lines += _matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix])
     lines += ["", "/* Where the map was made, with a margin; full scales (N). */"]
     lines += _array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND))

@@ -16,6 +16,7 @@ from sitscad.package.one_file import write_file
 from sitscad.papers import calibration_plan
 from sitscad.report.calibration import calibration_page
 from sitscad.report.findings import to_json
+from sitscad.scene.motions import ROTATIONS
 from sitscad.version import __version__
 from sitscad.writer import is_felt
 
@@ -45,7 +46,7 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     if not is_felt(design.spec):
         return {}
     try:
-        found = foretell(design.response, is_held=True)
+        found = foretell(design.response)
     except NoResponse:
         return {}
     if forced:
@@ -70,7 +71,7 @@ def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...
 
 def _state(found: Calibration) -> list[str]:
     """Whether the sensor was measured, and how it was loaded."""
-    tilts = "kept level" if found.sensors.is_held else "free to tilt"
+    tilts = ROTATIONS[found.sensors.rotation]
     if found.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
     return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.form.form.name}."]

@@ -10,11 +10,20 @@ from numpy.typing import NDArray
 from sitscad.calibration.calibrate import Calibration
 from sitscad.calibration.plan import Plan, load_names
 from sitscad.calibration.unknowns import usual
+from sitscad.scene.motions import ROTATIONS
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall (m/s^2), by definition."""
+
+
+LOADING = {
+    "held": ("a stiff flat plate presses on all of it, guided so that it stays parallel to the board (a linear stage,",
+             "a press stand), a load cell behind it; shear is a push on the plate. Weights and threads do not do so."),
+    "free": ("weights on its middle, threads glued to the middle of its outermost face.",),
+}  # fmt: skip
+"""How loads are put on, by rotation."""
 
 
 def table(found: Calibration, plan: Plan) -> bytes:
@@ -25,7 +34,7 @@ def table(found: Calibration, plan: Plan) -> bytes:
     head = [*load_names(sensors.range.axes), *(f"{coil}_counts" for coil in sensors.coils)]
     rows = [_numbers(load[sensors.range.columns]) + [""] * len(sensors.coils)
             for load in np.vstack([np.zeros((1, 3)), plan.loads])]  # fmt: skip
-    said = [f"# rotation: {'held' if sensors.is_held else 'free'}"]
+    said = [f"# rotation: {sensors.rotation}"]
     return ("\n".join(",".join(row) for row in [said, head, *rows]) + "\n").encode("ascii")
 
 
@@ -36,28 +45,23 @@ def _numbers(load: Array) -> list[str]:
 def words(found: Calibration, plan: Plan) -> bytes:
     """What to do, and what each point buys."""
     scope, readings = found.sensors.range, int(usual("readings"))
-    held = ("kept level by a flat face" if found.sensors.is_held
-            else "free to tilt: weights on it, threads glued to its middle")  # fmt: skip
-    option = " --rotation held" if found.sensors.is_held else ""
-    other = (
-        "Weights and threads leave the target free to tilt: leave out `--rotation held` then, and the map is that"
-        if found.sensors.is_held
-        else "Add `--rotation held` where a flat face keeps the target level: the map is that"
-    )
+    rotation = found.sensors.rotation
+    (other,) = (one for one in ROTATIONS if one != rotation)
     lines = [
         f"Calibration of the sensor {found.map.sensor}",
         "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
-        f"   {readings} readings (counts) of every coil. The target is {held}.",
-        "   The line `# rotation:` of plan.csv says so, too; calibrate refuses it where its option says the other, and",
-        "   tells where the readings look like the other.",
+        f"   {readings} readings (counts) of every coil. The target is {ROTATIONS[rotation]}:",
+        *(f"   {line}" for line in LOADING[rotation]),
+        "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings look",
+        "   like the other.",
         "3. The first row is the tare, without load. Repeat it between as often as you like, as a row of its own:",
         "   every row goes with the tare before it, so drift is taken out.",
-        f"4. `sitscad calibrate SPEC plan.csv{option}` fits the sensor, and writes calibration.h and calibration.json.",
-        f"   {other}",
-        "   of a target which is loaded so in use, too.",
+        "4. `sitscad calibrate SPEC plan.csv` fits the sensor, and writes calibration.h and calibration.json. The map",
+        f"   is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
+        f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.",
         "",
         "Rows may be left out from the end, and others added: these stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads; noise,",
@@ -68,16 +72,18 @@ def words(found: Calibration, plan: Plan) -> bytes:
         f"{'':>3}  {'the tare alone, not calibrated':<48}{_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]  # fmt: skip
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
-        lines.append(f"{number:>3}  {_load(load, scope.axes):<48}{_errors(error, scope.axes):<30}".rstrip())
-    lines += ["", "Weights by g = 9.80665 m/s^2.", *(f"Note: {note}." for note in found.notes), ""]
+        lines.append(f"{number:>3}  {_load(load, scope.axes, rotation):<48}{_errors(error, scope.axes):<30}".rstrip())
+    weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
+    lines += ["", *weighed, *(f"Note: {note}." for note in found.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")
 
 
-def _load(load: Array, axes: Sequence[str]) -> str:
+def _load(load: Array, axes: Sequence[str], rotation: str) -> str:
+    sides = [(k, name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
+    if rotation == "held":
+        return ", ".join([f"press {load[0]:.3g} N", *(f"push {load[k]:+.3g} N along {name}" for k, name in sides)])
     said = [f"{1e3 * load[0] / GRAVITY:.0f} g on it"]
-    for k, name in ((1, "x"), (2, "y")):
-        if f"shear_{name}" in axes and load[k]:
-            said.append(f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}")
+    said += [f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}" for k, name in sides]
     return ", ".join(said)
 
 

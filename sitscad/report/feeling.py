@@ -13,7 +13,8 @@ from sitscad.units import show
 Document = Mapping[str, Any]
 
 FELT_TITLE = (
-    "What the sensor feels, after a tare at rest, its target kept level; error: the largest that a calibration leaves"
+    "What the sensor feels, after a tare at rest, its target kept level; error: by the largest single cause that "
+    "neither tare nor calibration takes away"
 )
 
 FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",

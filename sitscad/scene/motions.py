@@ -21,8 +21,11 @@ Names = tuple[str, ...]
 POSE: Names = ("x", "y", "z", "rx", "ry", "rz")
 LOAD: Names = ("normal", "shear_x", "shear_y")
 
-ROTATIONS = ("free", "held")
-"""Whether a loaded target tilts as it likes, or a flat face keeps it parallel."""
+ROTATIONS = {"held": "kept level", "free": "free to tilt"}
+"""Whether a flat face keeps a loaded target level, or it tilts as it likes, in words. The first one is meant where
+nobody says: by data sheets and plans, `response`, `calibrate` and load cases alike."""
+
+USUAL_ROTATION = next(iter(ROTATIONS))
 
 LOAD_METHODS = ("law", "finite-elements")
 """How loads become poses: by the pad's law, or by finite elements, which take minutes."""
@@ -68,6 +71,13 @@ class Motions:
 
     def __len__(self) -> int:
         return len(self.poses) + len(self.loads) + len(self.cases)
+
+
+def is_held(rotation: str) -> bool:
+    """Whether a target that is loaded so is kept level; raises MotionError for what is none of `ROTATIONS`."""
+    if rotation not in ROTATIONS:
+        raise MotionError(f"rotation={rotation!r}: it is {' or '.join(ROTATIONS)}")
+    return rotation == "held"
 
 
 def dimension(name: str) -> str:
@@ -141,13 +151,11 @@ def _row(text: str, names: Names) -> tuple[list[float], bool]:
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
     """The values of "name=value, ..." by name, and of loads whether rotation is held."""
     found: dict[str, float] = {}
-    rotation = "free"
+    rotation = USUAL_ROTATION
     for part in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if name == "rotation" and names == LOAD:
-            if value not in ROTATIONS:
-                raise MotionError(f"rotation={value!r}: it is free or held")
-            rotation = value
+            rotation = "held" if is_held(value) else "free"
             continue
         if not equals or name not in names:
             raise MotionError(f"{part!r}: NAME=NUMBER is wanted, NAME one of {', '.join(names)}")
@@ -255,12 +263,12 @@ def _cells(
     where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
 ) -> tuple[list[float], bool]:
     """One row of a file: its values, and whether rotation is held."""
-    values, held = dict.fromkeys(names, 0.0), False
+    values, held = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
     for k, (name, factor) in columns.items():
         text = cells[k].strip()
         try:
             if name == "rotation":
-                held = _parts(f"rotation={text or 'free'}", names, _number)[1]
+                held = is_held(text or USUAL_ROTATION)
             elif text:
                 values[name] = _number(name, text) if factor is None else factor * float(text)
         except (MotionError, ValueError) as error:

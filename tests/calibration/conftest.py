@@ -22,8 +22,8 @@ def design():
 
 @pytest.fixture(scope="session")
 def foretold(design):
-    """The calibration of the design before anything is measured."""
-    return calibrate(design)
+    """The calibration of the design before anything is measured, its target free to tilt."""
+    return calibrate(design, rotation="free")
 
 
 @pytest.fixture(scope="session")
@@ -54,7 +54,7 @@ def table(tmp_path, sensors, bench):
         rows = [[*map(str, load), *map(str, count)] for load, count in zip(loads, counts, strict=True)]
         head, rows = change(head, rows)
         path = tmp_path / name
-        path.write_text("\n".join(",".join(row) for row in [head, *rows]) + "\n")
+        path.write_text("\n".join(",".join(row) for row in [head, *rows]) + "\n# rotation: free\n")
         return str(path)
 
     return written

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
+import sitscad
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibrate import calibrate_by
 from sitscad.calibration.maps.basis import exponents, monomials, spread
@@ -114,7 +115,28 @@ def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
     ((axis, force, read),) = foretold.turned
     assert axis == "shear_x" and force == sensors.range.shear and 0.3 * force < read < force
     assert any(f"as {read:.3g} N" in note and "--rotation held" in note for note in foretold.notes)
-    assert b"Add `--rotation held`" in calibration_files(foretold)["plan.txt"]
+    assert b"`sitscad calibrate SPEC --rotation held`" in calibration_files(foretold)["plan.txt"]
+
+
+def test_one_way_of_loading_is_meant_where_nobody_says(design):
+    """A package's plan was of a level target and spoke of weights and threads; the command and `respond` meant a free
+    one.
+    """
+    found = calibrate(design, points=3)
+    assert found.sensors.rotation == "held" == found.document()["rotation"]
+    files = calibration_files(found)
+    assert files["plan.csv"].startswith(b"# rotation: held\n")
+    plan = files["plan.txt"].decode()
+    assert "The target is kept level:" in plan and "flat plate" in plan and " g on it" not in plan
+    load = [[4.0, 0.4, 0.0]]
+    level, free = sitscad.respond(design, loads=load), sitscad.respond(design, loads=load, rotation="free")
+    assert not level.poses[0, 3:].any() and free.poses[0, 4] > 0.0
+    assert np.array_equal(sitscad.respond(design, loads=load, rotation="held").counts, level.counts)
+    assert sitscad.read_motions(loads=["normal=4"]).held.all()
+    with pytest.raises(ValueError, match="'loose': it is held or free"):
+        sitscad.respond(design, loads=load, rotation="loose")
+    with pytest.raises(ValueError, match="poses and cases"):
+        sitscad.respond(design, np.zeros((1, 6)), rotation="free")
 
 
 def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):

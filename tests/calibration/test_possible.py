@@ -165,7 +165,7 @@ def test_of_two_readings_counts_are_used_and_a_difference_is_told(table, sensors
 
 
 def test_a_table_without_a_fit_is_refused(table, design, monkeypatch):
-    def nothing(*given):
+    def nothing(*given, **more):
         raise NoFit("a fit ended where nothing is known of its values")
 
     monkeypatch.setattr(import_module("sitscad.calibration.calibrate"), "fit_model", nothing)

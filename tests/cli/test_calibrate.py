@@ -24,7 +24,7 @@ def test_a_bad_table_is_told_by_its_place(run, pair, tmp_path):
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [(["--rotation", "fixed"], "free, held"), (["--points", "2"], "3<=x<=40"), (["nowhere.csv"], "nowhere.csv")],
+    [(["--rotation", "fixed"], "held, free"), (["--points", "2"], "3<=x<=40"), (["nowhere.csv"], "nowhere.csv")],
 )
 def test_wrong_usage(run, pair, arguments, words):
     done = run("calibrate", pair, *arguments)
@@ -48,7 +48,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     assert planned.code in (0, 1) and "not calibrated" in planned.out
     before = json.loads((folder / "calibration.json").read_text())
     said, _, text = (folder / "plan.csv").read_text().partition("\n")
-    assert said == "# rotation: free"
+    assert said == "# rotation: held"
     rows = list(csv.DictReader(io.StringIO(text)))
     assert len(rows) == 6
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)

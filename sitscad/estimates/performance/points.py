@@ -56,7 +56,7 @@ def performance(model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | 
     working = working_range(bench)
     units = units_of(working, manufacturing_scatter(spec, model.estimates))
     warm = model.estimates.temperature + WARMER
-    warmer = estimated(model.layout, temperature=warm, is_solved=model.estimates.is_solved)
+    warmer = estimated(model.layout, temperature=warm, solved=model.estimates.solved)
     metal = by_metal(model.estimates, warmer, bench.rest)
     points, alike = disturbed(bench, metal), twins()
     return tuple(
@@ -200,7 +200,7 @@ def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
         "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
-        "above the pad tilts a free one, which reads otherwise (calibrate has --rotation free or held); only the error "
+        "above the pad tilts a free one, which reads otherwise (--rotation free is for that); only the error "
         f"by a force beside the middle is that of a free target{sooner}",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",

@@ -63,7 +63,7 @@ def render(
 def _calibration(response: ResponseModel) -> Calibration | None:
     """What a calibration of the design is foretold to do, its target kept level as all here; None without one."""
     try:
-        return foretell(response, is_held=True)
+        return foretell(response)
     except NoResponse:
         return None
 
