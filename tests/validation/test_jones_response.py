@@ -10,9 +10,14 @@ middle of the copper, fit best. The cheaper method of `physics.metal.finite_plat
 from __future__ import annotations
 
 import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in ("samples", "oracles")]  # as a program
+
 from box_of_loops import endless_change
 from plane_of_wires import output
 from tolerance import approx

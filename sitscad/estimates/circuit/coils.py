@@ -162,7 +162,7 @@ def handed_over(
     """A part of what was solved, with the rest by shares; the errors of both alike."""
     distances = _distances(layout)
     beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]
-    by_shares = _reflections(winding, assembly, beside[1:], [coil.name for coil in layout.coils], shares)
+    by_shares = _reflections(winding, assembly, beside[1:], [coil.name for coil in layout.coils], shares, {}, None)
     places = np.array([[beside.index(d) for d in row] for row in distances])
     middle = math.sqrt(float(np.prod(solved.frequencies)))
     changes, errors = {}, {}
