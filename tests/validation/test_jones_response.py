@@ -18,17 +18,17 @@ import pytest
 
 sys.path[:0] = [str(Path(__file__).parents[1] / name) for name in ("samples", "oracles")]  # as a program
 
-from box_of_loops import endless_change
-from plane_of_wires import output
-from tolerance import approx
-from wound_boards import of
+from box_of_loops import endless_change  # noqa: E402
+from plane_of_wires import output  # noqa: E402
+from tolerance import approx  # noqa: E402
+from wound_boards import of  # noqa: E402
 
-from sitscad import estimate, lay_out, load_text
-from sitscad.estimates.response.placed import Cover
-from sitscad.estimates.response.plate import solved_plate
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.eddy.target import turned
-from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share
+from sitscad import estimate, lay_out, load_text  # noqa: E402
+from sitscad.estimates.response.placed import Cover  # noqa: E402
+from sitscad.estimates.response.plate import solved_plate  # noqa: E402
+from sitscad.physics.constants import skin_depth  # noqa: E402
+from sitscad.physics.eddy.target import turned  # noqa: E402
+from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share  # noqa: E402
 
 MM, FREQUENCY = 1e-3, 5e6
 SCAN_GAP, NEAR, FAR = 0.95 * MM, 0.2 * MM, 1.06 * MM
