@@ -145,7 +145,7 @@ def test_a_pose_and_the_load_that_holds_it_are_one(plain):
 
 
 def test_a_pad_that_gives_way_says_so(plain):
-    found = plain.response.under(np.array([[60.0, 20.0, 0.0]]))
+    found = plain.response.under(np.array([[60.0, 20.0, 0.0]]), np.array([False]))
     assert np.isfinite(found.poses).all()
     assert any("gives way sideways" in note for note in found.notes[0])
 
