@@ -59,9 +59,7 @@ def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
     pad = spec.elastomer
     assert pad is not None
     for factor in THICKNESSES:
-        thickness = round(factor * pad.thickness * 1e5) * 1e-5
-        edit = Edit("elastomer.thickness", f"{1e3 * thickness:.6g}")
-        yield Fix((edit,), replace(spec, elastomer=replace(pad, thickness=thickness)))
+        yield _as_thick(spec, round(factor * pad.thickness * 1e5) * 1e-5)
 
 
 def other_metals(spec: SensorSpec) -> Iterator[Fix]:
@@ -109,3 +107,40 @@ def more_by_metal(spec: SensorSpec, left: Left) -> str:
 
 MORE = 1.2
 """Times the signal from which on another metal is named."""
+
+
+AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0))
+"""Thicknesses of pads (m) among which the one of most signal is looked for, as people write them."""
+
+
+def best_thickness(spec: SensorSpec, left: Left) -> str:
+    """The thickness of the pad with which the reading changes most over the required force and no other rule fails, and
+    how many times as much: a thinner pad brings the target nearer, a thicker one gives way more, so that there is one
+    best. Nothing where none is better by enough, or the search may not be long.
+    """
+    pad, here = spec.elastomer, left.share(spec)
+    if pad is None or not here or not left.wants_another():
+        return ""
+    best, most = "", MORE * here
+    thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
+    for steps in (thinner[::-1], thicker):
+        before = here
+        for fix in (_as_thick(spec, thickness) for thickness in steps):
+            broken = left(fix)
+            there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
+            if there < before:
+                break  # from there on it falls, or something fails
+            best, most, before = (fix.words, there, there) if there > most else (best, most, there)
+    return f"{best} gives {most / here:.2g} times the signal, more than any other (tried)" if best else ""
+
+
+SIGNAL_RULES = {"SIT215", "SIT217"}
+"""The rules that ask for more signal."""
+
+
+def _as_thick(spec: SensorSpec, thickness: float) -> Fix:
+    """The pad so thick (m)."""
+    pad = spec.elastomer
+    assert pad is not None
+    edit = Edit("elastomer.thickness", f"{1e3 * thickness:.6g}")
+    return Fix((edit,), replace(spec, elastomer=replace(pad, thickness=thickness)))

@@ -162,6 +162,7 @@ def test_ten_degrees_move_the_reading_about_as_far_as_is_said():
     assert 0.3 < moved / own_limits()["drift_of_ten_kelvin"].value < 2.0
 
 
+@pytest.mark.slow
 def test_a_magnetic_target_is_told_and_which_metal_gives_how_much_more():
     """17-4PH gave 0.06 % where 304 gives 0.7: softness and thickness were offered, and four rounds lost."""
     steel = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace("target.material", "stainless-17-4ph")
@@ -175,3 +176,20 @@ def test_a_magnetic_target_is_told_and_which_metal_gives_how_much_more():
         assert float(times) == approx(there / here, rel=0.05)
     copper = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     assert not list(other_metals(copper)), "there is no better conductor"
+
+
+def test_the_thickness_of_most_signal_is_named():
+    """Too thin a pad gives way too little, too thick a one keeps the target away; nobody said which is best."""
+    thick = """
+    {sitscad: 1, name: thick, array: {pattern: line, count: 2, pitch: 7}, readout: {capacitance: 150 pF},
+     coil: {shape: circle, outer_diameter: 6, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um},
+     target: {shape: rectangle, size: [7, 6], thickness: 0.3, material: copper},
+     elastomer: {shape: rectangle, size: [12, 6], thickness: 4, material: ecoflex-00-30},
+     requirements: {normal_force: 0.3 N}}
+    """
+    spec = sitscad.load_text(thick, "thick.yaml")
+    (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
+    assert found.hint.startswith("elastomer.thickness: 1.5 gives 2.5 times the signal, more than any other (tried)")
+    share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", mm)).estimates)[0].share)
+             for mm in (1.2, 1.5, 2.0, 4.0)}  # fmt: skip
+    assert share[1.5] == max(share.values()) and share[1.5] / share[4.0] == approx(2.5, rel=0.02)

@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.record import record
-from sitscad.remedy.feeling import more_by_metal
+from sitscad.remedy.feeling import best_thickness, more_by_metal
 from sitscad.remedy.search import Left
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import footprint
@@ -87,7 +87,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
-        advice=None if beside else lambda left: _by_metal(design.spec, left, _more_change(design.spec)),
+        advice=None if beside else lambda left: _more(design.spec, left, _more_change(design.spec)),
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
@@ -193,14 +193,16 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         drift=drift,
         scale=scale,
         hint=hint,
-        advice=lambda left: _by_metal(design.spec, left, hint),
+        advice=lambda left: _more(design.spec, left, hint),
     )
 
 
-def _by_metal(spec: SensorSpec, left: Left, otherwise: str) -> str:
-    """Another metal of the target before what else makes more signal, where trying finds one."""
-    metal = more_by_metal(spec, left)
-    return f"{metal}; {otherwise}" if metal else otherwise
+def _more(spec: SensorSpec, left: Left, otherwise: str) -> str:
+    """Another metal of the target, else another thickness of the pad, before what else makes more signal, where trying
+    finds one.
+    """
+    found = more_by_metal(spec, left) or best_thickness(spec, left)  # the best thickness is another one for each metal
+    return f"{found}; {otherwise}" if found else otherwise
 
 
 def _more_signal(spec: SensorSpec) -> str:
