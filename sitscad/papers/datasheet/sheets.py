@@ -110,13 +110,20 @@ def _sheets(
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
     table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
     last = _new(layout, "data sheet, contacts and limits", forced)
+    own = _new(layout, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
+    if own is not None:
+        table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
     low = TOP
-    for rows in (errors(felt), production(felt), incoming(bench), pinning(layout)):
+    for rows in (errors(felt), production(felt), [] if own is not None else incoming(bench), pinning(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
     fitting_paragraph(
         last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
     )
-    return [sheet for sheet in (first, assembly, curved, beyond, last) if sheet is not None]
+    return [sheet for sheet in (first, assembly, curved, beyond, last, own) if sheet is not None]
+
+
+MOST_BESIDE = 4
+"""Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own."""
 
 
 def _new(layout: Layout, what: str, forced: bool, scale: str = "") -> Sheet:
