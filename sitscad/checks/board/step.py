@@ -19,19 +19,22 @@ from sitscad.layout.tail.stiffening import tail_thickness
 from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
-from sitscad.spec.stackup import Stackup
+from sitscad.spec.stackup import Plating, Stackup
 
 GRAIN = 0.05e-3
 """Margins are named in steps of this (m)."""
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """What is special about a tail of fewer layers than the body, and what the plain build would cost."""
+    """What is special about a tail of fewer layers than the body, or about plated buttons; what the plain build costs."""
     layout, spec = design.layout, design.spec
     last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
-    if tail is None or last == count:
-        return
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)
+    if tail is None or last == count:
+        if layout.vias and stackup.plating is Plating.BUTTONS:
+            panel = _copper(stackup.built(Plating.PANEL, 0))
+            yield BUTTONS.found("fpc.plated", copper=_copper(stackup), panel=panel)
+        return
     plain = replace(spec, fpc=replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count)))
     radii = [least_bend_radius(each) for each in (spec, plain)]
     bent = f" and bends to {um(radii[1])} instead of {um(radii[0])}" if radii[0] and radii[1] else ""
@@ -132,6 +135,13 @@ SPECIAL = Case(
 )
 
 
+BUTTONS = Case(
+    "holes and their pads alone are plated (buttons), so that the tracks stay {copper} of foil: a build to ask for",
+    "a house plates the whole panel without being asked, which finishes the copper at {panel} (fpc.plated: panel; the "
+    "preset flex-2l-30um is such a board): have the buttons confirmed with the quotation",
+)
+
+
 STEP_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT130", "step", Severity.WARNING,
@@ -144,10 +154,10 @@ STEP_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT132", "build", Severity.NOTE,
         "A tail of fewer copper layers than the body is told: the order of its steps, its own coverlay, two "
-        "laminations, what is plated.",
+        "laminations, what is plated; so are holes and pads that alone are plated.",
         "Holes of the tail are plated before the rest is laminated on, which a service for prototypes does not do "
         "unasked; copper that is plated twice is thicker, has another resistance and wants wider lines.",
         "Leave fpc.tail.layers out where the tail need not bend tightly.",
-        "the build that fpc/readme.txt orders", ("tail",), special_build,
+        "the build that fpc/readme.txt orders", (), special_build,
     ),
 )  # fmt: skip

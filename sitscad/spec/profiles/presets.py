@@ -37,12 +37,12 @@ Row = Mapping[str, str]
 
 @cache
 def stackup(name: str) -> Stackup:
-    """A stack-up preset, plated over the whole panel in one step; raises KeyError where there is none of that name.
+    """A stack-up preset, plated in one step as its rows say; raises KeyError where there is none of that name.
 
     Rows of copper give its foil. Where it is not verified how much a fabricator plates, they give his finished copper.
     """
     rows = _rows("stackup", name)
-    extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "note")}
+    extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
     layers = tuple(
         StackLayer(
             LayerKind(row["kind"]),
@@ -58,7 +58,8 @@ def stackup(name: str) -> Stackup:
     wall = parse_quantity(extra["plating"]["thickness"], "length")
     is_stated = extra["plating"]["status"] == "verified"
     stackup = Stackup(name, layers, sources, wall, is_stated)
-    return stackup.built(Plating.PANEL, 0, finished=not is_stated)
+    method = Plating(extra["plated"]["made_of"]) if "plated" in extra else Plating.PANEL
+    return stackup.built(method, 0, finished=not is_stated)
 
 
 @cache

@@ -18,7 +18,7 @@ from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 
-_DEFAULT_STACKUP = {1: "flex-2l-18um", 2: "flex-2l-18um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
+_DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 _WRITTEN = "written out"
 USUAL_PLATING = 12e-6
@@ -126,7 +126,8 @@ def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup
     core = asked if asked is not None and 1 < asked < count else 0
     wall = document.plating or stackup.plating_thickness or USUAL_PLATING
     is_thin = written and min(stackup.copper[0].thickness, stackup.copper[-1].thickness) <= USUAL_PLATING
-    method = Plating(document.plated or (Plating.BUTTONS if is_thin and document.plating is None else Plating.PANEL))
+    usual = Plating.BUTTONS if is_thin and document.plating is None else stackup.plating
+    method = Plating(document.plated or usual)
     built = stackup.built(method, core, wall, finished=written or not stackup.is_plating_stated)
     if written and document.plating is None:
         part = "in the holes alone" if method is Plating.BUTTONS else "part of the outer copper"
