@@ -45,8 +45,9 @@ def _presets_in_figures() -> Iterator[str]:
     stackups = [presets.stackup(name) for name in presets.names("stackup")]
     yield _figures(
         "Stack-ups with a preset",
-        "From the top; finished copper is that of the plain build, its outer layers plated once over the whole panel, or as "
-        "the foil is where holes and pads alone are plated. OSH Park does not say whether its 35 um contain the plating. For `fpc.stackup`.",
+        "From the top; finished copper is that of the plain build, its outer layers plated once over the whole panel, "
+        "or the foil where holes and pads alone are plated. OSH Park does not say whether its 35 um contain plating. "
+        "For `fpc.stackup`.",
         ("name", "foil", "finished copper", "dielectric between", "in all"),
         [(s.name, _foils(s), _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC),
           show(s.thickness, "m", 4))

@@ -11,7 +11,7 @@ from sitscad.spec.profiles.fabricator import installed_rules
 OWN = "stackup: flex-2l-osh-park, rules: osh-park-flex"
 PADS = "tail: {length: 30, connector: solder-pads}"
 PLUG = "tail: {length: 30, connector: zif-0.5mm}"
-THIN, THICK = (f"stackup: {name}, rules: osh-park-flex, {PADS}" for name in ("flex-2l-18um", "flex-2l-35um"))
+THIN, THICK = (f"stackup: {name}, rules: osh-park-flex, {PADS}" for name in ("flex-2l-30um", "flex-2l-35um"))
 
 
 def spec(fpc):
@@ -40,7 +40,7 @@ def test_what_osh_park_lists_passes(judge):
         (f"stackup: flex-4l, rules: rehan-2l, {PADS}", "fpc.stackup", "copper layers: 4; rehan-2l offers 1, 2"),
         (f"stackup: flex-2l-18um, rules: rehan-4l, {PADS}", "fpc.stackup",
          "copper layers: 2; rehan-4l offers 3, 4, 5, 6, 7, 8"),
-        (f"stackup: flex-2l-18um, rules: {{based_on: shipco, foils: 35 um}}, {PADS}", "fpc.stackup",
+        (f"stackup: flex-2l-30um, rules: {{based_on: shipco, foils: 35 um}}, {PADS}", "fpc.stackup",
          "copper foil: 18 um (finished 30 um, of which 12 um are plated on); the spec (line 4) offers 35 um"),
     ],
 )  # fmt: skip
@@ -59,7 +59,7 @@ def test_foil_that_no_house_has_is_refused_although_the_finished_copper_is_in_it
     assert [message.partition(" (")[0] for *_, message in found] == [f"copper foil: {foil}"] * bool(foil)
 
 
-@pytest.mark.parametrize("name", ["flex-2l-12um", "flex-2l-18um", "flex-2l-35um"])
+@pytest.mark.parametrize("name", ["flex-2l-18um", "flex-2l-24um", "flex-2l-30um", "flex-2l-35um"])
 def test_presets_are_made_of_foils_that_houses_list(judge, name):
     for house in ("jselectronic", "rehan-2l", "wellpcb"):
         assert said(judge, f"stackup: {name}, rules: {house}, {PADS}") == []

@@ -44,7 +44,7 @@ TEXT = """
 sitscad: 1
 name: scatter
 coil: {shape: SHAPE, outer_diameter: 5, turns: 6, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
-fpc: {stackup: flex-2l-18um, plating: 17 um}
+fpc: {stackup: flex-2l-35um}
 readout: {device: ldc1614, capacitance: 470 pF}
 """
 
@@ -315,7 +315,7 @@ def test_copper_scatters_by_its_foil_and_by_its_plating():
 
 def test_what_a_fabricator_does_not_say_of_his_copper_is_in_doubt():
     """Whether OSH Park's 35 um contain the plating stands nowhere: they may come as 47 um and more."""
-    text = TEXT.replace("SHAPE", "circle").replace("flex-2l-18um, plating: 17 um", "flex-2l-osh-park")
+    text = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-osh-park")
     assert thickest_copper(load_text(text, "osh.yaml")) > 12.0 / 35.0
 
 

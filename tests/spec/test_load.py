@@ -33,13 +33,13 @@ def test_a_minimal_spec_takes_stated_defaults():
     spec = load_text(MINIMAL, "minimal.yaml")
     assert spec.coil.layers == (1,)
     assert [placement.centre for placement in spec.array.placements] == [(0.0, 0.0)]
-    assert spec.fpc.stackup.name == "flex-2l-18um"
+    assert spec.fpc.stackup.name == "flex-2l-30um"
     assert spec.fpc.rules.name == "generic-flex"
     assert spec.fpc.tail is spec.target is spec.elastomer is spec.mount is spec.shield is spec.encapsulation is None
     readout = spec.readout
     assert readout.device.name == "ldc1614"
     assert (readout.capacitance, readout.clock, readout.scan_rate) == (None, 40e6, 100.0)
-    assert "fpc.stackup: flex-2l-18um, the default for 1 coil layer" in spec.source.defaults
+    assert "fpc.stackup: flex-2l-30um, the default for 1 coil layer" in spec.source.defaults
     assert "readout.clock: 40 MHz, the default" in spec.source.defaults
     assert spec.source.path == "minimal.yaml"
 
@@ -71,8 +71,8 @@ def test_values_become_si():
 @pytest.mark.parametrize(
     ("layers", "name"),
     [
-        (1, "flex-2l-18um"),
-        (2, "flex-2l-18um"),
+        (1, "flex-2l-30um"),
+        (2, "flex-2l-30um"),
         (3, "flex-4l"),
         (4, "flex-4l"),
         (5, "flex-6l"),
@@ -104,13 +104,13 @@ def test_a_stackup_can_be_written_out():
         "fpc:",
         "  stackup:",
         "    - {coverlay: 27.5 um}",
-        "    - {copper: 47 um}",
+        "    - {copper: 30 um}",
         "    - {dielectric: 25 um, material: polyimide}",
-        "    - {copper: 47 um}",
+        "    - {copper: 30 um}",
         "    - {coverlay: 27.5 um, permittivity: 3}",
     )
     # what films a layer is laminated from is the preset's to say
-    of_preset = [replace(layer, made_of="") for layer in presets.stackup("flex-2l-35um").layers]
+    of_preset = [replace(layer, made_of="") for layer in presets.stackup("flex-2l-30um").layers]
     for own, other in zip(spec.fpc.stackup.layers[:-1], of_preset[:-1], strict=True):
         assert replace(own, thickness=other.thickness) == other
         assert own.thickness == approx(other.thickness, rel=1e-9)
@@ -138,11 +138,14 @@ def test_a_written_stackup_gives_finished_copper_and_its_foil_is_what_plating_le
     assert bare.plating_thickness == 0.0 and bare.copper[0].foil == 35e-6
 
 
-def test_a_preset_names_its_foil_and_is_plated_on_top_of_it():
-    stackup = loaded("fpc:", "  stackup: flex-2l-18um").fpc.stackup
+def test_a_preset_is_plated_on_top_of_its_foil_as_the_spec_says():
+    stackup = loaded("fpc:", "  stackup: flex-2l-30um").fpc.stackup
     assert [(layer.foil, layer.thickness) for layer in stackup.copper] == [approx((18e-6, 30e-6), rel=1e-9)] * 2
-    more = loaded("fpc:", "  stackup: flex-2l-18um", "  plating: 15 um").fpc.stackup
+    more = loaded("fpc:", "  stackup: flex-2l-30um", "  plating: 15 um").fpc.stackup
     assert [layer.thickness for layer in more.copper] == approx([33e-6] * 2, rel=1e-9)
+    for name, finished in (("flex-2l-18um", 18e-6), ("flex-2l-18um\n  plated: panel", 30e-6)):
+        copper = loaded("fpc:", f"  stackup: {name}").fpc.stackup.copper
+        assert [layer.thickness for layer in copper] == approx([finished] * 2, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -183,8 +186,8 @@ def test_plating_that_cannot_be_is_named(lines):
 
 
 def test_the_scatter_of_a_written_stackup_is_that_of_the_preset_it_repeats():
-    preset = loaded("fpc: {stackup: flex-2l-35um}")
-    own = loaded("fpc:", f"  stackup: {ROWS % ('47 um', '47 um')}")
+    preset = loaded("fpc: {stackup: flex-2l-30um}")
+    own = loaded("fpc:", f"  stackup: {ROWS % ('30 um', '30 um')}")
     assert sigmas(own) == approx(sigmas(preset), rel=1e-9)
 
 

@@ -193,10 +193,10 @@ MINIATURE = "{shape: circle, outer_diameter: 3.5, turns: 6.5, layers: 2, trace_w
 
 def test_capacitance_and_resonance_of_the_thesis_coils():
     """6 to 8 pF and 35 to 41 MHz for 7 mm, about 2 pF and 200 MHz for 3.5 mm (their own overlap estimate)."""
-    own, _, resonance = of(SEVEN, "flex-2l-18um, plating: 17 um")
+    own, _, resonance = of(SEVEN, "flex-2l-35um")
     assert 6e-12 < own < 8.5e-12
     assert 34e6 < resonance < 41e6
-    own, _, resonance = of(MINIATURE, "flex-2l-18um, plating: 17 um")
+    own, _, resonance = of(MINIATURE, "flex-2l-35um")
     assert own == approx(2e-12, rel=0.1)
     assert resonance == approx(200e6, rel=0.05)
 

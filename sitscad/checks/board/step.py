@@ -26,7 +26,7 @@ GRAIN = 0.05e-3
 
 
 def special_build(design: Design) -> Iterator[Verdict]:
-    """What is special about a tail of fewer layers than the body, or about plated buttons; what the plain build costs."""
+    """What is special about a tail of fewer layers than the body, or about buttons; what the plain build would cost."""
     layout, spec = design.layout, design.spec
     last, count, tail = tail_copper(layout), layout.copper_layers, spec.fpc.tail
     stackup = spec.fpc.stackup.built(spec.fpc.stackup.plating, 0)

@@ -16,6 +16,7 @@ from sitscad.spec.load import load_text
 from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
 from sitscad.spec.profiles import presets
 from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.stackup import Plating
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
@@ -104,12 +105,14 @@ def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
     assert [layer.thickness for layer in stackup.copper] == approx([30e-6, 18e-6, 18e-6, 30e-6], rel=1e-6)
 
 
-@pytest.mark.parametrize("foil", [12, 18, 35])
-def test_a_two_layer_stackup_is_called_by_its_foil(foil):
-    stackup = presets.stackup(f"flex-2l-{foil}um")
+@pytest.mark.parametrize(("finished", "foil"), [(18, 18), (24, 12), (30, 18), (35, 35)])
+def test_a_two_layer_stackup_is_called_by_its_finished_copper(finished, foil):
+    """That of 18 and 35 um is foil, its holes and pads alone plated: files written for these names keep their meaning."""
+    stackup = presets.stackup(f"flex-2l-{finished}um")
     assert [layer.foil for layer in stackup.copper] == approx([foil * 1e-6] * 2, rel=1e-9)
-    assert [layer.thickness for layer in stackup.copper] == approx([(foil + 12) * 1e-6] * 2, rel=1e-9)
-    assert stackup.copper[0].z - stackup.copper[1].z == approx((foil + 37) * 1e-6, rel=1e-9)
+    assert [layer.thickness for layer in stackup.copper] == approx([finished * 1e-6] * 2, rel=1e-9)
+    assert stackup.copper[0].z - stackup.copper[1].z == approx((finished + 25) * 1e-6, rel=1e-9)
+    assert stackup.plating is (Plating.BUTTONS if finished == foil else Plating.PANEL)
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))

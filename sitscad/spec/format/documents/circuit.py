@@ -120,8 +120,8 @@ class FpcDocument(Section):
 
     stackup: str | list[LayerDocument] | None = key(
         StackupChoice,
-        "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or flex-8l, "
-        "after the coil's layers, if left out",
+        "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or "
+        "flex-8l, after the coil's layers, if left out",
         None,
     )
     plating: float | None = key(
@@ -133,7 +133,8 @@ class FpcDocument(Section):
     plated: str | None = key(
         Choice(tuple(Plating)),
         "what is plated with the holes. panel: all outer copper before it is etched; pattern: the tracks, on foil that "
-        "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. If left out panel, or as the preset is",
+        "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. If left out as the "
+        "preset has it, of written layers panel",
         None,
     )
     rules: str | RulesDocument = key(
