@@ -107,7 +107,7 @@ def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
 
 @pytest.mark.parametrize(("finished", "foil"), [(18, 18), (24, 12), (30, 18), (35, 35)])
 def test_a_two_layer_stackup_is_called_by_its_finished_copper(finished, foil):
-    """That of 18 and 35 um is foil, its holes and pads alone plated: files written for these names keep their meaning."""
+    """That of 18 and 35 um is foil with plated holes and pads: files written for these names keep their meaning."""
     stackup = presets.stackup(f"flex-2l-{finished}um")
     assert [layer.foil for layer in stackup.copper] == approx([foil * 1e-6] * 2, rel=1e-9)
     assert [layer.thickness for layer in stackup.copper] == approx([finished * 1e-6] * 2, rel=1e-9)
