@@ -241,8 +241,8 @@ def respond(
     as in `sitscad.scene.pose.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons), or
     in a load case that the spec's section `loads` names, or several; "all" is every one of them.
 
-    `rotation` goes with `loads`: "held", a flat face keeps the target level (so where it is left out, in data sheets
-    and in plans of calibrations), or "free", it tilts as it likes. A case says so itself.
+    `rotation` goes with `loads`: "free", the target tilts as it likes (so where it is left out), or "held", a
+    flat face keeps it level, as in data sheets and calibrations. A case says so itself.
 
     `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
     `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises

@@ -31,7 +31,8 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
-    from sitscad.scene.motions import USUAL_ROTATION, is_held
+    from sitscad.calibration.bench_data import USUAL_ROTATION
+    from sitscad.scene.motions import is_held
 
     asked = is_held(rotation or USUAL_ROTATION)
     if data is None:

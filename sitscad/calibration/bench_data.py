@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
-from sitscad.scene.motions import LOAD, POSE, ROTATIONS, USUAL_ROTATION
+from sitscad.scene.motions import LOAD, POSE, ROTATIONS
 from sitscad.scene.table_text import TableError, table_text
 
 Array = NDArray[np.float64]
@@ -35,6 +35,9 @@ KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm
 
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
 """Such a line, and what it says."""
+
+USUAL_ROTATION = "held"
+"""Of a table that does not say: a flat face keeps the target level, as in the data sheet."""
 
 LARGEST = 16_000_000
 """Bytes at most of a file."""

@@ -64,8 +64,9 @@ def response(
       rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
                      a positive ry brings its +x side nearer to the board.
       normal         force towards the board, positive; shear_x and shear_y push
-                     along +x and +y. A flat face keeps the target level, as in
-                     data sheets and plans; rotation=free lets it tilt.
+                     along +x and +y. The target tilts as it likes; with
+                     rotation=held a flat face keeps it level, as in data sheets
+                     and calibrations.
       L, R           what the converter sees at the contacts, with everything
                      around and the other coils idle.
       by target      what the target alone changes of the winding's inductance.

@@ -22,10 +22,10 @@ POSE: Names = ("x", "y", "z", "rx", "ry", "rz")
 LOAD: Names = ("normal", "shear_x", "shear_y")
 
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
-"""Whether a flat face keeps a loaded target level, or it tilts as it likes, in words. The first one is meant where
-nobody says: by data sheets and plans, `response`, `calibrate` and load cases alike."""
+"""Whether a flat face keeps a loaded target level, or it tilts as it likes, in words."""
 
-USUAL_ROTATION = next(iter(ROTATIONS))
+USUAL_ROTATION = "free"
+"""Of a load that does not say. Data sheets, calibrations and load cases are of a level target."""
 
 LOAD_METHODS = ("law", "finite-elements")
 """How loads become poses: by the pad's law, or by finite elements, which take minutes."""

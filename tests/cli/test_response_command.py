@@ -36,8 +36,8 @@ def test_text_says_pose_reading_and_notes(run, pair):
     for word in ("C1", "C2", "counts", "uH", "MHz"):
         assert word in done.out
     assert "What the sensor feels" in run("response", pair, "--performance").out
-    assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=free").out != done.out
-    assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out == done.out
+    assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out != done.out
+    assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=free").out == done.out
 
 
 def test_csv_has_a_row_a_point(run, pair):
