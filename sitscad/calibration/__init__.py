@@ -24,14 +24,13 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     sensor of the design would give, or that no fit settles on, MotionError (one, too) for another rotation, NoResponse
     (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
     """
-    from sitscad.calibration.bench_data import BenchError, points_of, read_table
+    from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.maps.least_squares import NoFit
     from sitscad.calibration.misfit import odd_reading, turned_fit
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
-    from sitscad.calibration.bench_data import USUAL_ROTATION
     from sitscad.scene.motions import is_held
 
     asked = is_held(rotation or USUAL_ROTATION)
