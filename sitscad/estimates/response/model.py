@@ -153,11 +153,11 @@ class ResponseModel:
         self, loads: Array, held: NDArray[np.bool_] | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
     ) -> Response:  # fmt: skip
-        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,) or free, as it is where
-        that is left out; poses by the pad's law, or by finite elements (see `elements.pushed_by_elements`).
+        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it is
+        left out) or free; poses by the pad's law, or by finite elements (see `elements.pushed_by_elements`).
         """
         loads = np.asarray(loads, dtype=float).reshape(-1, 3)
-        level = np.zeros(len(loads), dtype=bool) if held is None else held
+        level = np.ones(len(loads), dtype=bool) if held is None else held
         poses, said = (_by_elements if by_elements else pushed)(self.spec, loads, level)
         found = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
