@@ -56,6 +56,12 @@ def _importable(name: str) -> bool:
     return importlib.util.find_spec(name) is not None
 
 
+@pytest.fixture(autouse=True)
+def unfolded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Text comes as in a pipe, however wide the terminal is that the tests run in."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+
 @contextmanager
 def as_nobody() -> Iterator[None]:
     """Root gives up its right to write anything, for a while; others have none to give up."""

@@ -52,7 +52,7 @@ def test_every_word_of_a_row_has_a_value_and_every_value_a_word(path):
     for call, cases in by_call.items():
         keywords = {keyword.arg for keyword in call.keywords}
         has_hint = "hint" in keywords
-        asked = [words(case.message) | (set() if has_hint else words(case.hint)) for case in cases]
+        asked = [words(case.message + case.detail + ("" if has_hint else case.hint)) for case in cases]
         if None not in keywords:  # some values come as a mapping
             assert set().union(*asked) - {"measured", "limit"} == keywords - GIVEN, ast.unparse(call)
         assert all(case.grave is not None for case in cases) or "is_grave" not in keywords

@@ -159,9 +159,9 @@ def test_contacts_with_the_fabricators_tolerance(judge, bench):
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=wide)))
     (found,) = judge("SIT124", layout.spec, layout)
     assert found.severity is Severity.NOTE and found.key == "fpc.tail.connector"
-    assert "228.5 um to 348.5 um" in found.message
+    assert "252.5 um to 372.5 um" in found.message
     assert judge("SIT124", layout.spec, replace(layout, stiffener=replace(bench.stiffener, thickness=1 * MM))) == []
     loose = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 1 * MM})
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=loose)))
     (found,) = judge("SIT124", layout.spec, layout)
-    assert "come out 0 mm to 1.289 mm thick" in found.message and "-" not in found.message.split("thick")[0]
+    assert "come out 0 mm to 1.313 mm thick" in found.message and "-" not in found.message.split("thick")[0]

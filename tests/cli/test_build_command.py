@@ -173,7 +173,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
 
 def test_of_several_specs_every_line_names_its_own(run):
     said = run("build", "good.yaml", "weak.yaml", "--check", "--only", "firmware").err
-    lines = [line for line in said.splitlines() if not line.startswith((" ", "sitscad: "))]
+    lines = [line for line in said.splitlines() if line and not line.startswith((" ", "sitscad: "))]
     assert lines and all(line.startswith(("good.yaml:", "weak.yaml:")) for line in lines)
     assert "weak.yaml: not ok: " in said and "good.yaml: ok: " in said
 

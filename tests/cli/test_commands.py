@@ -6,6 +6,7 @@ import json
 import re
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad import cli
@@ -86,7 +87,10 @@ def test_estimate_prints_numbers_whatever_the_rules_say(run):
     assert document["sitscad"] == sitscad.__version__
     assert document["spec"] == "weak.yaml"
     coil = document["coils"][0]
-    assert 0 < coil["winding_inductance_H"] < coil["terminal_inductance_H"] < 1e-5
+    parts = coil["inductance_parts_H"]
+    assert 0 < parts["winding"] == coil["winding_inductance_H"] < 1e-5
+    assert parts["leads"] + parts["tail"] > 0 > parts["crowding"]
+    assert sum(parts.values()) == approx(coil["terminal_inductance_H"], rel=1e-9)
     assert set(coil["states"]) == {"free"}, "nothing is above or behind this coil"
     assert len(document["inductance_matrix_H"]) == 1
 

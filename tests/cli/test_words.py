@@ -68,13 +68,12 @@ def test_verify_on_a_light_installation_is_one_sentence(run, monkeypatch, packag
 
 
 def test_the_template_to_start_from_states_what_is_computed_for_it():
-    """Its comment gave the resistance at rest for the pressed state, too, and a frequency of another coil."""
+    """Its comment gave the resistance at rest for the pressed state, too."""
     text = templates.read("grasper_4layer")
     coil = sitscad.estimate(sitscad.lay_out(sitscad.load_text(text, "it.yaml"))).coils[0]
     free, rest, pressed = (f"{coil.states[s].parallel_resistance / 1e3:.1f}" for s in ("free", "rest", "pressed"))
     words = " ".join(text.replace("\n# ", " ").split())
     assert f"{free} kohm free, {rest} kohm at rest and {pressed} kohm pressed" in words
-    assert f"about {coil.sensor_frequency / 1e6:.1f} MHz free" in words
 
 
 def test_estimate_says_why_its_frequency_is_not_that_of_l_and_c_alone(run):

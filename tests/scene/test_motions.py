@@ -74,7 +74,7 @@ def test_a_column_that_is_neither_is_refused(tmp_path, head):
         ({"poses": ["x=inf"]}, "finite"),
         ({"poses": ["x=1 deg"]}, "unit of angle"),
         ({"poses": ["x=abc"]}, "abc"),
-        ({"loads": ["normal=1,rotation=loose"]}, "free or held"),
+        ({"loads": ["normal=1,rotation=loose"]}, "held or free"),
         ({"scans": ["x=1:2"]}, "FIRST:LAST:COUNT"),
         ({"scans": ["x=1:2:0"]}, "a COUNT from 1 to 2000000 is wanted"),
         ({"scans": ["x=1:2:2000001"]}, "a COUNT from 1 to 2000000 is wanted"),

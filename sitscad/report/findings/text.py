@@ -31,11 +31,15 @@ def as_text(checked: Sequence[CheckedSpec], manner: Manner = _BRIEF) -> str:
     groups = [group for spec in checked for group in _findings_text(spec, manner)]
     if manner.verbose or not name_it:
         groups += [_figures_text(spec, name_it, manner) for spec in checked]
-    last = _not_checked_text(checked, name_it, manner)
+    name = _named(checked[0], manner.named) if len(checked) == 1 else ""
+    if manner.verbose:
+        last = [line for spec in checked for line in _reasons_text(spec, name_it, manner)]
+    else:
+        last = _not_checked_text(checked, name, manner)
     last += [line for spec in checked for line in _ignored_text(spec, name_it, manner)]
-    name = f"{printable(checked[0].path)}: " if manner.named and len(checked) == 1 else ""
-    said = name + (summary(checked, colour) if manner.verbose else verdict(checked, colour) + _unsaid(checked, manner))
-    return "\n\n".join("\n".join(group) for group in (*groups, [*last, *_fixes_text(checked), said]) if group) + "\n"
+    said = summary(checked, colour) if manner.verbose else verdict(checked, colour) + _unsaid(checked, manner)
+    last += [name + line for line in (*_fixes_text(checked), said)]
+    return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
 
 def _findings_text(spec: CheckedSpec, manner: Manner) -> list[list[str]]:
@@ -135,15 +139,13 @@ _UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V
 """A number and its unit stand in one line."""
 
 
-def _not_checked_text(checked: Sequence[CheckedSpec], name_it: bool, manner: Manner) -> list[str]:
-    """The rules that were not checked: their number, and the reason if it is one; all of them in the whole form."""
-    if manner.verbose:
-        return [line for spec in checked for line in _reasons_text(spec, name_it, manner)]
+def _not_checked_text(checked: Sequence[CheckedSpec], name: str, manner: Manner) -> list[str]:
+    """How many rules were not checked, and the reason if it is one, in a line that `name` begins."""
     reasons = [skipped.reason for spec in checked for skipped in spec.not_checked]
     if not reasons:
         return []
     several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
-    return _dim(_folded(f"not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, manner), manner)
+    return _dim(_folded(f"{name}not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, manner), manner)
 
 
 def _reasons_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
