@@ -65,7 +65,7 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     assert list(found) == ["normal_resolution", "crosstalk", "tilt_error"]
     assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
     checked = sitscad.as_configured(asked, result)
-    line = "felt: +normal resolution by noise alone 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\)\n +crosstalk"
+    line = "felt: +normal resolution by noise alone 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\)\n +cross"
     assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
     document = json.loads(as_json([checked]))["specs"][0]
     assert [each["rule"] for each in document["felt"]] == ["SIT401", "SIT403", "SIT404"]

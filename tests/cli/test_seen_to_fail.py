@@ -121,9 +121,9 @@ def test_a_large_coil_of_very_thick_copper_has_numbers(tmp_path):
 
 
 def target_of(material, tmp_path):
-    """What is checked and estimated of a target over the whole coil, far enough for shares of an endless one to hold."""
+    """What is checked and estimated of a target over the whole coil, where shares of an endless one hold."""
     spec = tmp_path / "seen.yaml"
-    parts = f"target: {{size: 8, thickness: 0.2, material: {material}}}\nelastomer: {{thickness: 1}}\n"
+    parts = f"target: {{size: 8, thickness: 0.2, material: {material}}}\nelastomer: {{thickness: 1.5}}\n"
     spec.write_text(f"sitscad: 1\nname: seen\n{COIL}{parts}", encoding="utf-8")
     read = sitscad.load(spec)
     return sitscad.check(read), sitscad.estimate(sitscad.lay_out(read))

@@ -61,9 +61,9 @@ def steel():
 
 
 def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
-    """By inductance alone the noise in newtons was 18, 72 and 117 % off, and a tilt's errors by half."""  # copper of 30 um: less loss at rest, so that the steel's counts for more, 2.3 % of noise
+    """By inductance alone the noise in newtons was 18, 72 and 117 % off, and a tilt's errors by half."""
     quick = quick_performance(steel.layout, steel.estimates)
-    for point, other in zip(quick.points, steel.performance, strict=True):
+    for point, other in zip(quick.points, steel.performance, strict=True):  # 30 um of copper: the steel has more of R
         assert point.noise == approx([axis.resolution for axis in other.axes.values()], rel=0.03)
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
         assert point.tilt_errors(other.tilt) == approx(errors, abs=0.03 * errors.max())
