@@ -145,8 +145,14 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
 
 
+GROWN = 1.1
+"""How much wider a pitch may get before the coil is not tried with all its turns."""
+
+
 def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
-    """Tracks and gaps so wide (m) at least, with as many turns as now or as take the room of those."""
+    """Tracks and gaps so wide (m) at least: with as many turns as now where these grow little, then as many as take the
+    room of today's.
+    """
     coil = spec.coil
     width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # as it is written
     wide = replace(coil, trace_width=max(coil.trace_width, width), trace_spacing=max(coil.trace_spacing, spacing))
@@ -155,6 +161,8 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
         for key in ("trace_width", "trace_spacing")
         if getattr(wide, key) > getattr(coil, key) + 1e-12
     )
+    if wide.pitch < GROWN * coil.pitch:
+        yield Fix(edits, replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
         yield _besides(edits, fix, coil)

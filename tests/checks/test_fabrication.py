@@ -9,6 +9,7 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
+from sitscad.checks import check
 from sitscad.finding import Missing, Severity, Shortfall
 from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
 from sitscad.geometry.region import Region
@@ -393,6 +394,15 @@ def test_a_via_laid_bare_by_an_opening_is_found(judge, good):
     (found,) = judge("SIT115", spec, bare)
     assert found.measured < 0.0 and "a via of C1" in found.message
     assert judge("SIT115", spec, replace(bare, vias=(replace(via, centre=Point(3e-3, 0.5e-3)),))) == []
+
+
+@pytest.mark.parametrize(("turns", "has_room"), [(10, True), (14, False)])
+def test_a_coil_that_hardly_misses_the_loop_lines_is_widened_with_all_its_turns(turns, has_room):
+    size = f"outer_diameter: 9, turns: {turns}, layers: 2, trace_width: 150 um, trace_spacing: 150 um"
+    spec = load_text(f"sitscad: 1\nname: a\ncoil: {{shape: circle, {size}}}\n", "a.yaml")
+    found = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
+    wide = "coil.trace_width: 152.4 um with coil.trace_spacing: 152.4 um takes no turn (it was tried)"
+    assert len(found) == 2 and all((wide in finding.hint) is has_room for finding in found)
 
 
 def test_loop_lines_are_those_of_the_coils_copper(judge, good):

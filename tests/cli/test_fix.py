@@ -97,8 +97,17 @@ def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
     done = run("check", "--fix", "--unsafe-fixes", "square.yaml")
     assert done.code in (0, 1) and "coil.turns: 5.25 instead of 5.3" in done.err
     assert "SIT216 mended: coil.turns: 5 instead of 5.25" in done.err, "one note for another"
-    assert Path("square.yaml").read_text() == text.replace("5.3", "5")
+    wide = text.replace("5.3", "5").replace("150 um", "152.4 um")
+    assert Path("square.yaml").read_text() == wide, "so few turns have room for the loop lines of SIT103"
     assert not run("check", "--fix", "--unsafe-fixes", "square.yaml").err
+
+
+@pytest.mark.parametrize("key", ["target.size", "elastomer.size", "coil.turns", "target.material"])
+def test_what_a_sensor_is_stays_without_being_asked(key):
+    """A pad of 20 mm became one of 17.4 with --fix alone."""
+    from sitscad.finding import Edit
+
+    assert not Edit(key, "1").is_safe and Edit("fpc.margin", "1").is_safe
 
 
 def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run, monkeypatch):

@@ -92,3 +92,11 @@ def said(layout):
 def test_a_tail_too_short_to_be_let_down_is_told():
     layout = laid("fingertip_foil", ("standoff: 1.2", "standoff: 9"), ("length: 40", "length: 16"))
     assert any("let down" in finding.message or "the mount bends" in finding.message for finding in said(layout))
+
+
+def test_a_jaw_whose_hinge_is_not_known_asks_for_no_bend_but_those_of_its_mount():
+    """90 degrees were ordered 27 mm behind the heel, within the tube."""
+    layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
+    assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)
+    assert any(told.startswith("fpc.tail.bend: 0 deg down") for told in layout.spec.source.defaults)
+    assert own_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import islice
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
 from sitscad.checks.cases import Case
@@ -109,7 +111,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 smallest,
                 "m",
                 source=source_of(design, f"coil_{field}"),
-                advice=(lambda left: _waived_or_widened(design, left)) if binds else None,
+                advice=partial(_waived_or_widened if binds else _hardly_widened, design),
                 is_grave=binds,
                 word=word,
                 house=house(design, f"coil_{field}"),
@@ -141,6 +143,15 @@ def _finer(houses: Sequence[Fix]) -> str:
     if not houses:
         return NO_FINER
     return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
+
+
+def _hardly_widened(design: Design, left: Left) -> str:
+    """Tracks and gaps as a rule asks that only warns, where the coil has room for that with all its turns."""
+    rules = design.spec.fpc.rules
+    widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
+    fixes = islice(wider(design.spec, *widths), 1)
+    found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
+    return "" if found is None else f"{found.words} takes no turn (it was tried); or {WAIVER}"
 
 
 def _waived_or_widened(design: Design, left: Left) -> str:

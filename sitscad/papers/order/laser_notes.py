@@ -116,11 +116,15 @@ def _bought(layout: Layout) -> str | None:
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None
+    moulded = (
+        "or cast single pads in the mould of mount/, which need no laser"
+        if layout.spec.mount is not None
+        else "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
+    )
     return (
         f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "
-        f"of {in_mm(pad.thickness)} mm between two plates with spacers, or cast single pads in the mould of mount/, "
-        "which need no laser. Cured sheet of the same hardness is sold by others: measure its modulus before you "
-        "trust the estimate."
+        f"of {in_mm(pad.thickness)} mm between two plates with spacers, {moulded}. Cured sheet of the same hardness is "
+        "sold by others: measure its modulus before you trust the estimate."
     )
 
 

@@ -189,7 +189,7 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
     """The tail with its bend; angle and direction are defaults where the spec does not say them.
 
     Through the hinge of a jaw it leads into the shaft: both jaws open alike, each by half of the angle between them.
-    Along a finger it lies where the cap lets it down to.
+    Along a finger, or a jaw without a hinge, it lies where the mount lets it down to.
     """
     if written == "none":
         return replace(tail, bend="none")
@@ -197,8 +197,10 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
     jaw = mount.jaw if mount is not None else None
     if mount is not None and mount.finger is not None:
         angle, why = 0.0, "the cap lets the tail down to the finger, and it is bent no farther"
-    if jaw is not None and jaw.hinge is not None and jaw.opening:
-        angle, why = jaw.opening / 2, "into the shaft when the jaws are wide open: half of their opening"
+    if jaw is not None:
+        angle, why = 0.0, "the mount lets the tail down to the jaw; where it goes on is not known (mount.jaw.hinge)"
+        if jaw.hinge is not None and jaw.opening:
+            angle, why = jaw.opening / 2, "into the shaft when the jaws are wide open: half of their opening"
     if isinstance(written, BendDocument):
         tail = replace(
             tail, bend=written.kind, bend_at=written.at, bend_direction=written.direction, bend_radius=written.radius
