@@ -67,6 +67,13 @@ def test_every_row_is_used(path):
     assert set(rows) <= set(loads)
 
 
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
+def test_where_figures_come_from_is_no_part_of_a_message(path):
+    """Every finding about a jaw had the same aside in its one line."""
+    cases = {name: value for name, value in vars(named(path)).items() if isinstance(value, Case)}
+    assert not [name for name, case in cases.items() if "unverified" in words(case.message)]
+
+
 def test_quantities_and_shares_are_told_as_people_write_them():
     values = {"gap": 76e-6, "level": 3.14159e-7, "share": 0.0625, "count": 3.0, "net": "C1"}
     assert worded("{net}: {gap:m}, {level:H,3}", values) == "C1: 76 um, 314 nH"

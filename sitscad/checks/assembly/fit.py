@@ -145,8 +145,8 @@ def pad_of(design: Design) -> ElastomerPad:
 
 
 def unverified(jaw: Jaw) -> str:
-    """A warning in brackets where the jaw's figures are not measured ones."""
-    return " (the jaw's figures are unverified: measure yours)" if is_unverified(jaw.source) else ""
+    """What a finding has to add in its detail where the jaw's figures are not measured ones."""
+    return "the jaw's figures are unverified: measure yours" if is_unverified(jaw.source) else ""
 
 
 def _bend_room(design: Design) -> float | None:

@@ -141,8 +141,9 @@ FLANKS_CROSS = Case(
 
 THIN_METAL = Case(
     "the dovetail's groove, with {room:m,3} of room for the tongue and its glue, leaves {measured:m,3} of the jaw's "
-    "metal{unverified}: {limit:m,3} at least",
+    "metal: {limit:m,3} at least",
     "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
+    detail="{unverified}",
 )
 
 THIN_PIN = Case(
@@ -151,19 +152,21 @@ THIN_PIN = Case(
 )
 
 LONG_PIN = Case(
-    "the pins are {measured:m,3} long, the jaw {limit:m,3} high{unverified}: they would stand out of its back",
+    "the pins are {measured:m,3} long, the jaw {limit:m,3} high: they would stand out of its back",
     "mount.retention.depth: less than the jaw's height",
+    detail="{unverified}",
 )
 
 THIN_ROUND_PIN = Case(
-    "{measured:m,3} of the jaw's metal is left beside the holes for the pins{unverified}: {limit:m,3} at least",
+    "{measured:m,3} of the jaw's metal is left beside the holes for the pins: {limit:m,3} at least",
     "thinner pins (mount.retention.diameter), or another mount.retention.spacing",
+    detail="{unverified}",
 )
 
 THIN_BESIDE_WINDOW = Case(
-    "a window of {long:m} x {wide:m} leaves {measured:m,3} of the jaw's face beside it{unverified}: {limit:m,3} at "
-    "least",
+    "a window of {long:m} x {wide:m} leaves {measured:m,3} of the jaw's face beside it: {limit:m,3} at least",
     "mount.jaw.fenestration: a smaller window, or the jaw's true sizes",
+    detail="{unverified}",
 )
 
 SMALL_HOLE = Case(

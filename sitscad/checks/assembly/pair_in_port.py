@@ -48,7 +48,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         beyond=with_tolerances(pair),
         decided_by=pair.decided_by,
         glue=_glue(pair),
-        unverified=unverified(jaw).strip(" ()"),
+        unverified=unverified(jaw),
         measured_ports=_measured_ports(pair),
         remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
         if "board" in pair.decided_by
@@ -137,9 +137,10 @@ PAIR_TOO_HIGH = Case(
 
 
 JAW_TOO_WIDE = Case(
-    "the jaw alone is {measured:m} wide, the port {limit:m}{unverified}: its back was taken as round as the port, and "
+    "the jaw alone is {measured:m} wide, the port {limit:m}: its back was taken as round as the port, and "
     "so narrower than the jaw",
     hint="mount.jaw.port_diameter: that of the port that this jaw passes",
+    detail="{unverified}",
 )
 
 SUNK = Case(

@@ -207,36 +207,41 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
 
 PLATE_TOO_WIDE = Case(
-    "the {name} is {width:m} wide{beside}, the {carrier} {limit:m}{unverified}",
+    "the {name} is {width:m} wide{beside}, the {carrier} {limit:m}",
     hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw",
+    detail="{unverified}",
 )
 
 WIDER_THAN_PORT = Case(
     "the whole board is {measured:m} wide where it is laid flat, its tail and contacts included; "
-    "the port leaves {limit:m}{unverified}",
+    "the port leaves {limit:m}",
     hint="it goes through the port rolled or from behind only: {remedy}",
     severity=Severity.WARNING,
+    detail="{unverified}",
 )
 
 LONGER_THAN_POCKET = Case(
-    "the board's body is {measured:m} long, and what lies under it has {limit:m} in the jaw's pocket{unverified}",
+    "the board's body is {measured:m} long, and what lies under it has {limit:m} in the jaw's pocket",
     "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
+    detail="{unverified}",
 )
 
 WIDER_THAN_POCKET = Case(
     "the board's body is {measured:m} wide and lies {below:m,3} below the rims of the jaw's pocket, which leaves "
-    "{limit:m}{unverified}",
+    "{limit:m}",
     "mount.standoff: {over:.6g} or more lays it over the rims, or a narrower board",
+    detail="{unverified}",
 )
 
 _BODY_OVER_FACE = (
     "the board's body, {body:m} wide{shares}, stands {over:m,3} over each side of the jaw's face, which is {face:m} "
-    "wide{unverified}{beyond}; "
+    "wide{beyond}; "
 )
 
 BODY_OVER_FACE = Case(
     _BODY_OVER_FACE + "it is to be held by {carried}",
     "{remedy}",
+    detail="{unverified}",
 )
 
 HELD_BY_PLASTIC = Case(
@@ -245,11 +250,13 @@ HELD_BY_PLASTIC = Case(
     "metal "
     "altogether",
     Severity.NOTE,
+    detail="{unverified}",
 )
 
 BODY_TOO_LONG = Case(
-    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}{unverified}",
+    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}",
     hint="{excess:m} too much at worst: {remedy}",
+    detail="{unverified}",
 )
 
 ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
