@@ -72,10 +72,10 @@ def test_width_and_length(judge, design, drawn):
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
     (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
     assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3, rel=1e-9) and found.measured > 0.6e-3
-    assert "the board's body, 4.712 mm wide (coils 4 mm" in found.message and "unverified" in found.message
+    assert "the board's body, 4.712 mm wide (coils 4 mm" in found.message and "unverified" in found.detail
     measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
     (found,) = judge("SIT301", measured, replace(layout, spec=measured))
-    assert "unverified" not in found.message
+    assert "unverified" not in found.detail
     short = with_jaw(spec, length=9e-3)
     (found,) = judge("SIT302", short, replace(layout, spec=short))
     assert layout.body_size[0] < found.measured < layout.body_size[0] + 0.15e-3 and found.limit == 9e-3
