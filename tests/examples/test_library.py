@@ -14,6 +14,9 @@ from dataclasses import is_dataclass
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "samples"))  # as a program
+
 from tolerance import approx
 
 import sitscad

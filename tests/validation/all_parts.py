@@ -16,7 +16,7 @@ from io import BytesIO
 from pathlib import Path
 
 HERE = Path(__file__).parents[1]
-sys.path[:0] = [str(HERE.parent), str(HERE / "samples"), str(HERE / "parts")]
+sys.path[:0] = [str(HERE.parent), str(HERE / "samples"), str(HERE / "oracles"), str(HERE / "parts")]
 
 import build123d as bd  # noqa: E402
 import numpy as np  # noqa: E402
