@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "samples"))  # as a program
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))  # as a program
 
 from tolerance import approx
 
