@@ -14,7 +14,7 @@ from sitscad.layout.tail.thickness import tail_layers
 from sitscad.spec.sensor import SensorSpec
 
 _ELECTRICAL = ("requirements", "readout", "source")
-_OVER_THE_BOARD = ("target", "elastomer", "encapsulation", "shield")
+_OVER_THE_BOARD = ("target", "elastomer", "encapsulation")
 
 UNREAD: dict[str, tuple[str, ...]] = {
     "kicad": (*_ELECTRICAL, *_OVER_THE_BOARD),
