@@ -221,7 +221,7 @@ class Compression:
             small = 1e-4 * min(strain, 1.0 - strain)
             slope = (self.at(strain + small) - self.at(strain - small)) / (2.0 * small) if small else 0.0
             step = strain - lacking / slope if slope > 0.0 else strain
-            step = step if low <= step < high else 0.5 * (low + high)
+            step = step if low <= step <= high else 0.5 * (low + high)
             if abs(step - strain) <= 1e-16 + within * strain:
                 return step
             strain = step
