@@ -258,7 +258,8 @@ def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radi
     """The octagon's inductance was not a number: a strand ran inside an arc's centre."""
     coil = "{shape: octagon, outer_diameter: 5, turns: 1.75, trace_width: 0.8, trace_spacing: 0.3, corner_radius: R}"
     coil = coil.replace("R}", f"{radius}}}")
-    found = estimate(lay_out(load_text(f"sitscad: 1\nname: short\ncoil: {coil}", "test.yaml"))).coils[0]
+    text = f"sitscad: 1\nname: short\ncoil: {coil}\nfpc: {{stackup: flex-2l-18um}}"
+    found = estimate(lay_out(load_text(text, "test.yaml"))).coils[0]
     assert found.winding_inductance == approx(10.35e-9, rel=0.01) and 0.03 < found.resistance_ac < 0.06
 
 

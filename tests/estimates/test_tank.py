@@ -79,7 +79,8 @@ def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter
     """R_P of 239, 281, 385 and 518 ohm: below 250 TI allows none, above 404 even 3.5 mA pass 1.8 V."""
     size = f"outer_diameter: {diameter}, turns: {turns}, trace_width: 0.16, trace_spacing: 0.16"
     coil = f"{{shape: circle, layers: 2, {size}}}"
-    spec = load_text(f"sitscad: 1\nname: weak\ncoil: {coil}\nreadout: {{capacitance: 1 nF}}", "weak.yaml")
+    rest = "fpc: {stackup: flex-2l-18um}\nreadout: {capacitance: 1 nF}"
+    spec = load_text(f"sitscad: 1\nname: weak\ncoil: {coil}\n{rest}", "weak.yaml")
     found = estimate(lay_out(spec))
     assert found.readout.high_current is strong
     swing = 4.0 * found.coils[0].states["free"].parallel_resistance * 3.5e-3 / math.pi

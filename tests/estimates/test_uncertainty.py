@@ -304,11 +304,12 @@ def test_the_estimate_says_which_tolerances_nobody_has_seen():
 
 def test_copper_scatters_by_its_foil_and_by_its_plating():
     """Foil within 10 %, plating within 3.5 um of what is ordered; what is not plated has the foil's scatter alone."""
-    spec = design()
+    panel = TEXT.replace("SHAPE", "circle").replace("flex-2l-35um", "flex-2l-30um, plating: 17 um")
+    spec = load_text(panel, "panel.yaml")
     foil, plating = 0.1 * 18.0 / 35.0, 3.5 / 35.0
     assert sigmas(spec)[THICKNESS] == approx(math.hypot(foil, plating) / math.sqrt(3.0), rel=1e-9)
     assert thickest_copper(spec) == approx(foil + plating, rel=1e-9)
-    buttons = load_text(TEXT.replace("SHAPE", "circle").replace("plating: 17 um", "plated: buttons"), "buttons.yaml")
+    buttons = load_text(panel.replace("plating: 17 um", "plated: buttons"), "buttons.yaml")
     assert sigmas(buttons)[THICKNESS] == approx(0.1 / math.sqrt(3.0), rel=1e-9)
     assert thickest_copper(buttons) == approx(0.1, rel=1e-9)
 

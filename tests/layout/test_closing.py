@@ -1,6 +1,7 @@
 """Leads run round their coil no farther than its turns ask: the inductance at the contacts follows the winding's."""
 
 import math
+import re
 from functools import cache
 from itertools import pairwise
 
@@ -45,7 +46,8 @@ CASES = [(name, turns) for name, (_, _, sweep) in BOARDS.items() for turns in sw
 
 @cache
 def laid_out(coil, array):
-    fpc = "fpc: {tail: {length: 30, connector: zif-0.5mm}}"
+    stackup = "" if re.search("layers: [34]", coil) else "stackup: flex-2l-18um, "
+    fpc = f"fpc: {{{stackup}tail: {{length: 30, connector: zif-0.5mm}}}}"
     tracks = "trace_width: 100 um, trace_spacing: 100 um"
     rows = f"array: {{{array}}}\n" if array else ""
     return lay_out(load_text(f"sitscad: 1\nname: led\ncoil: {{{coil}, {tracks}}}\n{rows}{fpc}", "led.yaml"))

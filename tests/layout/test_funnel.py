@@ -83,7 +83,7 @@ def test_a_pair_that_leaves_forwards_near_another_lane(tail):
         ("{shape: racetrack, outer_diameter: [13.92, 7.64], turns: 2.5, layers: 2, trace_width: 0.8, "
          "trace_spacing: 0.12}", 5, 15.12, "rules: generic-flex, tail: {length: 30, connector: zif-0.3mm}"),
         ("{shape: square, outer_diameter: 11.3, turns: 2.5, layers: 2, trace_width: 0.5, trace_spacing: 0.12}", 3,
-         15.3, "rules: generic-fine, tail: {length: 8, connector: zif-0.3mm, layers: 1}"),
+         15.3, "rules: generic-fine, tail: {length: 8, connector: zif-0.3mm, layers: 1, bend: none}"),
         ("{shape: hexagon, outer_diameter: 3.27, turns: 3, layers: 2, trace_width: 0.1, trace_spacing: 0.1}", 4, 4.47,
          "rules: generic-flex, tail: {length: 30, connector: solder-pads, layers: 1}"),
         ("{shape: octagon, outer_diameter: 4.95, turns: 1, layers: 2, trace_width: 0.8, trace_spacing: 0.5}", 2, 5.75,

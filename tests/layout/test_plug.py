@@ -177,7 +177,7 @@ STACKUPS = ("flex-2l-18um", "flex-2l-35um", "flex-4l", "flex-6l", "flex-8l")
 @pytest.mark.parametrize("stackup", STACKUPS)
 def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connector):
     """A film and an adhesive of the list, as near to what the connector takes as they come."""
-    layout = board(1, connector, fpc=f", stackup: {stackup}")
+    layout = board(1, connector, ", layers: 2", f", stackup: {stackup}")
     plate, wanted = layout.stiffener, presets.connector(connector)
     stock = [film + glue for film, glue in presets.stock_stiffeners()]
     assert plate.thickness == approx(min(stock, key=lambda t: abs(t - plate.thickness)), rel=1e-6)
@@ -191,6 +191,18 @@ def test_the_stiffener_is_one_that_is_in_stock_and_the_nearest(stackup, connecto
     assert not found & {"SIT117", "SIT129"}
     text = " ".join(next(iter(_papers(layout).values())).decode().split())
     assert f"{plate.adhesive * 1e6:g} um adhesive" in text
+
+
+@pytest.mark.parametrize(
+    ("stackup", "connector"),
+    [("flex-4l", "zif-0.3mm"), ("flex-6l", "zif-0.3mm"), ("flex-6l", "zif-0.5mm"), ("flex-8l", "zif-0.5mm")],
+)
+def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stackup, connector):
+    """Where tail.layers is left out all layers run down it, and no stiffener makes that thinner."""
+    layout = board(1, connector, fpc=f", stackup: {stackup}")
+    (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
+    assert layout.stiffener is None and found.severity.value == "error"
+    assert found.measured > presets.connector(connector).insertion_thickness
 
 
 def test_a_stiffener_that_is_not_in_stock_is_a_question():

@@ -154,7 +154,7 @@ CHANGES = {
     "the outline moved": rewritten(f"{STEM}Edge_Cuts.gbr", "X5810000", "X5910000"),
     "a coverlay's opening moved": rewritten(f"{STEM}F_Mask.gbr", "Y", "Y1", 1),
     "a positive coverlay": rewritten(f"{STEM}F_Mask.gbr", "Negative", "Positive"),
-    "a stack-up of 35 um": rewritten(f"{STEM}job.gbrjob", '"Thickness": 0.018', '"Thickness": 0.035'),
+    "a stack-up of 35 um": rewritten(f"{STEM}job.gbrjob", '"Thickness": 0.03,', '"Thickness": 0.035,'),
     "another finish": rewritten(f"{STEM}job.gbrjob", "ENIG", "HASL"),
     "layers of the job exchanged": rewritten(f"{STEM}job.gbrjob", "F_Cu.gbr", "X_Cu.gbr"),
     "a net of another name": rewritten(f"{STEM}netlist.d356", "327C1 ", "327C2 "),

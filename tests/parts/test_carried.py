@@ -91,11 +91,11 @@ def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, s
 
 def test_a_seat_is_found_whatever_the_port_takes_of_it():
     """The kernel's common part of this seat and its port was nothing at all, and no mount was built; the volume is that
-    of the meshes' common part.
+    of the meshes' common part, less what the edge under the tail is rounded by.
     """
     layout = lay_out(load(Path(__file__).parents[2] / "templates/grasper_3p5mm.yaml"))
     (seat,) = mount.mount(layout)
-    assert seat.shape.is_valid and seat.volume == approx(47.50e-9, rel=1e-3)
+    assert seat.shape.is_valid and seat.volume == approx(47.19e-9, rel=1e-3)
 
 
 def test_a_cap_may_leave_the_board_on_the_finger_itself():

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import shapely
 from tolerance import approx
 
 import sitscad
@@ -111,7 +112,14 @@ def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     thickness = [layer.thickness for layer in layout.spec.fpc.stackup.copper]
     exact = sum(a.polygon.area * thickness[a.layer - 1] for a in sitscad.areas(layout) if a.what == "copper")
     assert exact < rings + sum(leads.values()) < 1.03 * exact
-    assert sum(volume for name, volume in leads.items() if name.startswith("tail-")) > 0.5e-9
+    beyond = shapely.box(layout.body[2], -1.0, 1.0, 1.0)
+    of_tail = sum(
+        a.polygon.intersection(beyond).area * thickness[a.layer - 1]
+        for a in sitscad.areas(layout)
+        if a.what == "copper"
+    )
+    found_there = sum(volume for name, volume in leads.items() if name.startswith("tail-"))
+    assert 0.4e-9 < of_tail < found_there < 1.06 * of_tail  # the films of the tail begin a little inside the body
     weight = next(w for w in found if w.name == "tail-2-fill")
     assert weight.mass == approx(weight.volume * 1250.0 + weight.copper * (8960.0 - 1250.0), rel=1e-6)
     without = [w.volume * w.share * w.density for w in found if not w.is_carrier]
