@@ -39,6 +39,7 @@ from sitscad.checks.trials import Trials
 from sitscad.checks.usual_ranges import USUAL_RANGE_RULES
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE, HINTS, Budget
@@ -86,8 +87,9 @@ def all_rules() -> tuple[Rule, ...]:
 @record
 class CheckResult:
     """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
-    reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, and what
-    is felt beside what is required (``reached``; ``felt`` in the text and JSON of `sitscad check`).
+    reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, what is
+    felt beside what is required (``reached``; ``felt`` in the text and JSON of `sitscad check`), and the board's size:
+    length and width (m) of its body, and of all of it.
     """
 
     findings: tuple[Finding, ...]
@@ -96,6 +98,7 @@ class CheckResult:
     fit: tuple[Measure, ...] = ()
     closing: Closing | None = None
     reached: tuple[Reached, ...] = ()
+    board: tuple[float, float, float, float] | None = None
 
     @property
     def ok(self) -> bool:
@@ -135,9 +138,10 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     findings = Trials(design, all_rules(), said, not_checked, budget).advised()
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
+    x0, y0, x1, y1 = bounding_box([design.layout.outline])
     return CheckResult(
         tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-        noted(design),
+        noted(design), (*design.layout.body_size, x1 - x0, y1 - y0),
     )  # fmt: skip
 
 

@@ -77,6 +77,7 @@ class Contents:
             result.fit,
             result.closing,
             result.reached,
+            result.board,
         )
         return judged(found, source, all_rules(), self.policy, self.baseline)
 

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tolerance import approx
 
 import sitscad
 
@@ -80,7 +81,7 @@ def test_json_is_the_documented_document_and_nothing_else(run):
     keys = {"rule", "name", "severity", "message", "hint", "key", "line", "column"}
     keys |= {"measured", "limit", "unit", "source"}
     for spec in document["specs"]:
-        parts = {"findings", "ignored", "not_checked", "felt", "signal", "fit", "closing"}
+        parts = {"findings", "ignored", "not_checked", "felt", "signal", "fit", "closing", "board"}
         assert set(spec) == {"spec", "name", "ok", *parts}
         for finding in spec["findings"]:
             assert keys <= set(finding)
@@ -254,3 +255,13 @@ def test_several_specs_are_drawn_into_a_folder_each_by_its_name(run, tmp_path):
 def test_a_picture_that_cannot_be_is_a_usage_error(run, options, why):
     said = run("check", "--hints", "none", *options)
     assert said.code == 2 and why in said.err
+
+
+def test_the_boards_size_is_told_before_anything_is_built(run):
+    """A round coil's board is a rectangle: that was seen only after a build."""
+    board = json.loads(run("check", "--format", "json", "good.yaml").out)["specs"][0]["board"]
+    layout = sitscad.lay_out(sitscad.load("good.yaml"))
+    assert (board["body_length_m"], board["body_width_m"]) == approx(layout.body_size, rel=1e-9)
+    assert board["length_m"] == approx(layout.body_size[0] + layout.tail_length, rel=1e-6)
+    body = " x ".join(f"{size * 1e3:.4g}" for size in layout.body_size)
+    assert f"body {body} mm, " in run("check", "good.yaml").out

@@ -23,7 +23,8 @@ class CheckedSpec:
     the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``reached``
     what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
     reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
-    but mark its package; ``name`` the spec's own name, empty where it could not be read.
+    but mark its package; ``name`` the spec's own name, empty where it could not be read;
+    ``board`` the length and width (m) of the board's body and of all of it.
     """
 
     path: str
@@ -38,6 +39,7 @@ class CheckedSpec:
     closing: Closing | None = None
     reached: tuple[Reached, ...] = ()
     name: str = ""
+    board: tuple[float, float, float, float] | None = None
 
     @property
     def ok(self) -> bool:
@@ -99,6 +101,7 @@ def checked_spec(
     fit: Sequence[Measure] = (),
     closing: Closing | None = None,
     reached: Sequence[Reached] = (),
+    board: tuple[float, float, float, float] | None = None,
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
     source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
@@ -112,6 +115,7 @@ def checked_spec(
         closing=closing,
         reached=tuple(reached),
         name=spec.name,
+        board=board,
     )
 
 

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from sitscad.measured import Reached, Signal
 
 
+BOARD = ("body_length_m", "body_width_m", "length_m", "width_m")
+"""The keys of a board's size."""
+
+
 def as_json(checked: Sequence[CheckedSpec]) -> str:
     """The JSON document of ``check`` (docs/commands.md): one entry a spec, absent numbers null."""
     return to_json(json_document(checked))
@@ -36,6 +40,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "signal": [signal_json(signal) for signal in spec.signals],
                 "fit": _fit_json(spec),
                 "closing": _closing_json(spec),
+                "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=True)),
             }
             for spec in checked
         ],

@@ -7,7 +7,7 @@ from typing import Any
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
 from sitscad.measured import Closing, Measure, Reached, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
-from sitscad.report.findings.document import SIGNAL
+from sitscad.report.findings.document import BOARD, SIGNAL
 from sitscad.report.fit import MEASURE, SHARE
 
 
@@ -28,6 +28,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             closing=_closing(spec["closing"]),
             reached=tuple(Reached(**each) for each in spec["felt"]),
             name=spec["name"] or "",
+            board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError):
         return None
