@@ -14,10 +14,9 @@ from sitscad.layout.tail.thickness import tail_layers
 from sitscad.spec.sensor import SensorSpec
 
 _ELECTRICAL = ("requirements", "readout", "source")
-_OVER_THE_BOARD = ("target", "elastomer", "encapsulation")
 
 UNREAD: dict[str, tuple[str, ...]] = {
-    "kicad": (*_ELECTRICAL, *_OVER_THE_BOARD),
+    "kicad": _ELECTRICAL,
     "laser": _ELECTRICAL,
     "mount": _ELECTRICAL,
     "mesh": _ELECTRICAL,
