@@ -130,8 +130,8 @@ SETTLED = (
 
 @record
 class Remedy:
-    """Edits that together mend a finding, found by trying, and the rules that warn of the changed design and not of the
-    design as it stands. ``is_sure`` is False where a word is only guessed.
+    """Edits that together mend a finding, found by trying, and the rules that warn of the changed design and not, or of
+    less, of the design as it stands. ``is_sure`` is False where a word is only guessed.
     """
 
     edits: tuple[Edit, ...]

@@ -15,8 +15,9 @@ from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.routing.search_limit import SearchLimit
 from sitscad.record import record
-from sitscad.remedy.budget import TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
+from sitscad.remedy.budget import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.remedy.fix import Fix
+from sitscad.remedy.mending import worsened
 from sitscad.spec.format.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
 
@@ -46,8 +47,8 @@ class Trials:
         self._undecided = {one.rule for one in undecided}
         self._said = tuple(said)
         self._errors = _errors(self._said)
-        self._complaints = Counter(one.rule for one in _complaints(self._said))
         self._known: list[tuple[SensorSpec, _Tried | None]] = []
+        self._looks = Budget(LOOKS)
         self._drawn: list[tuple[SensorSpec, Design | None]] = []
 
     def advised(self) -> list[Finding]:
@@ -89,8 +90,18 @@ class Trials:
         more errors. None where it was not tried.
         """
         tried = self._tried(changed)
-        if tried is None:
-            return None
+        return None if tried is None else self._breaks(finding, tried)
+
+    def stands(self, finding: Finding, changed: SensorSpec) -> bool:
+        """Whether a changed design could be laid out and breaks nothing by the rules that need no estimate."""
+        design = self.drawn(changed)
+        if design is None:
+            design = self._draw(changed, self._looks)
+            self._drawn.insert(0, (changed, design))
+        return design is not None and not self._breaks(finding, self._looked(design)[0].result)
+
+    def _breaks(self, finding: Finding, tried: _Tried) -> tuple[str, ...]:
+        """What a changed design breaks, by what is said of it."""
         unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
         left = tried.complaining | (tried.noting if finding.severity is Severity.NOTE else set())
         is_left = {(finding.rule, finding.key), *unknown} & left
@@ -98,9 +109,9 @@ class Trials:
         return tuple(sorted({*tried.errors, *same_key, *({finding.rule} if is_left else ())}))
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        """The rules that complain more often of a changed design than of the design as it stands."""
+        """The rules that complain more, or more often, of a changed design than of the design as it stands."""
         tried = self._tried(changed)
-        return () if tried is None else tuple(sorted(tried.complaints))
+        return () if tried is None else tuple(sorted({*tried.complaints, *tried.worse}))
 
     def share(self, changed: SensorSpec) -> float | None:
         """The largest share of its reading by which a coil of a changed design changes over the required force; None
@@ -117,21 +128,21 @@ class Trials:
         for spec, design in self._drawn:
             if spec == changed:
                 return design
-        design = self._draw(changed)
+        design = self._draw(changed, self.budget)
         self._drawn.append((changed, design))
         return design
 
-    def _draw(self, changed: SensorSpec) -> Design | None:
-        """A changed design as far as the budget goes in drawing it; None where it ends before."""
+    def _draw(self, changed: SensorSpec, budget: Budget) -> Design | None:
+        """A changed design as far as a budget goes in drawing it; None where it ends before."""
         if self._design.has_board_of(changed):
             return self._design.drawn(changed)
-        if not self.budget.spend(layout_work(changed)):
+        if not budget.spend(layout_work(changed)):
             return None
         each = trial_work(changed)
-        most = int(min(self.budget.left / each, TRIALS_OF_ONE_CHANGE))
+        most = int(min(budget.left / each, TRIALS_OF_ONE_CHANGE))
         searches = SearchLimit(most)
         design = self._design.drawn(changed, searches)
-        self.budget.spend(min(self.budget.left, each * (most - searches.left)))
+        budget.spend(min(budget.left, each * (most - searches.left)))
         return None if searches.is_spent and most < TRIALS_OF_ONE_CHANGE else design
 
     def _tried(self, changed: SensorSpec) -> _Tried | None:
@@ -146,14 +157,7 @@ class Trials:
 
     def _try(self, design: Design) -> _Tried | None:
         """Looks no further than the first rule with new errors; rules that ask for estimates come last."""
-        tried = _Tally(self._errors, self._complaints)
-        asking, unestimated = [], _Unestimated(design.spec, design.layout)
-        for rule in self._rules:
-            said = _without_estimates(rule, unestimated)
-            if said is None:
-                asking.append(rule)
-            elif tried.has_new_errors(*said):
-                return tried.result
+        tried, asking = self._looked(design)
         same = self._design.has_board_of(design.spec)
         if asking and not self.budget.spend(estimate_work(design.spec, same, self._design.estimates.is_solved)):
             return None
@@ -161,6 +165,20 @@ class Trials:
             if tried.has_new_errors(*outcomes(rule, design)):
                 break
         return tried.result
+
+    def _looked(self, design: Design) -> tuple[_Tally, list[Rule]]:
+        """What is said of a changed design without estimates, and the rules that ask for them: none where that is
+        enough to refuse it.
+        """
+        tried, unestimated = _Tally(self._errors, _complaints(self._said)), _Unestimated(design.spec, design.layout)
+        asking = []
+        for rule in self._rules:
+            said = _without_estimates(rule, unestimated)
+            if said is None:
+                asking.append(rule)
+            elif tried.has_new_errors(*said):
+                return tried, []
+        return tried, asking
 
 
 class _Asked(Exception):
@@ -186,40 +204,43 @@ def _without_estimates(rule: Rule, design: _Unestimated) -> tuple[list[Outcome],
 @record
 class _Tried:
     """Which rules complain of which keys of a changed design (of None: cannot judge it), which only note something, and
-    how many more errors and complaints (errors and warnings) each rule has than of the design as it stands.
+    how many more errors and complaints (errors and warnings) each rule has than of the design as it stands; and whose
+    warnings are `worsened`.
     """
 
     complaining: frozenset[_Place]
     noting: frozenset[_Place]
     errors: Counter[str]
     complaints: Counter[str]
+    worse: frozenset[str]
 
 
 class _Tally:
     """Counts what rules say of a changed design, against what they say of the design as it stands."""
 
-    def __init__(self, errors: Counter[str], complaints: Counter[str]) -> None:
-        self._before = errors, complaints
+    def __init__(self, errors: Counter[str], complaints: Sequence[Finding]) -> None:
+        self._before, self._complaints_before = errors, complaints
         self._complaining: set[_Place] = set()
         self._noting: set[_Place] = set()
         self._errors: Counter[str] = Counter()
-        self._complaints: Counter[str] = Counter()
+        self._complaints: list[Finding] = []
 
     def has_new_errors(self, said: Sequence[Outcome], undecided: Sequence[NotChecked]) -> bool:
         """Count what one rule says; whether there are more errors now than before."""
         self._complaining |= {(one.rule, one.key) for one in _complaints(said)}
         self._complaining |= {(one.rule, None) for one in undecided}
         self._noting |= {(one.finding.rule, one.finding.key) for one in said}
-        self._complaints += Counter(one.rule for one in _complaints(said))
+        self._complaints += _complaints(said)
         self._errors += _errors(said)
-        return bool(self._errors - self._before[0])
+        return bool(self._errors - self._before)
 
     @property
     def result(self) -> _Tried:
         """What was counted."""
-        errors, complaints = self._before
-        more = self._errors - errors, self._complaints - complaints
-        return _Tried(frozenset(self._complaining), frozenset(self._noting), *more)
+        now, then = (Counter(one.rule for one in found) for found in (self._complaints, self._complaints_before))
+        worse = frozenset(worsened(self._complaints_before, self._complaints))
+        seen = frozenset(self._complaining), frozenset(self._noting)
+        return _Tried(*seen, self._errors - self._before, now - then, worse)
 
 
 class _Left:
@@ -246,6 +267,10 @@ class _Left:
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
         return self._trials.warned(changed)
+
+    def stands(self, fix: Fix) -> bool:
+        assert self._finding is not None
+        return self._trials.stands(self._finding, fix.spec)
 
     def share(self, changed: SensorSpec) -> float | None:
         return self._noted(self._trials.share(changed))

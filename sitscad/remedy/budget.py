@@ -21,6 +21,11 @@ AFTER_ERRORS, LARGE = 150.0, 2000.0
 """Units for the hints of warnings of a design that is refused, for its errors come first and mending them changes it,
 where its check takes more than so many without hints."""
 
+LOOKS = 1000.0
+"""Units for looking at what was not tried any more, before it is named: at its layout, and by rules that need no
+estimate.
+"""
+
 FULL = 400_000.0
 """Units of the long search: minutes."""
 

@@ -12,7 +12,7 @@ class Fix:
     """A change of a spec: its edits, and the spec with them applied.
 
     ``said`` is how it is told where that is not "key: value with key: value"; ``brings`` are rules that warn of the
-    changed design and not of the design as it stands.
+    changed design and not, or of less, of the design as it stands.
     """
 
     edits: tuple[Edit, ...]

@@ -123,8 +123,30 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
         return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
     if new:
         return _named(new)
+    if worse := worsened(before.findings, after.findings):
+        return f"{', '.join(sorted(worse))} gets worse"
     unknown = sorted(_unknown(after) - _unknown(before))
     return f"{', '.join(unknown)} can then not be checked"
+
+
+def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
+    """The rules that warned before and whose figures lie farther beyond their limits than they did."""
+    was, now = _excess(before), _excess(after)
+    return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
+
+
+WORSE = 0.01
+"""Part of its limit by which a figure may lie farther beyond it before that counts."""
+
+
+def _excess(findings: Iterable[Finding]) -> dict[str, float]:
+    """How far the figures of each rule's warnings lie beyond their limits, at most, in parts of these."""
+    found: dict[str, float] = {}
+    for one in findings:
+        if one.severity is Severity.WARNING and one.measured is not None and one.limit:
+            beyond = abs(one.measured / one.limit - 1.0) * (-1.0 if one.keeps_limit else 1.0)
+            found[one.rule] = max(found.get(one.rule, -1.0), beyond)
+    return found
 
 
 def _named(new: _Weighed) -> str:
@@ -161,13 +183,13 @@ def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether a finding is gone, or milder, and none is new or weighs more than it did; a note is no reason to leave an
-    error or a warning. What a key holds could not be judged as long as its name was wrong.
+    """Whether a finding is gone, or milder, and none is new, weighs more than it did or, being a warning, got worse; a
+    note is no reason to leave an error or a warning. What a key holds could not be judged while its name was wrong.
     """
     gone, new = _changes(applied, before, after)
-    return _place(applied) in gone and {severity for *_, severity in new} <= {Severity.NOTE} - {
-        applied.finding.severity
-    }
+    allowed = {Severity.NOTE} - {applied.finding.severity}
+    is_gone = _place(applied) in gone and {severity for *_, severity in new} <= allowed
+    return is_gone and not worsened(before, after)
 
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:

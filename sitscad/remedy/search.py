@@ -25,7 +25,10 @@ class Left(Protocol):
         """Tell the finding with a fix that was laid out and held against the rules that matter, but not estimated."""
 
     def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        """Other rules that warn of it, and not of the spec as it stands; of a change that breaks nothing."""
+        """Other rules that warn of it, and of the spec as it stands not or of less; of a change that breaks nothing."""
+
+    def stands(self, fix: Fix) -> bool:
+        """Whether a fix that was not tried was laid out and nothing that needs no estimate speaks against it."""
 
     def share(self, changed: SensorSpec) -> float | None:
         """By how much of itself the reading changes over the required force, of the coil where it changes most; None
@@ -88,8 +91,10 @@ def in_vain(fixes: Iterable[Fix], left: Left) -> str:
 
 
 def untried(fixes: Iterable[Fix], left: Left) -> str:
-    """The first fix that was not tried, in words that say so; nothing where all were."""
-    fix = next((fix for fix in fixes if left(fix) is None), None)
+    """The first fix that was not tried and is not refused at first sight, in words that say so; nothing where none is
+    left.
+    """
+    fix = next((fix for fix in fixes if left(fix) is None and left.stands(fix)), None)
     return "" if fix is None else f"perhaps {fix.words} (not tried)"
 
 

@@ -107,6 +107,15 @@ def test_what_was_not_tried_is_named_as_such():
     assert "perhaps coil.trace_width: 100 um" in hints["SIT101"] and NOT_FURTHER in hints["SIT101"]
 
 
+def test_what_a_look_at_the_layout_refuses_is_not_named_untried():
+    """Six layers were named, "not tried"; their vias have no room inside (SIT112), as the long search knew."""
+    spec = spec_of("circle", turns=4.5, layers=2, width=100, size=3.0)
+    hints = {found.rule: found.hint for found in sitscad.check(spec).findings}
+    six = spec_of("circle", turns=4.5, layers=6, width=100, size=3.0, fpc={"stackup": "flex-6l"})
+    assert "SIT112" in {found.rule for found in sitscad.check(six, hints="none").findings}
+    assert NOT_FURTHER in hints["SIT201"] and "coil.layers: 6" not in hints["SIT201"] + hints["SIT203"]
+
+
 def test_refused_specs_are_searched_within_the_budget_too():
     with pytest.raises(sitscad.SpecError) as raised:
         spec_of(turns=40, size=6.0)

@@ -15,9 +15,11 @@ from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.checks import check  # noqa: E402
 from sitscad.finding import Edit, Severity  # noqa: E402
+from sitscad.remedy.mending import Applied, is_better, worsened  # noqa: E402
 from sitscad.remedy.moves import with_turns  # noqa: E402
 from sitscad.remedy.search import first_that_mends  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
+from sitscad.spec.format.rewriting import rewritten  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.rules import SpecError  # noqa: E402
 
@@ -169,6 +171,25 @@ def test_a_change_that_brings_a_warning_is_named_with_it_and_only_where_none_oth
     changes = [with_turns(spec, n * 1.0) for n in (3, 4, 5)]
     found = first_that_mends(changes, Judged(errors, warnings))
     assert (found and found.words) == words
+
+
+def test_a_warning_that_gets_worse_is_told_and_the_fix_left_to_the_designer():
+    """Conversions of less time mend the bandwidth, and of the few steps over the load still fewer are left."""
+    faint = design(
+        "circle", 8, 14.5, 2, 100, 100, "generic-fine",
+        target={"shape": "circle", "size": 8, "thickness": 0.2},
+        elastomer={"material": "dragon-skin-30", "shape": "circle", "size": 8, "thickness": 1},
+        readout={"scan_rate": "100 Hz"}, requirements={"normal_force": "0.12 N", "bandwidth": "80 Hz"},
+    )  # fmt: skip
+    text = json.dumps(faint, indent=1)
+    found = {each.rule: each for each in check(load_text(text, "spec.yaml"), hints="full").findings}
+    assert found["SIT210"].hint.startswith("readout.scan_rate: 160 Hz (SIT215 warns then)")
+    (remedy,) = found["SIT210"].fixes
+    after = check(load_text(rewritten(text, remedy.edits), "spec.yaml"), hints="none").findings
+    (worse,) = [each for each in after if each.rule == "SIT215"]
+    assert remedy.brings == ("SIT215",) and worse.measured < 0.95 * found["SIT215"].measured
+    assert worsened(found.values(), after) == {"SIT215"} and not worsened(after, found.values())
+    assert not is_better(Applied(found["SIT210"], remedy), found.values(), after)
 
 
 def test_a_thicker_target_was_tried():
