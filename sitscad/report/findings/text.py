@@ -195,8 +195,8 @@ def _figures_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]
     """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
-        length, width, *over_all = (f"{size * 1e3:.4g}" for size in spec.board)
-        rows += [("board", [f"body {length} x {width} mm, {' x '.join(over_all)} mm over all"])]
+        long, wide, *over_all = (f"{size * 1e3:.4g}" for size in spec.board)
+        rows += [("board", [f"body {long} x {wide} mm, {' x '.join(over_all)} mm over all"])]
     if spec.signals or spec.reached:
         from sitscad.report.signal import felt_words, headline  # only where something was estimated
 
