@@ -203,6 +203,7 @@ def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stack
     (found,) = [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT117"]
     assert layout.stiffener is None and found.severity.value == "error"
     assert found.measured > presets.connector(connector).insertion_thickness
+    assert "fpc.tail.layers" in found.hint and "choose a stiffener" not in found.hint
 
 
 def test_a_stiffener_that_is_not_in_stock_is_a_question():

@@ -33,7 +33,11 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
     have = finished_thickness(design.layout, Where.CONTACT).nominal
     wrong = abs(have - connector.insertion_thickness)
     if wrong > connector.insertion_thickness_tolerance + ROUNDING:
-        yield WRONG_THICKNESS.found(
+        plate = design.layout.stiffener
+        bare = have - (plate.thickness if plate is not None else 0.0)
+        is_bare_too_thick = bare > connector.insertion_thickness + connector.insertion_thickness_tolerance + ROUNDING
+        case = TOO_THICK_WITHOUT if is_bare_too_thick else WRONG_THICKNESS
+        yield case.found(
             "fpc.tail.connector",
             have,
             connector.insertion_thickness,
@@ -225,6 +229,12 @@ WRONG_THICKNESS = Case(
     "the tail's end, with its stiffener, is {measured:m} thick; {name} takes {limit:m} +- "
     "{insertion_thickness_tolerance:m}{plug_mark}",
     hint="choose a stiffener {wrong:m} {direction} (fpc.tail.stiffener), or another connector",
+)
+
+TOO_THICK_WITHOUT = Case(
+    WRONG_THICKNESS.message,
+    hint="it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a thinner "
+    "stack-up, or another connector",
 )
 
 LOOSE_THICKNESS = Case(
