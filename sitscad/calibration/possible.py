@@ -39,9 +39,9 @@ UNSETTLED = 2.5
 """How many times larger than expected errors may be of a fit that did not settle. Below, where true readings of few
 points come to lie, it is taken, and it is said that its unknowns are not to be trusted."""
 
-HARDLY = 4.5
+HARDLY = 4.0
 """Standard deviations of manufacture beyond which an unknown is not believed where loads and model disagree, too: half
-of all shear in a table, or a target askew by 3 degrees, came to lie at 4.9 to 5.5 and left errors of 4 to 25 %."""
+of all shear in a table, or a target askew by 3 degrees, came to lie at 4.3 to 5.5 and left errors of 4 to 39 %."""
 
 WORST, WORST_OF_POSES = 15.0, 40.0
 """How many times larger than expected errors may be: loads that are off by a thirteenth of themselves (hysteresis of a

@@ -108,10 +108,10 @@ class Trials:
         same_key = {rule for rule, key in tried.complaining if key == finding.key and self._errors[rule]}
         return tuple(sorted({*tried.errors, *same_key, *({finding.rule} if is_left else ())}))
 
-    def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        """The rules that complain more, or more often, of a changed design than of the design as it stands."""
+    def warned(self, changed: SensorSpec, of_worse: bool = True) -> tuple[str, ...]:
+        """The rules that complain more often of a changed design than of the design as it stands, or more."""
         tried = self._tried(changed)
-        return () if tried is None else tuple(sorted({*tried.complaints, *tried.worse}))
+        return () if tried is None else tuple(sorted({*tried.complaints, *(tried.worse if of_worse else ())}))
 
     def share(self, changed: SensorSpec) -> float | None:
         """The largest share of its reading by which a coil of a changed design changes over the required force; None
@@ -255,7 +255,9 @@ class _Left:
         assert self._finding is not None
         broken = self._noted(self._trials.broken(self._finding, fix.spec))
         if broken == ():
-            self._keep(Remedy(fix.edits, self._trials.warned(fix.spec)))
+            # an error is mended though a warning that stands already gets worse by it
+            is_error = self._finding.severity is Severity.ERROR
+            self._keep(Remedy(fix.edits, self._trials.warned(fix.spec, of_worse=not is_error)))
         return broken
 
     def mends(self, fix: Fix) -> None:

@@ -183,13 +183,15 @@ def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether a finding is gone, or milder, and none is new, weighs more than it did or, being a warning, got worse; a
-    note is no reason to leave an error or a warning. What a key holds could not be judged while its name was wrong.
+    """Whether a finding is gone, or milder, and none is new, weighs more than it did or, being a warning, got worse. A
+    note is no reason to leave an error or a warning, and a worse warning none to leave an error. What a key holds could
+    not be judged while its name was wrong.
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}
     is_gone = _place(applied) in gone and {severity for *_, severity in new} <= allowed
-    return is_gone and not worsened(before, after)
+    is_error = applied.finding.severity is Severity.ERROR
+    return is_gone and (is_error or not worsened(before, after))
 
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
