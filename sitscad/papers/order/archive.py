@@ -59,7 +59,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
         return
     try:
         found = _unzipped(content)
-    except (ValueError, RuntimeError, NotImplementedError, EOFError, OSError, zipfile.BadZipFile) as error:
+    except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
         yield f"cannot be read as it is written here: {error}"
         return
     wanted = max(ways, key=lambda members: len(members.keys() & found.keys()))
