@@ -18,11 +18,12 @@ from sitscad.cli.telling import coloured, print_result, say, told_errors
 @click.option(
     "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
 )
-def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None) -> int:
+@click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
+def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None, performance: bool) -> int:
     """Print the electrical numbers of SPEC.
 
-    Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings; JSON has
-    what the sensor feels, too, in newtons (3 to 7 seconds more).
+    Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings; with
+    --performance what the sensor feels, too, in newtons.
 
     \b
     Words in the tables:
@@ -52,7 +53,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         loaded = sitscad.opened(spec, sitscad.policy_for(spec))
     except sitscad.SpecError as error:
         unread = sitscad.unreadable(spec, error)
-        print_result(show(spec, None, unread, coloured(sys.stdout), ()))
+        print_result(show(spec, None, unread, coloured(sys.stdout), None))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
     try:
@@ -63,7 +64,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
     checked = sitscad.as_configured(loaded, result)
-    felt = sitscad.Design(loaded, layout, estimates).performance if format_name == "json" else ()
+    felt = sitscad.Design(loaded, layout, estimates).performance if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:

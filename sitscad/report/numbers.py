@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, felt_rows
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.quantities import NONE, plus_minus, quantity
 from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
     from sitscad.estimates import Estimates, ReadoutEstimate
     from sitscad.estimates.performance.values import Performance
 
-    Felt = Sequence[Performance]
+    Felt = Sequence[Performance] | None
 
 
 def as_text(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = ()
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None
 ) -> str:  # fmt: skip
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -36,6 +37,7 @@ def as_text(
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
         _titled("What the converter resolves", table(READING_HEAD, reading_rows(estimates)), colour),
         _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
+        *felt_blocks(felt or (), colour),
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
         _titled(f"Readout ({estimates.readout.device.part})", table([], readout_rows(estimates)), colour),
@@ -47,17 +49,27 @@ def as_text(
     return "\n\n".join([styled(printable(path), "bold", colour), *(block for block in blocks if block)]) + "\n"
 
 
+def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
+    """What the sensor feels as blocks of text: the table by load and axis, then its notes; none without a target."""
+    if not felt:
+        return []
+    lines = table(FELT_HEAD, felt_rows([point.document() for point in felt]))
+    notes = [f"note: {note}" for note in felt[-1].notes]
+    return ["\n".join(block) for block in ([styled(FELT_TITLE, "bold", colour), *lines], notes) if block]
+
+
 def as_json(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = ()
-) -> str:  # fmt: skip
-    """The JSON document of ``estimate`` with what the sensor feels; an unreadable spec gives no coils, and ``findings``
-    that say why.
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None
+) -> str:
+    """The JSON document of ``estimate``, with ``performance`` where that was asked for; an unreadable spec gives no
+    coils, and ``findings`` that say why.
     """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
-    return to_json({**estimates.as_json(path), "performance": [point.document() for point in felt]})
+    asked = {} if felt is None else {"performance": [point.document() for point in felt]}
+    return to_json(estimates.as_json(path) | asked)
 
 
 Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt"], str]
@@ -67,7 +79,7 @@ ESTIMATE_FORMATS: Mapping[str, Shown] = {
     "json": as_json,
 }
 """How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
-and what the sensor feels (text: left out)."""
+and what the sensor feels (None: not asked for)."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, felt_rows
 from sitscad.report.findings import printable, styled, to_json
-from sitscad.report.numbers import table
+from sitscad.report.numbers import felt_blocks, table
 from sitscad.report.quantities import NONE, quantity
 from sitscad.version import __version__
 
@@ -21,13 +20,13 @@ if TYPE_CHECKING:
     from sitscad.estimates.performance.values import Performance
     from sitscad.estimates.response.values import Response
 
-    Felt = Sequence[Performance]
+    Felt = Sequence[Performance] | None
 
 SHOWN = 60
 """Points at most that the text shows."""
 
 
-def response_text(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
+def response_text(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
     """A row a point, and what is worth saying of them."""
     cases = ["case"] if any(response.cases) else []
     head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
@@ -36,10 +35,7 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Fel
     if len(response) > SHOWN:
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join(_said(response))]
-    if felt:
-        lines = table(FELT_HEAD, felt_rows([point.document() for point in felt]))
-        blocks += ["\n".join([styled(FELT_TITLE, "bold", colour), *lines])]
-        blocks += ["\n".join(f"note: {note}" for note in felt[-1].notes)]
+    blocks += felt_blocks(felt or (), colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
@@ -90,14 +86,15 @@ def _said(response: Response) -> Iterator[str]:
         yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
 
 
-def response_json(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
-    """The contract's document."""
+def response_json(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
+    """The contract's document, with ``performance`` where that was asked for."""
     points = [response.point_document(k) for k in range(len(response))]
-    return to_json({"sitscad": __version__, "spec": path, "coils": list(response.coils), "points": points,
-                    "performance": [point.document() for point in felt]})  # fmt: skip
+    document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), "points": points}
+    asked = {} if felt is None else {"performance": [point.document() for point in felt]}
+    return to_json(document | asked)
 
 
-def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = ()) -> str:
+def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
     columns = _flat(response)
     text = io.StringIO()
@@ -153,7 +150,7 @@ RESPONSE_FILES = (".npz", ".csv", ".json")
 """Endings of the files that it can write."""
 
 
-def response_file(path: str, response: Response, ending: str, felt: Felt = ()) -> bytes:
+def response_file(path: str, response: Response, ending: str, felt: Felt = None) -> bytes:
     """The content of a file of one of those endings; `path` is the spec's."""
     if ending == ".npz":
         return response_npz(response)

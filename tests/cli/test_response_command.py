@@ -16,7 +16,7 @@ def test_json_is_the_contract_s(run, pair):
     document = json.loads(done.out)
     assert (document["coils"], document["spec"]) == (["C1", "C2"], "pair.yaml")
     posed, loaded = document["points"]
-    assert [point["at"] for point in document["performance"]] == ["rest", "half", "full"]
+    assert "performance" not in document  # seconds that nobody asked for
     assert posed["pose"]["z_m"] == approx(-2e-4, rel=1e-6)
     assert posed["strain"] == approx(0.1, rel=1e-6)
     assert posed["force_N"][2] < -0.1 and posed["force_N"][0] < 0.0
@@ -36,6 +36,11 @@ def test_text_says_pose_reading_and_notes(run, pair):
     for word in ("C1", "C2", "counts", "uH", "MHz"):
         assert word in done.out
     assert "What the sensor feels" in run("response", pair, "--performance").out
+    felt = json.loads(run("response", pair, "--performance", "--format", "json").out)["performance"]
+    assert [point["at"] for point in felt] == ["rest", "half", "full"]
+    assert json.loads(run("estimate", pair, "--performance", "--format", "json").out)["performance"] == felt
+    assert "What the sensor feels" in run("estimate", pair, "--performance").out
+    assert "performance" not in json.loads(run("estimate", pair, "--format", "json").out)
     assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=held").out != done.out
     assert run("response", pair, "--load", "normal=1,shear_x=0.2,rotation=free").out == done.out
 
