@@ -60,6 +60,11 @@ TOLD = [
     ("S", {"coil.turns": 0.25, "coil.layers": 1}, "SIT201! SIT202!"),
     ("B", {"array.pitch": 30}, "SIT215!"),
     ("B", {"array.pitch": 400}, "SIT134 SIT215!"),
+    # Full load is judged where no force is required.
+    ("B", {"array.pitch": 30, "requirements": None}, "SIT215!"),
+    ("B", {"elastomer.thickness": 0.001, "requirements": None}, "SIT134 SIT215!"),
+    ("B", {"elastomer.thickness": 100, "requirements": {"shear_force": "0.5 N"}}, "SIT134 SIT215!"),
+    ("B", {"array": {"centres": [[-8, -30], [-8, 30]]}, "requirements": None}, "SIT215!"),
     # The board and its tail.
     ("S", {"fpc.margin": 100}, "SIT134"),
     ("B", {"fpc.tail.length": 1}, "SIT133 SIT123!"),

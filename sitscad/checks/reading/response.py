@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
@@ -67,7 +68,12 @@ def responses(design: Design) -> list[Response]:
 
 
 def coil_response(design: Design) -> Iterator[Verdict]:
-    """Every coil's change against the converter's step and against the coil that changes most."""
+    """Every coil's change against the converter's step and against the coil that changes most; where no force is
+    required, whether any coil feels full load.
+    """
+    if not design.spec.requirements.normal_force:
+        yield from _unasked(design)
+        return
     found = responses(design)
     yield from failed_states(design, "change from rest to pressed")
     if len(found) < len(design.estimates.coils):
@@ -80,8 +86,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         return
     worst = min(deaf, key=lambda response: response.steps)
     beside = best.steps >= FEWEST_STEPS
-    is_lost = best.steps < TOLD_FROM_NOISE * best.noise
-    yield (NOT_FELT if is_lost else HARDLY_FELT).found(
+    yield (NOT_FELT if _is_lost(found) else HARDLY_FELT).found(
         "target.size" if beside else "elastomer.thickness",
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
@@ -98,7 +103,36 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         least_share=LEAST_SHARE,
         sigmas=TOLD_FROM_NOISE,
         noise=best.noise,
+        taken="",
     )
+
+
+def _is_lost(found: Sequence[Response]) -> bool:
+    """Whether no coil's change is told from the noise."""
+    return all(response.steps < TOLD_FROM_NOISE * response.noise for response in found)
+
+
+def _unasked(design: Design) -> Iterator[Verdict]:
+    """What is said where no normal force is required: that no coil feels the full load of data sheet and calibration,
+    if so; whether each feels enough is not known.
+    """
+    from sitscad.estimates import estimated
+    from sitscad.estimates.performance.bench import USUAL_STRAIN, full_normal
+    from sitscad.estimates.states.pressing import rests_on_pad
+
+    yield Undecided(NEEDS["normal force"][1])
+    if not rests_on_pad(design.spec):
+        return
+    asked = replace(design.spec.requirements, normal_force=full_normal(design.spec))
+    loaded = design.drawn(replace(design.spec, requirements=asked))
+    found = responses(Design(loaded.spec, loaded.layout, estimated(loaded.layout, solved=design.estimates.solved)))
+    if found and _is_lost(found):
+        best = max(found, key=lambda response: response.steps)
+        yield NOT_FELT.found(
+            "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=_more_change(design.spec),
+            force=asked.normal_force, changes=_changes(found), sigmas=TOLD_FROM_NOISE, noise=best.noise,
+            taken=f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),",
+        )  # fmt: skip
 
 
 def _named(deaf: Sequence[Response]) -> str:
@@ -226,8 +260,8 @@ HARDLY_FELT = Case(
 )
 
 NOT_FELT = Case(
-    "the sensor feels nothing: from rest to pressed by {force:N} no coil changes by the {sigmas:g} sigma that tell a "
-    "change from noise",
+    "the sensor feels nothing: from rest to pressed by {force:N}{taken} no coil changes by the {sigmas:g} sigma that "
+    "tell a change from noise",
     detail="{changes}, and noise alone is {noise:.2g} steps (one sigma)",
     severity=Severity.ERROR,
 )
@@ -250,7 +284,8 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "SIT215", "coil-response", Severity.ERROR,
         f"From rest to pressed every coil changes by at least {FEWEST_STEPS:.0f} steps of the converter and by at "
         f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most (a warning). It is an error "
-        f"where no coil changes by {TOLD_FROM_NOISE:g} sigma of the converter's noise: the sensor measures nothing.",
+        f"where no coil changes by {TOLD_FROM_NOISE:g} sigma of the converter's noise: the sensor measures nothing. "
+        "Where no force is required, that is judged under full load: the force that presses the pad by 20 %.",
         "A coil beside the target, or too far from it, reads the same whatever the force: its channel is noise, and "
         "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
         "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "
@@ -259,7 +294,7 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "elastomer or one of another thickness, or fewer scans a second.",
         "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
         "from the error of finite targets (unverified by measurement)",
-        ("target", "elastomer", "normal force"), coil_response,
+        ("target", "elastomer"), coil_response,
     ),
     Rule(
         "SIT217", "small-signal", Severity.WARNING,
