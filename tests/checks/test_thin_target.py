@@ -75,6 +75,16 @@ def test_the_resistance_of_a_sheet(depths):
     assert _resistance_of_sheet(depths) == approx(ratio, rel=1e-9) and abs(ratio - 1.0) < 0.09
 
 
+@pytest.mark.parametrize("thickness", [70.0, 84.0])
+def test_a_higher_frequency_is_offered_where_the_converter_follows(thickness):
+    """Three skin depths stop 95 %: at 13.1 MHz for 70 um of aluminium, at 9.1 MHz for 84 um; the LDC1614 ends at 10."""
+    result = sitscad.check(foil(f"{thickness} um", force=FORCE + "readout: {capacitance: 220 nF}\n"))
+    (found,) = [finding for finding in result.findings if finding.rule == "SIT305"]
+    stopped = next(f for f in range(1, 1000) if THICK * skin_depth(0.1e6 * f, 35.4e6) < thickness * 1e-6)
+    assert found.severity is Severity.WARNING
+    assert ("or a higher frequency" in found.hint) is (stopped <= 100)
+
+
 def judge_alone(judge, spec):
     return judge("SIT305", spec, None, sitscad.estimate(sitscad.lay_out(spec)))
 

@@ -71,6 +71,15 @@ def test_a_sum_of_gaussians_is_one_over_the_distance():
     assert summed - constant == approx(1.0 / at, rel=1e-4)
 
 
+def test_what_a_sum_of_gaussians_lacks_on_a_surface_is_its_tail():
+    found = gaussian_sum(1e-6, 1e-2)
+    edges = np.geomspace(1e-11, 20e-6, 4001)
+    at = np.sqrt(edges[1:] * edges[:-1])
+    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    lacked = math.fsum((1.0 / at - summed) * math.pi * np.diff(edges**2))
+    assert found.tail == approx(lacked, rel=0.01)
+
+
 def test_toroidal_functions_are_the_mean_over_circles():
     excess = np.array([1e-4, 1e-2, 0.04, 0.05, 0.5, 20.0])
     angle = 2.0 * math.pi * (np.arange(40_000) + 0.5) / 40_000

@@ -145,6 +145,22 @@ def test_magnetic_poles_need_room():
     assert np.all(np.diff(shares) > 0.0)
 
 
+def test_a_small_thin_magnetic_disc_is_a_dipole():
+    """In an even field along it a thin disc of endless permeability has 16 r^3 / 3 times that field as its moment
+    (Landau and Lifshitz, Electrodynamics of Continuous Media, section 4: the flat spheroid's limit).
+    """
+    gap, off, radius, loop = 1.5e-3, 1.8e-3, 0.1e-3, 2e-3
+    angle = 2.0 * math.pi * (np.arange(2000) + 0.5) / 2000
+    ring = loop * np.stack([np.cos(angle), np.sin(angle)])
+    step = loop * 2.0 * math.pi / 2000 * np.stack([-np.sin(angle), np.cos(angle)])
+    away = np.hypot(np.hypot(off - ring[0], ring[1]), gap)
+    along = math.fsum(step[1] * gap / away**3) / (4.0 * math.pi)  # Biot and Savart, across the axis, A/m by A
+    mirror = np.hypot(np.hypot(loop - ring[0], ring[1]), 2.0 * gap)
+    endless = 0.5 * loop * math.fsum(step[1] / mirror)  # Neumann, with the mirror's ring, by mu0
+    found = magnetic_share(disc(2.0 * radius, 1e-14), ALONE, np.array([[off, 0.0]]), gap)[0]
+    assert found == approx(16.0 / 3.0 * radius**3 * along**2 / endless, rel=0.02)
+
+
 @pytest.mark.parametrize("size", [0.1e-3, 1e-3, 4e-3, 8e-3, 30e-3])
 def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
     """The edge of a thick one was taken to be inside it: shares of 75,000, or an array of negative size."""

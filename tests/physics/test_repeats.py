@@ -117,3 +117,8 @@ def test_few_heights_stand_for_many(heights, apart):
     assert nodes.size <= squares.size
     exact = 1.0 / np.sqrt(apart**2 + squares)
     assert shares @ (1.0 / np.sqrt(apart**2 + nodes)) == approx(exact, rel=1e-7)
+
+
+def test_heights_that_are_one_height_stand_at_it():
+    nodes, shares = height_nodes(np.full(3, 4.0), 1)
+    assert list(shares @ nodes) == [4.0, 4.0, 4.0]
