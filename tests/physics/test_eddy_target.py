@@ -16,7 +16,7 @@ from sitscad.physics.eddy.coil_potential import coil_potential
 from sitscad.physics.eddy.disc import disc
 from sitscad.physics.eddy.gaussian_sum import gaussian_sum
 from sitscad.physics.eddy.graded_line import FINEST
-from sitscad.physics.eddy.image import Mirror, image_modes
+from sitscad.physics.eddy.image import Mirror, _factor, image_modes
 from sitscad.physics.eddy.skin import skin
 from sitscad.physics.eddy.target import solve, turned
 from sitscad.physics.eddy.toroidal import toroidal
@@ -78,6 +78,15 @@ def test_what_a_sum_of_gaussians_lacks_on_a_surface_is_its_tail():
     summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
     lacked = math.fsum((1.0 / at - summed) * math.pi * np.diff(edges**2))
     assert found.tail == approx(lacked, rel=0.01)
+
+
+def test_currents_with_less_energy_than_none_get_more():
+    turned, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    energies = np.array([-1e-3, 0.5, 1.0])
+    matrix = turned * energies @ turned.T
+    factor = _factor(matrix)
+    assert np.linalg.eigvalsh(factor @ factor.T) == approx(np.array([2e-3, 0.5, 1.0]), rel=1e-9)
+    assert np.linalg.eigvalsh(factor @ factor.T - matrix)[0] > -1e-12
 
 
 def test_toroidal_functions_are_the_mean_over_circles():

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, magnetic_share, plate_loss_share, plate_share
+from sitscad.physics.metal.finite_plate import (
+    CoaxialRings,
+    Plate,
+    field_share,
+    magnetic_share,
+    plate_loss_share,
+    plate_share,
+)
 from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
@@ -36,6 +43,19 @@ def test_mirrored_places_have_one_share(plate):
     places = np.array([[1.3e-3, 0.7e-3], [-1.3e-3, 0.7e-3], [1.3e-3, -0.7e-3], [-1.3e-3, -0.7e-3]])
     shares = plate_share(plate, COIL, places, 0.8e-3)
     assert shares == approx(shares[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("floor", [-math.inf, -1e-3])
+def test_heights_count_from_nowhere(floor):
+    """Coil, mirror and plate moved up together are what they were."""
+    up, place = 5e-3, np.array([[1.3e-3, 0.7e-3]])
+    raised = CoaxialRings(COIL.radii, COIL.heights + up, COIL.turns)
+    for share in (plate_share, plate_loss_share, magnetic_share):
+        for plate in (rectangle(4.5e-3, 3e-3), disc(4.5e-3)):
+            found = share(plate, raised, place, 0.8e-3 + up, floor + up)
+            assert found == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
+    lit = field_share((4.5e-3, 3e-3), raised, place, 0.8e-3 + up)
+    assert lit == approx(field_share((4.5e-3, 3e-3), COIL, place, 0.8e-3), rel=1e-9)
 
 
 def test_a_turned_rectangle_over_a_turned_place_is_the_same():

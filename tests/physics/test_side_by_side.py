@@ -45,8 +45,9 @@ def stadium(radius, length, width, thickness=20 * UM):
     return (track(pieces, width, thickness, 0.0),)
 
 
-def square(side, width, thickness=20 * UM):
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * side / 2
+def square(side, width, thickness=20 * UM, angle=0.0):
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) @ turn * side / 2
     return (track([(tuple(a), tuple(b)) for a, b in pairwise(corners)], width, thickness, 0.0),)
 
 
@@ -147,7 +148,7 @@ def test_straight_sides_sampled_and_closed_agree(gap, tolerance):
     assert tracks_side_by_side(one, one, (away, 0.0)) == approx(closed, rel=tolerance)
 
 
-@pytest.mark.parametrize("made", ["round", "stadium", "square"])
+@pytest.mark.parametrize("made", ["round", "stadium", "square", "turned square"])
 def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
     gap, width = 300 * UM, 100 * UM
     if made == "round":
@@ -156,8 +157,10 @@ def test_nearness_is_the_width_over_the_distance_of_the_centre_lines(made):
         # the outer ends lie at 0.2 rad, half a turn on the radius is shorter by half a pitch
         assert 0.5 < found.nearness * gap / width <= 1.0
         return
-    coil = stadium(1e-3, 1e-3, width) if made == "stadium" else square(3e-3, width)
-    found = side_by_side.tracks_side_by_side(coil, coil, (3e-3 + gap, 0.0))
+    angle = 0.3 if made == "turned square" else 0.0
+    coil = stadium(1e-3, 1e-3, width) if made == "stadium" else square(3e-3, width, angle=angle)
+    away = 3e-3 + gap
+    found = side_by_side.tracks_side_by_side(coil, coil, (away * math.cos(angle), away * math.sin(angle)))
     assert found.nearness == approx(width / gap, rel=0.02)
 
 

@@ -6,7 +6,14 @@ import pytest
 
 from sitscad.readout.family import ChannelSettings as Channel
 from sitscad.readout.ldc161x import registers
-from sitscad.readout.ldc161x_registers import clock_dividers, config, deglitch, drive_current_field, mux_config
+from sitscad.readout.ldc161x_registers import (
+    clock_dividers,
+    config,
+    data_addresses,
+    deglitch,
+    drive_current_field,
+    mux_config,
+)
 
 EXAMPLE = Channel(rcount=1238, settle_count=10, input_divider=1, reference_divider=2, drive_code=18)
 
@@ -40,6 +47,7 @@ def test_deglitch_is_the_narrowest_above_the_sensor(frequency: float, bits: int)
 
 
 def test_fields() -> None:
+    assert [data_addresses(channel) for channel in range(4)] == [(0, 1), (2, 3), (4, 5), (6, 7)]
     assert clock_dividers(2, 1) == 0x2001
     assert drive_current_field(19) == 0x9800
     assert mux_config(3, 5e6) == 0xA20D
@@ -53,6 +61,7 @@ def test_fields() -> None:
         lambda: clock_dividers(16, 1),
         lambda: clock_dividers(1, 0),
         lambda: drive_current_field(32),
+        lambda: data_addresses(4),
         lambda: mux_config(5, 1e6),
         lambda: config(active_channel=1, high_current=True),
         lambda: registers((EXAMPLE, EXAMPLE), 2.4e6, high_current=True),
