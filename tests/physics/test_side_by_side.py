@@ -125,6 +125,29 @@ def test_it_grows_with_the_scale(scale, tolerance):
     assert spirals_side_by_side(scaled, scaled, (4e-3 * scale, 1e-3 * scale)) == approx(one * scale, rel=tolerance)
 
 
+def filament(layer, count=4000):
+    """Points (m) and elements of a spiral's centre line, the way of its current."""
+    step = layer.span / count
+    theta = step * (np.arange(count) + 0.5)
+    r, a, fall = layer.radius - layer.pitch * theta / (2 * math.pi), layer.angle + layer.sense * theta, layer.pitch
+    along = layer.sense * r[:, None] * np.stack([-np.sin(a), np.cos(a)], axis=1)
+    along -= fall / (2 * math.pi) * np.stack([np.cos(a), np.sin(a)], axis=1)
+    points = np.stack([r * np.cos(a), r * np.sin(a), np.full(count, layer.z)], axis=1)
+    return points, along * (step if layer.inward else -step)
+
+
+def test_spirals_are_the_sum_over_their_centre_lines():
+    one, other = (
+        [replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3)
+    )
+    move = np.array([3.3e-3, 1e-3, 0.0])
+    expected = math.fsum(
+        sampled_mutual_inductance(filament(a), (points + move, elements))
+        for a in one for points, elements in map(filament, other)
+    )  # fmt: skip
+    assert spirals_side_by_side(one, other, tuple(move[:2])) == approx(expected, rel=1e-5)
+
+
 def test_a_turn_of_the_whole_changes_nothing():
     one = round_coil(turns=0.6, width=400 * UM)
     turned = tuple(replace(layer, angle=layer.angle + 1.0) for layer in one)

@@ -102,6 +102,7 @@ def test_no_divider_helps_a_clock_that_is_far_too_slow() -> None:
     divider = ldc161x.input_divider(9e6, 2e6)
     assert divider > 15
     assert not ldc161x.is_input_in_range(9e6, divider, 2e6)
+    assert [ldc161x.is_input_in_range(1e6, divider, 40e6) for divider in (0, 1, 15, 16)] == [False, True, True, False]
 
 
 def test_settle_count_of_the_data_sheet_example() -> None:
