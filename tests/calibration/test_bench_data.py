@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.calibration.bench_data import BenchError, points_of, read_table
 from sitscad.calibration.suspicion import require_plausible
@@ -72,8 +73,8 @@ def test_a_cell_beyond_all_bounds_is_refused(tmp_path):
 def test_units_are_those_of_the_header(tmp_path, sensors):
     table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")
     points = points_of(table, sensors)
-    assert points.loads is None and np.allclose(points.poses[:, 2], [0.0, -10e-6, -20e-6, -30e-6])
-    assert np.allclose(points.frequency[1], 7.6e6) and list(points.at_rest) == [True, False, False, False]
+    assert points.loads is None and points.poses[:, 2] == approx(np.array([0.0, -10e-6, -20e-6, -30e-6]), rel=1e-12)
+    assert points.frequency[1] == approx(7.6e6, rel=1e-12) and list(points.at_rest) == [True, False, False, False]
 
 
 def test_inductances_are_those_of_the_firmware_s_formula(sensors, bench, table):
@@ -87,7 +88,7 @@ def test_inductances_are_those_of_the_firmware_s_formula(sensors, bench, table):
         return names, [[*map(str, a), *map(repr, map(float, b))] for a, b in zip(loads, found, strict=True)]
 
     read = points_of(read_table(table(in_microhenry), sensors.coils), sensors)
-    assert np.allclose(read.frequency, bench.frequency, rtol=1e-12)
+    assert read.frequency == approx(bench.frequency, rel=1e-12)
 
 
 def _without_rest(head, rows):

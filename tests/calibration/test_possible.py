@@ -8,6 +8,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad.calibration
 from sitscad.calibration.bench_data import BenchError, points_of, read_table
@@ -156,7 +157,7 @@ def _twice(sensors, bench, scale):
 @pytest.mark.parametrize(("scale", "words"), [(1.0, "agree within"), (1.05, "times the converter's noise")])
 def test_of_two_readings_counts_are_used_and_a_difference_is_told(table, sensors, bench, scale, words):
     read, points = _read(table, sensors, _twice(sensors, bench, scale))
-    assert np.allclose(points.frequency, bench.frequency, rtol=1e-7)
+    assert points.frequency == approx(bench.frequency, rel=1e-7)
     one, other = second_readings(read, points, sensors)
     assert "C1_counts is used, C1_uH is not" in one and "C2_counts is used" in other
     assert words in one and words in other

@@ -6,6 +6,7 @@ import tracemalloc
 from dataclasses import replace
 
 import numpy as np
+from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit import coils, leads
@@ -37,9 +38,9 @@ def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
     corners = np.concatenate([[(-20.1 * leads.LONGEST, 0.0)], bend])
     middle, elements = leads._sampled(corners, 1e-4)
     assert len(middle) == len(elements) == 21 + 19
-    assert np.allclose(elements.sum(axis=0), corners[-1] - corners[0])
-    assert np.allclose(middle[:21, 0] - elements[:21, 0] / 2, corners[0, 0] + np.arange(21) * elements[0, 0])
-    assert np.allclose(middle[21:, :2], 0.5 * (bend[1:] + bend[:-1])) and np.all(middle[:, 2] == 1e-4)
+    assert elements.sum(axis=0) == approx(corners[-1] - corners[0], abs=1e-15)
+    assert middle[:21, 0] - elements[:21, 0] / 2 == approx(corners[0, 0] + np.arange(21) * elements[0, 0], abs=1e-15)
+    assert middle[21:, :2] == approx(0.5 * (bend[1:] + bend[:-1]), abs=1e-15) and np.all(middle[:, 2] == 1e-4)
 
 
 def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):

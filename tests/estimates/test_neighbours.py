@@ -66,5 +66,5 @@ def test_equal_displacements_have_equal_inductance_and_the_matrix_is_positive():
     assert matrix[0, 1] == matrix[1, 2]
     assert abs(matrix[0, 2]) < abs(matrix[0, 1])
     assert np.linalg.eigvalsh(matrix).min() > 0.0
-    assert np.allclose(np.diag(errors), 0.4e-10) and np.array_equal(errors, errors.T)
+    assert np.diag(errors) == approx(0.4e-10, rel=1e-9) and np.array_equal(errors, errors.T)
     assert 0.0 < errors[0, 2] < errors[0, 1] < 1e-3 * abs(matrix[0, 1])

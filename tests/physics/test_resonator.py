@@ -69,6 +69,19 @@ def test_without_a_cable_both_places_of_the_capacitor_are_one():
     assert at_coil.parallel_resistance == approx(at_pins.parallel_resistance, rel=1e-9)
 
 
+@pytest.mark.parametrize("at_coil", [False, True])
+def test_a_capacitor_with_a_resistance_is_a_branch_of_its_own(at_coil):
+    """Two branches, r + jwL and s + 1/jwC: resonant at w^2 LC = (L/C - r^2) / (L/C - s^2), as in any textbook."""
+    inductance, capacitor, loss, own = 2e-6, 220e-12, 5.0, 30.0
+    found = oscillate(Network(0.0, 0.0, capacitor, at_coil, own), inductance, loss)
+    square = inductance / capacitor
+    plain = resonance_frequency(inductance, capacitor)
+    assert found.frequency == approx(plain * math.sqrt((square - loss**2) / (square - own**2)), rel=1e-9)
+    omega = 2.0 * math.pi * found.frequency
+    conductances = [r / (r * r + x * x) for r, x in ((loss, omega * inductance), (own, 1.0 / (omega * capacitor)))]
+    assert found.parallel_resistance == approx(1.0 / math.fsum(conductances), rel=1e-9)
+
+
 def test_a_cable_belongs_to_the_tank_only_with_the_capacitor_at_the_converter():
     plain = oscillate(Network(10e-12, 4e-12, 220e-12, False), 2e-6, 5.0)
     pins = oscillate(Network(10e-12, 4e-12, 220e-12, False, 0.0, 180e-9, 0.3), 2e-6, 5.0)

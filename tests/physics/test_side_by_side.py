@@ -137,9 +137,7 @@ def filament(layer, count=4000):
 
 
 def test_spirals_are_the_sum_over_their_centre_lines():
-    one, other = (
-        [replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3)
-    )
+    one, other = ([replace(layer, thickness=2 * UM) for layer in round_coil(2 * UM, turns)] for turns in (3.0, 2.3))
     move = np.array([3.3e-3, 1e-3, 0.0])
     expected = math.fsum(
         sampled_mutual_inductance(filament(a), (points + move, elements))

@@ -31,8 +31,8 @@ def test_symmetric_pairs_are_not_mixed_up():
     layers = four_layers()
     matrix = spiral_inductance_matrix(layers)
     each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
-    assert np.allclose(matrix, each, rtol=2e-5)
-    assert np.allclose(each, each.T, rtol=2e-5)
+    assert matrix == approx(each, rel=2e-5)
+    assert each == approx(each.T, rel=2e-5)
 
 
 @pytest.mark.parametrize(("sense", "within"), [(1, 1e-9), (-1, 3e-6)])
@@ -51,7 +51,7 @@ def test_a_layer_is_the_sum_of_its_outer_and_its_inner_turns(sense, within):
 def test_pairs_of_layers_of_different_turns_are_not_mixed_up():
     layers = [replace(layer, turns=turns) for layer, turns in zip(four_layers(), (7.75, 6.5, 5.25, 6.5), strict=True)]
     each = np.array([[spiral_mutual_inductance(a, b) for b in layers] for a in layers])
-    assert np.allclose(spiral_inductance_matrix(layers), each, rtol=2e-5)
+    assert spiral_inductance_matrix(layers) == approx(each, rel=2e-5)
 
 
 designs = st.tuples(
@@ -73,7 +73,7 @@ def drawn(turns, layers, fill, copper):
 @given(designs)
 def test_layers_are_a_passive_circuit(design):
     matrix = spiral_inductance_matrix(drawn(*design))
-    assert np.allclose(matrix, matrix.T)
+    assert matrix == approx(matrix.T, rel=1e-12)
     assert np.linalg.eigvalsh(matrix).min() > 0.0
     if design[0] >= 1.0:
         # half turns on opposite sides carry opposite currents; whole ones never do

@@ -67,6 +67,8 @@ def test_fields() -> None:
         lambda: registers((EXAMPLE, EXAMPLE), 2.4e6, high_current=True),
         lambda: registers((Channel(8, 10, 1, 2, 18),), 2.4e6),
         lambda: registers((Channel(1238, 3, 1, 2, 18),), 2.4e6),
+        lambda: registers((Channel(1238, 0x10000, 1, 2, 18),), 2.4e6),
+        lambda: registers((Channel(0x10000, 10, 1, 2, 18),), 2.4e6),
         lambda: registers((), 2.4e6),
     ],
 )

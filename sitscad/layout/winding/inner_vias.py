@@ -166,7 +166,7 @@ def _alike(copper: dict[int, Array]) -> dict[int, int]:
     found: dict[int, int] = {}
     for layer, points in copper.items():
         same = (
-            k for k in found.values() if copper[k].shape == points.shape and np.allclose(copper[k], points, 0, 1e-12)
+            k for k in found.values() if copper[k].shape == points.shape and np.all(np.abs(copper[k] - points) <= 1e-12)
         )
         found[layer] = next(same, layer)
     return found

@@ -179,7 +179,7 @@ def _plans(layers: Sequence[Array]) -> list[int]:
     known: list[Array] = []
     found = []
     for layer in layers:
-        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.allclose(one, layer, 0.0, ALIKE)]
+        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
         found += same[:1] or [len(known)]
         known += [] if same else [layer]
     return found

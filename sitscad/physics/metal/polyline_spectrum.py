@@ -129,7 +129,7 @@ def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], lis
 
 def _alike(one: PolylineTrack, other: PolylineTrack) -> bool:
     return (one.width == other.width and one.corners.shape == other.corners.shape
-            and np.allclose(one.corners, other.corners, atol=1e-9, rtol=0.0))  # fmt: skip
+            and bool(np.all(np.abs(one.corners - other.corners) <= 1e-9)))  # fmt: skip
 
 
 @record
