@@ -16,7 +16,8 @@ from sitscad.remedy.fix import Fix
 from sitscad.spec.places import footprint
 from sitscad.spec.profiles import presets
 from sitscad.spec.profiles.fabricator import installed_rules
-from sitscad.spec.sensor import CoilSpec, ElastomerPad, SensorSpec, Target
+from sitscad.spec.rules import SpecError
+from sitscad.spec.sensor import CoilSpec, ElastomerPad, Encapsulation, SensorSpec, Target
 from sitscad.units import show
 
 MOST_LAYERS = 8
@@ -182,13 +183,48 @@ def scans(spec: SensorSpec, rate: float) -> Iterator[Fix]:
     yield Fix((Edit("readout.scan_rate", show(rate, "Hz", 6)),), replace(spec, readout=readout))
 
 
-def calmer_tail(spec: SensorSpec) -> Iterator[Fix]:
-    """A tail of one copper layer, then one that is bent only once."""
+def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
+    """Tails of fewer copper layers, two and then one, that the spec can be read with: the body's layers are then built
+    round those.
+    """
     tail = spec.fpc.tail
     assert tail is not None
-    for key, new, calm in (("layers", "1", replace(tail, layers=1)), ("bend", "static", replace(tail, bend="static"))):
-        if calm != tail:
-            yield Fix((Edit(f"fpc.tail.{key}", new),), replace(spec, fpc=replace(spec.fpc, tail=calm)))
+    for layers in (2, 1):
+        if layers < tail.layers:
+            try:
+                changed = spec.replace("fpc.tail.layers", layers)
+            except SpecError:
+                continue
+            yield Fix((Edit("fpc.tail.layers", f"{layers}"),), changed)
+
+
+def bent_once(spec: SensorSpec) -> Iterator[Fix]:
+    """A tail that is bent only once; nothing where it is."""
+    tail = spec.fpc.tail
+    assert tail is not None
+    if tail.bend != "static":
+        calm = replace(spec.fpc, tail=replace(tail, bend="static"))
+        yield Fix((Edit("fpc.tail.bend", "static"),), replace(spec, fpc=calm))
+
+
+SEALING = ("ecoflex-00-50", 50e-6)
+"""The film by which a target is sealed: a silicone, and its thickness (m)."""
+
+
+def sealed(spec: SensorSpec) -> Iterator[Fix]:
+    """A soft thin film over all of it; nothing where it has one."""
+    if spec.encapsulation is None:
+        name, thickness = SEALING
+        edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
+        yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
+
+
+def higher_seat(spec: SensorSpec, standoff: float) -> Iterator[Fix]:
+    """A seat that holds the board so far (m) off the metal at least."""
+    assert spec.mount is not None
+    high = _ceiled(standoff)
+    edit = Edit("mount.standoff", f"{1e3 * high:.6g}")
+    yield Fix((edit,), replace(spec, mount=replace(spec.mount, standoff=high)))
 
 
 def stiffer_pad(spec: SensorSpec, shear_modulus: float) -> Fix:
@@ -221,6 +257,18 @@ def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix
             for under_it, larger in resized("elastomer", pad, carrying(footprint(spec, pad), here)):
                 yield Fix((*edits, *under_it), replace(spec, target=wanted, elastomer=larger))
         yield Fix(edits, replace(spec, target=wanted))
+
+
+def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
+    """Target and elastomer over the middle of the coils; nothing where the target is there."""
+    target, pad = spec.target, spec.elastomer
+    if target is None or not any(target.offset):
+        return
+    edits, changed = [Edit("target.offset", "[0, 0]")], replace(spec, target=replace(target, offset=(0.0, 0.0)))
+    if pad is not None and any(pad.offset):
+        edits.append(Edit("elastomer.offset", "[0, 0]"))
+        changed = replace(changed, elastomer=replace(pad, offset=(0.0, 0.0)))
+    yield Fix(tuple(edits), changed)
 
 
 SAME = 1e-9

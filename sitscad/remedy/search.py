@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -113,6 +113,21 @@ def first_or_vain(fixes: list[Fix], left: Left, instead: tuple[str, str, str]) -
         return f"{perhaps}, or {alternative}" if perhaps else ""
     vain = f" (tried in vain: {in_vain(fixes, left)})" if fixes else ""
     return f"{else_does}{vain}"
+
+
+def first_tried(families: Sequence[Sequence[Fix]], otherwise: str = "") -> Callable[[Left], str]:
+    """Writes a hint with the first fix of each family that mends; where none does, with what else would do, and what
+    was tried in vain.
+    """
+
+    def advice(left: Left) -> str:
+        found = ways(families, left)
+        if found:
+            return f"{named(found)} (tried)"
+        vain = in_vain((fix for family in families for fix in family), left)
+        return "; ".join(words for words in (otherwise, f"tried in vain: {vain}" if vain else "") if words)
+
+    return advice
 
 
 def broken_by(fixes: Iterable[Fix], left: Left) -> tuple[str, ...]:

@@ -334,3 +334,39 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     ]  # fmt: skip
     assert fixes["SIT312"] == [[("elastomer.material", "dragon-skin-10")]]
     assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "rule", "said"),
+    [
+        ("grasper_4layer", {"encapsulation": None}, "SIT311",
+         "encapsulation.material: ecoflex-00-50 with encapsulation.thickness: 0.05 (tried)"),
+        ("bench_7mm", {"target.size": 4, "target.offset": [-4, 0], "fpc.margin": [0, 10]}, "SIT215",
+         "target.offset: [0, 0] (SIT217 warns then) (tried)"),
+        ("three_axis_pad", {"target.size": 24, "elastomer.size": 24}, "SIT218",
+         "target.size: 11.2 with elastomer.size: 11.2 (tried)"),
+        ("bench_7mm", {"fpc.tail.bend": {"kind": "static", "radius": 0.1}}, "SIT123",
+         "fpc.tail.bend.radius: 1.4 (tried)"),
+        ("three_axis_pad", {"requirements.shear_force": "12 N"}, "SIT312",
+         "elastomer.material: dragon-skin-20 (SIT217 warns then) (tried)"),
+        ("grasper_4layer", {"fpc.tail.layers": 4}, "SIT308", "fpc.tail.layers: 2 (tried)"),
+        ("grasper_4layer", {"fpc.tail.layers": 4, "fpc.tail.bend": "dynamic"}, "SIT308",
+         "fpc.tail.bend: static mends it; or fpc.tail.layers: 2 leaves a warning (it was tried)"),
+    ],
+)  # fmt: skip
+def test_figures_in_hints_were_tried(name, changes, rule, said):
+    """They were named "(not tried)" or without a word, sizes that other rules refuse; SIT308 named one layer alone."""
+    spec = load_text(templates.read(name), "spec.yaml").replace(changes)
+    found = {f.hint: f for f in check(spec, hints="full").findings if f.rule == rule}
+    assert said in found and found[said].fixes
+    edits = {e.key: json.loads(e.new) if e.new[0] in "[12" else e.new for e in found[said].fixes[0].edits}
+    mended = check(spec.replace(edits), hints="none").findings
+    assert (rule, found[said].key) not in {(f.rule, f.key) for f in mended}
+
+
+@pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
+def test_nothing_untried_is_named_without_trials(name):
+    """Without trials a hint gives the direction; a way to write it is what the search finds."""
+    wide = {"target.size": 24, "elastomer.size": 24} if name == "three_axis_pad" else {"encapsulation": None}
+    found = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
+    assert {"SIT218", "SIT311"} & {f.rule for f in found} and not [f.hint for f in found if "not tried" in f.hint]

@@ -14,8 +14,8 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.routing.lanes import coils_breadth
 from sitscad.layout.tail.bending import bend_figure
 from sitscad.layout.tail.stiffening import tail_thickness
-from sitscad.remedy.moves import calmer_tail
-from sitscad.remedy.search import Left, in_vain, named, ways
+from sitscad.remedy.moves import bent_once, higher_seat, sealed, thinner_tails
+from sitscad.remedy.search import Left, first_tried, in_vain, named, ways
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.sensor import ElastomerPad, Jaw, Tail
@@ -73,19 +73,22 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
             house=house(design, field),
             ratio=ratio,
             thickness=thickness,
-            thin=room / ratio,
+            advice=lambda left: first_tried([list(thinner_tails(design.spec))], TOO_THICK_TO_BEND.hint)(left),
         )
 
 
 def _calmer(design: Design, left: Left) -> str:
-    """One copper layer through the hinge, or a bend made once: those that are possible."""
-    changes = list(calmer_tail(design.spec))
-    found = ways(([change] for change in changes), left)
+    """One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
+    are a warning yet.
+    """
+    thinner, once = list(thinner_tails(design.spec))[::-1], list(bent_once(design.spec))
+    found = ways(([change] for change in (*thinner, *once)), left)
+    milder = [f"{fix.words} leaves a warning" for fix in thinner if left(fix) == ("SIT308",)]
     if found:
-        return f"{named(found)} mends it (it was tried)"
+        return "; or ".join((f"{named(found)} mends it", *milder)) + " (it was tried)"
     if left.is_cut_short:
         return ""
-    return f"one copper layer through the hinge, or a bend made once: {in_vain(changes, left)}"
+    return f"one copper layer through the hinge, or a bend made once: {in_vain((*thinner, *once), left)}"
 
 
 def shield_gap(design: Design) -> Iterator[Verdict]:
@@ -102,6 +105,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
             "m",
             carrier="the jaw" if mount.jaw else "the mount",
             missing=needed - mount.standoff,
+            advice=first_tried([list(higher_seat(design.spec, needed))], "a higher seat, or a nearer shield"),
         )
 
 
@@ -125,6 +129,7 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
     if design.spec.encapsulation is None:
         yield BARE_METAL.found(
             "target",
+            advice=first_tried([list(sealed(design.spec))], _WITH_A_FILM),
             metal="copper"
             if design.spec.target is not None and design.spec.target.material.name == "copper"
             else "metal",
@@ -156,7 +161,7 @@ def _bend_room(design: Design) -> float | None:
 
 BENT_TOO_OFTEN = Case(
     "the tail bends at every grasp (dynamic) and has {layers} copper layers",
-    hint=("run the tail on one layer through the hinge (fpc.tail.layers: 1), or bend it once (bend: static)"),
+    hint="fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
     severity=Severity.WARNING,
     grave=Severity.ERROR,
 )
@@ -176,14 +181,14 @@ TOO_WIDE_A_BEND = Case(
 TOO_THICK_TO_BEND = Case(
     "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} "
     "asks {ratio:g} times the {thickness:m,3} tail); inside the port there are {limit:m,3}",
-    hint="a tail of {thin:m,3} or thinner would do: fewer copper layers, or no bend",
+    hint="a thinner tail, of fewer copper layers (fpc.tail.layers), or no bend",
     severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 
 SHIELD_IN_METAL = Case(
     "the shield ends {measured:m} below the board's bottom, {carrier} begins at {limit:m}",
-    hint="raise mount.standoff by {missing:m}, or bring the shield nearer to the board",
+    hint="raise mount.standoff by {missing:m} at least, or bring the shield nearer to the board",
 )
 
 UNCOVERED_COILS = Case(
@@ -194,10 +199,11 @@ UNCOVERED_COILS = Case(
     severity=Severity.WARNING,
 )
 
+_WITH_A_FILM = "add a section encapsulation; a thick or stiff film, as one of PDMS, takes a good part of the signal"
+
 BARE_METAL = Case(
     "the {metal} target is not encapsulated, and in the jaw it touches tissue",
-    hint="add encapsulation: {{material: ecoflex-00-50, thickness: 0.05}} (not tried); a thick or stiff film, as one "
-    "of PDMS, takes a good part of the signal",
+    hint=_WITH_A_FILM,
 )
 
 

@@ -46,7 +46,6 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
                 "m",
                 advice=advice,
                 word=word,
-                missing=coil[axis] - target.size[axis],
             )
     if any(target.offset):
         yield from _aside(design, coil)
@@ -142,12 +141,12 @@ def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
 
 NOT_AS_LONG = Case(
     "the target is {measured:m} long, the coils' centres are {limit:m} apart",
-    hint="a target as long as that distance, {limit:m}, gives the most shear signal",
+    hint="a target as long as that distance gives the most shear signal",
 )
 
 TOO_SMALL = Case(
     "the target is {measured:m} {word}, a coil {limit:m}: part of the field passes beside it",
-    hint="make it larger by {missing:m}",
+    hint="a larger target",
 )
 
 BETWEEN_COILS = Case(

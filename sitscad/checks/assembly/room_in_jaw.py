@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING, jaw_of, unverified
 from sitscad.checks.assembly.measures import JAW_SOURCE, measure_of, weight_of, with_tolerances
 from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Verdict
+from sitscad.checks.rules import Advice, Rule, Verdict
 from sitscad.design import Design
-from sitscad.finding import Severity
+from sitscad.finding import Edit, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.routing.lanes import coils_breadth
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import narrower, other_ends
-from sitscad.remedy.search import Left, named, ways
+from sitscad.remedy.search import Left, named, tried, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.fit import LENGTH, OVERHANG
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, rim, section
@@ -76,11 +77,18 @@ def _shares(design: Design) -> str:
     return f" ({', '.join(parts)})" if len(parts) > 2 else ""
 
 
-def _less_margin(spec: SensorSpec, axis: int, excess: float) -> str:
-    """The margin with which the body is so much (m) smaller along an axis; nothing where it has too little."""
-    margin = list(spec.fpc.margin)
-    margin[axis] = GRAIN * math.floor((margin[axis] - 0.5 * excess + ROUNDING) / GRAIN)
-    return f"fpc.margin: [{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]" if margin[axis] >= 0.0 else ""
+def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
+    """The margin with which the body is so much (m) smaller along an axis; none where it has too little."""
+    x, y = spec.fpc.margin
+    less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
+    margin = (less, y) if axis == 0 else (x, less)
+    edit = Edit("fpc.margin", f"[{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]")
+    return Fix((edit,), replace(spec, fpc=replace(spec.fpc, margin=margin))) if less >= 0.0 else None
+
+
+def _advice(less: Fix | None, before: str = "", after: str = "") -> Advice | None:
+    """A hint with less of the margin, and what became of it when it was tried; none where there is none to take."""
+    return None if less is None else lambda left: f"{before}{less.words}{tried(less, left)}{after}"
 
 
 def _narrower_body(design: Design, excess: float, left: Left) -> str:
@@ -153,7 +161,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     if severity is None and over.nominal <= ROUNDING:
         return
     excess = 2.0 * (over.worst - over.limit)
-    less = _less_margin(design.spec, 1, excess) if severity is not None else ""
+    less = _less_margin(design.spec, 1, excess) if severity is not None else None
     wide = width_under(design.layout)
     cut = (
         f", which the port leaves {show(wide, 'm')} wide there"
@@ -168,7 +176,9 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
         over.limit,
         "m",
         severity=severity,
-        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils else None,
+        advice=(lambda left: _narrower_body(design, excess, left))
+        if is_coils
+        else _advice(less, after=f", or {OTHER_SEAT}"),
         body=design.layout.body_size[1],
         shares="" if severity is None else _shares(design),
         over=max(0.0, over.nominal),
@@ -176,7 +186,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
         unverified=unverified(jaw),
         beyond=with_tolerances(over),
         carried=carried,
-        remedy=f"{less or 'a narrower board'}, or {OTHER_SEAT}",
+        remedy=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}",
     )
 
 
@@ -202,7 +212,8 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
         beyond=with_tolerances(measure),
         unverified=unverified(jaw),
         excess=excess,
-        remedy=less or f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
+        advice=_advice(less, f"{show(excess, 'm')} too much at worst: "),
+        remedy=less.words if less else f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
     )
 
 

@@ -14,9 +14,10 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.mechanics import elastomer
+from sitscad.remedy.feeling import other_thicknesses
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import stiffer_pad
-from sitscad.remedy.search import Left, tried
+from sitscad.remedy.search import Left, first_tried, tried
 from sitscad.scene.stack import ground
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.profiles.presets import elastomer as elastomer_preset
@@ -157,8 +158,17 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
             force=force,
             shear_modulus_sigma=pad.material.shear_modulus_sigma,
             share=travel / pad.thickness,
-            bearable=pad.material.shear_modulus * 2.0 * travel / pitch,
+            advice=lambda left: _stays_over_the_coils(design.spec, force, left),
         )
+
+
+def _stays_over_the_coils(spec: SensorSpec, force: float, left: Left) -> str:
+    """A hint with the softest silicone on which the target stays over the coils, then with pads of other thickness."""
+    assert spec.elastomer is not None and spec.array.pitch is not None
+    most = min(elastomer.VALID_SHEAR, 0.5 * spec.array.pitch / spec.elastomer.thickness)
+    enough = _softest_for_shear(spec, force, most)
+    silicones = [] if enough is None else [_of(spec, enough)]
+    return first_tried([silicones, list(other_thicknesses(spec))], PAST_THE_COILS.hint)(left)
 
 
 def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
@@ -192,9 +202,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
     most = strain if beyond else usual
     is_borne = math.isfinite(strain) and math.isfinite(usual)
-    enough = _softest_enough(
-        lambda other, modulus: _sheared(_with(spec, other), force, modulus / other.shear_modulus) <= limit
-    )
+    enough = _softest_for_shear(spec, force, limit)
     hint = worded(TOO_MUCH_SHEAR.hint, {
         "enough": _rounded_up(material.shear_modulus * factor / softest), "softest_preset": _named_preset(enough),
         "larger_area": _larger_area(design, area, area * factor / softest),
@@ -219,14 +227,22 @@ def _other_silicone(spec: SensorSpec, enough: ElastomerMaterial | None, left: Le
     """The softest silicone that is stiff enough where trying finds that it mends, before what else would."""
     if enough is None:
         return otherwise
-    fix = Fix((Edit("elastomer.material", enough.name),), _with(spec, enough))
-    return f"{fix.words} (it was tried); or {otherwise}" if left(fix) == () else otherwise
+    fix = _of(spec, enough)
+    return f"{fix.words}{tried(fix, left)}; or {otherwise}" if left(fix) == () else otherwise
 
 
-def _with(spec: SensorSpec, material: ElastomerMaterial) -> SensorSpec:
-    """The spec with a pad of another material."""
+def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
+    """A pad of another material."""
     assert spec.elastomer is not None
-    return replace(spec, elastomer=replace(spec.elastomer, material=material))
+    changed = replace(spec, elastomer=replace(spec.elastomer, material=material))
+    return Fix((Edit("elastomer.material", material.name),), changed)
+
+
+def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
+    """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
+    return _softest_enough(
+        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit
+    )
 
 
 def _travel(strain: float) -> str:
@@ -413,7 +429,7 @@ PAST_THE_COILS = Case(
     "{force:N} of shear move the target by about {measured:m,2} (+- {shear_modulus_sigma:%.0f} % "
     "with its modulus; {share:.2g} times the pad's thickness); beyond {limit:m} it has passed a "
     "coil's centre and the signal turns back",
-    hint="a shear modulus of {bearable:Pa,2} or more, a larger or a thinner pad",
+    hint="a stiffer, a larger or a thinner pad",
 )
 
 TOO_MUCH_SHEAR = Case(

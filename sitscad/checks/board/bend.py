@@ -22,7 +22,7 @@ from sitscad.layout.tail.bending import (
 )
 from sitscad.record import record
 from sitscad.remedy.fix import Fix
-from sitscad.remedy.search import Left, tried
+from sitscad.remedy.search import Left, first_tried, tried
 from sitscad.scene.bends import bends_of_mount, own_bend, room_for_own
 from sitscad.scene.tail_path import TOO_SHORT, tail_path
 from sitscad.spec.sensor import Tail
@@ -166,6 +166,9 @@ def _too_sharp(design: Design) -> Iterator[Complaint]:
         return
     if tail.bend_radius >= least - ROUNDING:
         return
+    rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # as it is written
+    spec = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, bend_radius=rounder)))
+    fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), spec)
     yield TOO_SHARP.found(
         "fpc.tail.bend.radius",
         tail.bend_radius,
@@ -175,7 +178,7 @@ def _too_sharp(design: Design) -> Iterator[Complaint]:
         bend=tail.bend,
         thicknesses=figure[1],
         house=house(design, figure[0]),
-        least_mm=math.ceil(least * 1e5 - 1e-6) / 100,
+        advice=first_tried([[fix]], TOO_SHARP.hint),
     )
 
 
@@ -316,7 +319,7 @@ MISPLACED = Case(
 TOO_SHARP = Case(
     "a {bend} bend of {measured:m,3} inside radius is sharper than the {thicknesses:g} thicknesses "
     "that {house} asks: {limit:m,3}",
-    hint="fpc.tail.bend.radius: {least_mm:.2f} mm or more, or leave it out",
+    hint="a larger fpc.tail.bend.radius, or leave it out",
     severity=Severity.WARNING,
 )
 

@@ -11,8 +11,7 @@ from sitscad.design import Design
 from sitscad.measured import Reached
 from sitscad.record import record
 from sitscad.remedy.feeling import other_metals, other_silicones, other_thicknesses, slower_scans
-from sitscad.remedy.fix import Fix
-from sitscad.remedy.search import Left, in_vain, named, ways
+from sitscad.remedy.search import first_tried
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
@@ -111,22 +110,10 @@ def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
     """A hint with metals and pads that feel more per newton; with a factor, first as many times fewer scans."""
     slower = [list(slower_scans(spec, factor))] if factor is not None else []
     pads = [list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))]
-    return _found([*slower, list(other_metals(spec)), *pads])
+    return first_tried([*slower, list(other_metals(spec)), *pads])
 
 
 def less_travel(spec: SensorSpec) -> Advice:
     """A hint with pads on which the target moves less."""
-    return _found([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
+    return first_tried([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
 
-
-def _found(families: list[list[Fix]]) -> Advice:
-    """A hint with the first fix of each family that mends, else with what was tried in vain."""
-
-    def advice(left: Left) -> str:
-        found = ways(families, left)
-        if found:
-            return f"{named(found)} (tried)"
-        vain = in_vain((fix for family in families for fix in family), left)
-        return f"tried in vain: {vain}" if vain else ""
-
-    return advice

@@ -9,13 +9,14 @@ from dataclasses import replace
 from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict
+from sitscad.checks.rules import NEEDS, Advice, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.record import record
 from sitscad.remedy.feeling import best_thickness, more_by_metal
-from sitscad.remedy.search import Left
+from sitscad.remedy.moves import larger_target, over_the_middle
+from sitscad.remedy.search import Left, first_tried
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -92,7 +93,9 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
-        advice=None if beside else lambda left: _more(design.spec, left, _more_change(design.spec)),
+        advice=_over_all_coils(design.spec, deaf)
+        if beside
+        else lambda left: _more(design.spec, left, _more_change(design.spec)),
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
@@ -155,13 +158,12 @@ def _changes(deaf: Sequence[Response]) -> str:
 
 
 def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
-    """Where the deaf coils stand to the target, and how large a target would cover all coils."""
+    """Where the deaf coils stand to the target, and what would reach them."""
     target, placements = spec.target, spec.array.placements
     assert target is not None
     here, names = footprint(spec, target), {response.coil for response in deaf}
     places = {p.name: here.place_of(Point(*p.centre)) for p in placements}
     outside = [max(abs(places[name][k]) - 0.5 * target.size[k] for k in (0, 1)) for name in names]
-    whole = [2.0 * max(abs(place[k]) for place in places.values()) + max(spec.coil.size) for k in (0, 1)]
     where = (
         f"the centre of {'it' if len(outside) == 1 else 'the furthest of them'} stands {show(max(outside), 'm', 3)} "
         f"beyond the target's edge (target {show(target.size[0], 'm')} by {show(target.size[1], 'm')}); "
@@ -170,9 +172,20 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
     )
     return (
         f"{where}{_back_over_the_coils(spec)}"
-        f"a target of {show(whole[0], 'm')} by {show(whole[1], 'm')}, on a pad as large, covers every coil; or "
+        "a target that covers every coil, on a pad as large; or "
         "move the coils together, or leave those out that the target does not reach"
     )
+
+
+def _over_all_coils(spec: SensorSpec, deaf: Sequence[Response]) -> Advice:
+    """A hint with the target over the middle of the coils; one that is there has to cover all of them."""
+    target = spec.target
+    assert target is not None
+    here = footprint(spec, target)
+    places = [here.place_of(Point(*p.centre)) for p in spec.array.placements]
+    length, width = (2.0 * max(abs(place[k]) for place in places) + max(spec.coil.size) for k in (0, 1))
+    changes = list(over_the_middle(spec)) or list(larger_target(spec, length, width))
+    return first_tried([changes], _under_the_target(spec, deaf))
 
 
 _MORE_CHANGE = (

@@ -14,7 +14,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
 from sitscad.remedy.arrays import smaller_targets, wider_arrays
-from sitscad.remedy.search import Left, in_vain, named, ways
+from sitscad.remedy.search import first_tried
 from sitscad.scene.state import REST
 from sitscad.spec.places import footprint, shared_middles
 from sitscad.spec.sensor import SensorSpec
@@ -78,6 +78,7 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
         asked,
         "steps",
         hint=_edges_over_coils(spec, axis),
+        advice=_nearer_edges(spec, axis),
         axis_name=AXES[axis],
         force=force,
         travel=travel,
@@ -109,16 +110,7 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
 
 def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
     """A hint with targets that end nearer to the middles of the coils, and with coils farther apart."""
-
-    def advice(left: Left) -> str:
-        families = [list(smaller_targets(spec)), list(wider_arrays(spec))]
-        found = ways(families, left)
-        if found:
-            return f"{named(found)} (tried)"
-        vain = in_vain((fix for family in families for fix in family), left)
-        return f"{_edges_over_coils(spec, axis)}{f'; tried in vain: {vain}' if vain else ''}"
-
-    return advice
+    return first_tried([list(smaller_targets(spec)), list(wider_arrays(spec))], _edges_over_coils(spec, axis))
 
 
 def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
@@ -131,10 +123,10 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     reach = max(abs(here.place_of(Point(*p.centre))[axis]) for p in spec.array.placements)
     beyond = 0.5 * target.size[axis] - reach
     return (
-        f"only a target whose edges move over the coils tells shear: one {show(2.0 * reach, 'm', 3)} long along "
-        f"{AXES[axis]} ends over the middles of the outer coils"
-        + (f", this one {show(beyond, 'm', 3)} beyond them" if beyond > 0.25 * least else "")
-        + " (not tried); a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
+        "only a target whose edges move over the coils tells shear, best one that ends over the middles of the outer "
+        f"coils, which stand {show(2.0 * reach, 'm', 3)} apart along {AXES[axis]}"
+        + (f"; this one ends {show(beyond, 'm', 3)} beyond them" if beyond > 0.25 * least else "")
+        + "; a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
         "this does not matter"
     )
 
