@@ -31,6 +31,15 @@ def test_groups_add_up_to_the_whole_track():
     assert found.sum() == approx(grouped_segments_inductance(pieces, [0, 0])[0, 0], rel=1e-9)
 
 
+def test_slanting_tracks_are_neumann_s_sum():
+    """Leads that run off at 45 degrees: every angle but a right one couples, in one plane and above each other."""
+    line, other = np.array([[0, 0], [3, 1], [4, 4]]) * 1e-3, np.array([[1, -2], [4, -1.5], [6, 2], [5, 5]]) * 1e-3
+    for z in (0.0, -60e-6):
+        sets = [segment_set([track(line, 2e-6)]), segment_set([track(other, 2e-6, z)])]
+        expected = sampled_mutual_inductance(sampled(line, 0.0), sampled(other, z))
+        assert grouped_segments_inductance(sets, [0, 1])[0, 1] == approx(expected, rel=1e-4)
+
+
 def test_a_pair_there_and_back_keeps_its_mean_distances():
     # 30 mm of two 0.2 mm tracks, 60 um apart, currents opposed: mu0 l / pi times ln(g12 / g11), g by rectangles
     there, back = track([[0, 0], [30e-3, 0]]), track([[30e-3, 0], [0, 0]], z=-60e-6)
