@@ -46,6 +46,14 @@ def test_at_direct_current_nothing_changes_and_losses_only_grow():
     assert np.all(np.diff(changes) < 0.0)
 
 
+def test_sectors_stand_side_by_side_all_round():
+    found = proximity.sectors(four_layers(), 12)
+    ends = [middle + 0.5 * width for middle, width in found]
+    starts = [middle - 0.5 * width for middle, width in found]
+    assert starts[1:] == approx(ends[:-1], abs=1e-9)
+    assert ends[-1] - starts[0] == approx(2.0 * math.pi, abs=2e-6)  # ends are told apart to 1e-6
+
+
 def eddy_power_by_cells(layers, radii, across=12, through=3):
     """Loss at low frequency over frequency squared: the rings' own flux on small cells, no modes."""
     radius = np.concatenate(radii)
