@@ -103,6 +103,15 @@ def test_a_bend_with_another_radius_begins_where_its_arc_touches_the_sides(turn)
     assert (found.ends[1] == found.starts[2]).all() and (found.starts[1] == found.ends[0]).all()
 
 
+@pytest.mark.parametrize("turn", [0.2, 0.25 * math.pi, 0.5 * math.pi, 2.2])
+def test_a_bend_is_the_map_s_closed_form(turn):
+    """2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a/2) by the digamma function's series: -0.441 at a right angle."""
+    a, n = turn / math.pi, np.arange(2_000_000)
+    rise = math.fsum(0.5 * a / ((n + 0.5) * (n + 0.5 + 0.5 * a))) + 0.5 * a / n.size
+    assert bend_squares(turn) == approx(2.0 * rise / math.pi - math.tan(0.5 * turn), abs=2e-5)
+    assert bend_squares(-turn) == bend_squares(turn) < 0.0
+
+
 def test_resistance_goes_by_the_map_of_a_bent_strip():
     track = bent(SPIRAL)
     squares = np.hypot(*np.diff(SPIRAL, axis=0).T).sum() / (200 * UM) + 5 * bend_squares(math.pi / 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import (
     Plate,
     Reflector,
+    distance_derivative,
     reflected_impedance,
     reflection,
 )
@@ -44,6 +46,27 @@ def test_at_direct_current_nothing_changes_and_losses_only_grow():
     assert np.all(np.diff(ratios) > 0.0)
     changes = [inductance_change(loss, f) for f in np.geomspace(1e3, 20e6, 30)]
     assert np.all(np.diff(changes) < 0.0)
+
+
+def test_more_of_one_conductor_has_more_of_all():
+    loss = proximity.winding_loss(miniature(), COPPER)
+    double, frequencies = loss.scaled(2.0 * loss.direct), np.geomspace(1e4, 2e7, 5)
+    assert double.resistance_ratios(frequencies) == approx(loss.resistance_ratios(frequencies), rel=1e-12)
+    assert double.inductance_changes(frequencies) == approx(2.0 * loss.inductance_changes(frequencies), rel=1e-12)
+    assert double.direct == 2.0 * loss.direct and double.unresolved == 2.0 * loss.unresolved
+
+
+@pytest.mark.parametrize("apart", [300 * UM, 600 * UM])
+def test_slopes_by_the_distance_are_those_of_neumann_s_sum(apart):
+    layers = coil(4 * MM, 6, 100 * UM, 100 * UM, (0.0, -apart), (18 * UM, 18 * UM))
+    found = distance_derivative(spiral_spectrum(layers, apart, 0), [layer.z for layer in layers])
+    step = 0.02 * apart
+    further, nearer = (
+        spiral_inductance_matrix([layers[0], replace(layers[1], z=-apart - change)])[0, 1] for change in (step, -step)
+    )
+    sign = layers[0].circulation * layers[1].circulation
+    assert found[0, 1] == approx(sign * (further - nearer) / (2.0 * step), rel=0.01)
+    assert found[0, 0] == found[1, 1] == 0.0 and found[1, 0] == found[0, 1]
 
 
 def test_sectors_stand_side_by_side_all_round():
