@@ -9,7 +9,7 @@ from pathlib import Path
 import sitscad
 from sitscad.estimates.signal import signals
 from sitscad.physics.constants import skin_depth
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 
 spec = sitscad.load(Path("templates/bench_7mm.yaml"))
 print(f"{'target':18} {'MS/m':>6} {'mu_r':>6} {'depth':>8} {'reading':>8} {'Rp':>7}")

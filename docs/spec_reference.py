@@ -6,17 +6,28 @@ import re
 from collections.abc import Iterator
 
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
+from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.documents.spec import SpecDocument
-from sitscad.spec.format.kinds.figure import Sourced
-from sitscad.spec.format.kinds.kind import Either, Kind, Special
-from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList, Several, Truth
-from sitscad.spec.format.kinds.preset import Preset, ProfileName
-from sitscad.spec.format.kinds.quantity import Pair, Quantity
-from sitscad.spec.format.kinds.word import Choice, Text
-from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.kinds import (
+    Choice,
+    Either,
+    Kind,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Preset,
+    ProfileName,
+    Quantity,
+    Several,
+    Sourced,
+    Special,
+    Text,
+    Truth,
+)
+from sitscad.spec.profiles import installed_rules
+from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
+from sitscad.spec.sensor import SpecDocument
 from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 
@@ -129,12 +140,12 @@ def _title(section: type[Section], places: Places) -> str:
     paths = places[section]
     if len(paths) == 1:
         return paths[0] or "Top level"
-    name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", section.__name__.removesuffix("Document")).lower()
+    name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", section.form.removesuffix("Document")).lower()
     return f"{'An' if name[0] in 'aeiou' else 'A'} {name} written out"
 
 
 def _about(section: type[Section], paths: list[str]) -> str:
-    about = " ".join((section.__doc__ or "").split())
+    about = " ".join(section.about().split())
     return about if len(paths) == 1 else f"{about} For {', '.join(f'`{path}`' for path in paths)}."
 
 

@@ -16,7 +16,7 @@ _HOMES = {
     "load": "sitscad.spec.load",
     "load_text": "sitscad.spec.load",
     "SpecError": "sitscad.spec.load",
-    "json_schema": "sitscad.spec.format.schema",
+    "json_schema": "sitscad.spec.sensor",
     "SensorSpec": "sitscad.spec.sensor",
     "lay_out": "sitscad.layout",
     "Layout": "sitscad.layout.board",
@@ -295,9 +295,9 @@ if TYPE_CHECKING:
     from sitscad.review import Review
     from sitscad.scene.motions import LOAD_METHODS, MotionError, Motions, frequency_of, read_motions
     from sitscad.schemas import SCHEMAS
-    from sitscad.spec.format.schema import json_schema
-    from sitscad.spec.load import SpecError, load, load_text
-    from sitscad.spec.sensor import SensorSpec
+    from sitscad.spec.load import load, load_text
+    from sitscad.spec.rules import SpecError
+    from sitscad.spec.sensor import SensorSpec, json_schema
     from sitscad.writer import Writer
 
 

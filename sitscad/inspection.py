@@ -18,8 +18,8 @@ from sitscad.remedy.budget import DECISIVE
 from sitscad.remedy.mending import Applied, RolledBack, mended_text
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.review import Review
-from sitscad.spec.format.reading import decoded
 from sitscad.spec.load import load_text, read_text
+from sitscad.spec.reading import decoded
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 

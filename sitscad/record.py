@@ -80,7 +80,8 @@ def _compiled_init(cls: type) -> Callable[..., None]:
         co_qualname=f"{cls.__qualname__}.__init__",
     )
     scope = {"missing": MISSING} | {f"new_{k}": make for k, make in factories.items()}
-    defaults = tuple(one.default for one in own if one.default is not MISSING or one.default_factory is not MISSING)
+    needed = [k for k, one in enumerate(own) if one.default is MISSING and one.default_factory is MISSING]
+    defaults = tuple(one.default for one in own[max(needed, default=-1) + 1 :])  # none before one that is needed
     return FunctionType(code, scope, "__init__", defaults)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from sitscad.data import json_file
-from sitscad.spec.format.schema import json_schema
+from sitscad.spec.sensor import json_schema
 
 
 def check_schema() -> dict[str, Any]:

@@ -18,7 +18,7 @@ from sitscad.remedy.budget import Budget, estimate_work, winding_work
 from sitscad.remedy.fix import Fix, fail
 from sitscad.remedy.moves import fewer_turns
 from sitscad.remedy.search import Left
-from sitscad.spec.resolver.array import least_scale
+from sitscad.spec.resolver.coils import least_scale
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 

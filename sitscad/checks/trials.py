@@ -18,7 +18,7 @@ from sitscad.record import record
 from sitscad.remedy.budget import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.mending import worsened
-from sitscad.spec.format.rewriting import CannotWriteError, completed
+from sitscad.spec.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"

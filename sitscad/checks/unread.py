@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from sitscad.finding import Finding, Remedy
 from sitscad.remedy.mending import Applied, is_better, is_further
-from sitscad.spec.format.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.load import load_text
+from sitscad.spec.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.rules import SpecError
 from sitscad.spec.source import SpecSource
 

@@ -11,7 +11,7 @@ from sitscad.estimates.states.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State
-from sitscad.spec.converter import Converter
+from sitscad.spec.readout import Converter
 
 
 @record

@@ -8,7 +8,7 @@ from dataclasses import replace
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
-from sitscad.spec.issue import UNNUMBERED, creation_date
+from sitscad.spec.source import UNNUMBERED, creation_date
 from sitscad.spec.stackup import MASK, LayerKind, Stackup
 from sitscad.units import show
 from sitscad.version import __version__

@@ -20,7 +20,7 @@ from sitscad.layout.tail.thickness import (
     tail_copper,
 )
 from sitscad.scene.bends import bends, pivot_line
-from sitscad.spec.profiles.presets import finish, names
+from sitscad.spec.presets import finish, names
 from sitscad.spec.stackup import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 

@@ -10,7 +10,8 @@ from sitscad.geometry.path import Path, Point
 from sitscad.geometry.region import Region
 from sitscad.layout.pieces import Pad, Teardrop, Trace, Via
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.sensor import SensorSpec
 
 
 @record

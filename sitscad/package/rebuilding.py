@@ -18,7 +18,8 @@ from sitscad.package.manifest import MANIFEST, Manifest
 from sitscad.package.stages import SPEC_FOLDER, UNNAMED, Made
 from sitscad.package.values import CHECK_STAGE
 from sitscad.policy import Policy, kept_baseline, kept_policy
-from sitscad.spec.load import SpecError, load
+from sitscad.spec.load import load
+from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.version import __version__
 from sitscad.writer import STAGES, marks

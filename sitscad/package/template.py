@@ -9,7 +9,7 @@ from pathlib import Path
 from sitscad.package.folder import PackageError
 from sitscad.package.one_file import replace_file, write_file
 from sitscad.spec import templates
-from sitscad.spec.format.schema import json_schema
+from sitscad.spec.sensor import json_schema
 
 LONGEST_NAME = 64
 """Characters of a sensor's name at most."""

@@ -139,8 +139,8 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
     """The kept spec against the manifest's own hash of its text."""
     from sitscad.package.rebuilding import spec_path
-    from sitscad.spec.format.reading import decoded, read_file
-    from sitscad.spec.format.yaml.text import TextError
+    from sitscad.spec.reading import decoded, read_file
+    from sitscad.spec.yaml_text import TextError
 
     path = spec_path(folder, manifest)
     try:

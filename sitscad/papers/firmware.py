@@ -14,7 +14,7 @@ from sitscad.readout import FAMILIES
 from sitscad.readout.family import ChannelSettings, Register
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED
-from sitscad.spec.converter import Converter
+from sitscad.spec.readout import Converter
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

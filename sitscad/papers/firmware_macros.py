@@ -8,7 +8,7 @@ from typing import Any
 from sitscad.estimates.values import CoilEstimate
 from sitscad.readout import FAMILIES
 from sitscad.scene.state import PRESSED, REST
-from sitscad.spec.converter import Converter
+from sitscad.spec.readout import Converter
 
 
 def addr_pin(converter: Converter, address: int) -> str:

@@ -10,7 +10,7 @@ from sitscad.parts.prism import box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene import stack
 from sitscad.scene.bodies import Body
-from sitscad.spec.profiles.presets import metal_colour
+from sitscad.spec.presets import metal_colour
 
 
 def board_body(layout: Layout) -> Solid:

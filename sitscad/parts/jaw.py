@@ -14,8 +14,8 @@ from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, seat_heights, top_height
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
-from sitscad.spec.pieces.mounting import Jaw
-from sitscad.spec.profiles.presets import metal_colour
+from sitscad.spec.mount import Jaw
+from sitscad.spec.presets import metal_colour
 
 TIP_ROUNDING = 0.5e-3
 

@@ -17,7 +17,7 @@ from sitscad.parts.mounts.seat import grasper_pad
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import MOUNT_PIECES, BodyRole, board_heights
 from sitscad.scene.grasper.jaws import axis
-from sitscad.spec.pieces.mounting import Mount
+from sitscad.spec.mount import Mount
 
 COLOUR = "#dfe6e9"
 ADAPTER = "mount-adapter"

@@ -10,7 +10,7 @@ from sitscad.parts.solid import Solid
 from sitscad.scene import bodies
 from sitscad.scene.bodies import Body, BodyRole
 from sitscad.scene.grasper.jaws import FILM_ROUNDING
-from sitscad.spec.profiles.presets import metal_colour
+from sitscad.spec.presets import metal_colour
 
 
 def elastomer(layout: Layout) -> Solid | None:

@@ -7,7 +7,8 @@ estimating a design costs is foretold from its numbers, by formulas that were fi
 
 from __future__ import annotations
 
-from sitscad.spec.sensor import CoilSpec, SensorSpec
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.sensor import SensorSpec
 
 HINTS = ("none", "decisive", "full")
 """What is searched for hints: nothing, what one more check costs (on the errors first), everything."""

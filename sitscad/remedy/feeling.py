@@ -9,7 +9,7 @@ from dataclasses import replace
 from sitscad.finding import Edit
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

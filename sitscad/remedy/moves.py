@@ -13,11 +13,13 @@ from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.shapes import LONG_PLATE
 from sitscad.layout.routing.closing import least_closing
 from sitscad.remedy.fix import Fix
+from sitscad.spec import presets
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.places import footprint
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.plates import ElastomerPad, Encapsulation, Target
+from sitscad.spec.profiles import installed_rules
 from sitscad.spec.rules import SpecError
-from sitscad.spec.sensor import CoilSpec, ElastomerPad, Encapsulation, SensorSpec, Target
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 MOST_LAYERS = 8

@@ -16,7 +16,7 @@ from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.routing.lanes import bus_for
 from sitscad.layout.winding.wound_coils import wind_all
 from sitscad.remedy.fix import Fix
-from sitscad.spec.profiles.presets import connector, names
+from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
 
 GROWTH, MOST = 1.7, 5

@@ -17,7 +17,7 @@ from sitscad.scene.bodies import (
     shield_heights,
     top_height,
 )
-from sitscad.spec.profiles.presets import metal_colour
+from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show

@@ -15,7 +15,8 @@ from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
 from sitscad.scene.toleranced import Toleranced, total
-from sitscad.spec.sensor import Jaw, Mount, SensorSpec
+from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 
 WRITTEN = "the spec (assembly.tolerances)"

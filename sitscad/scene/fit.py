@@ -37,7 +37,7 @@ from sitscad.scene.grasper.jaws import (
 )
 from sitscad.scene.grasper.seating import side_ledges
 from sitscad.scene.toleranced import Reach, Toleranced, reach
-from sitscad.spec.sensor import Jaw
+from sitscad.spec.mount import Jaw
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
 

@@ -9,7 +9,7 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import above_board
 from sitscad.scene.grasper.jaws import axis
-from sitscad.spec.pieces.mounting import Hole, HolePattern
+from sitscad.spec.mount import Hole, HolePattern
 
 BORDER = 6.0e-3
 """Plastic round the board and what overhangs it, for the screws (m)."""

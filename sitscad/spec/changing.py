@@ -1,26 +1,123 @@
 """Specs made and changed by programs: as a file is, through the text, so that each value is read and refused alike.
 
-`SensorSpec.from_mapping` and `SensorSpec.replace` are these. A change is an edit of the text that the spec was read
-from, made with what writes a finding's fixes into a file (`sitscad.spec.format.rewriting`): comments stay.
+`SensorSpec.from_mapping` and `SensorSpec.replace` are these. What a program says in dictionaries becomes YAML as a
+person would write it. A change is an edit of the text that the spec was read from, made with what writes a finding's
+fixes into a file (`sitscad.spec.rewriting`): comments stay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, replace
 from pathlib import PurePath
 from typing import Any
 
 from sitscad.finding import Edit
-from sitscad.spec.format.diagnosis import finding_from_text
-from sitscad.spec.format.documents.spec import VERSION
-from sitscad.spec.format.rewriting import CannotWriteError, rewritten
-from sitscad.spec.format.writing import flow, plain, yaml_text
-from sitscad.spec.format.yaml.reader import read_yaml
-from sitscad.spec.format.yaml.text import TextError
+from sitscad.spec.kinds import described
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import finding_from_text
+from sitscad.spec.rewriting import CannotWriteError, rewritten
 from sitscad.spec.rules import SpecError
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import VERSION, SensorSpec
+from sitscad.spec.yaml_text import TextError, dotted, plain_value, read_yaml, undotted
+
+MOST_VALUES = 20_000
+"""Values of a spec, sections and lists among them; and of an array that one of them is."""
+
+DEEPEST = 16
+"""Sections and lists inside each other."""
+
+_PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
+_MOST_BITS = 200
+
+
+def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
+    """A value in dictionaries with texts as keys, lists, texts, numbers, truth values and None, as YAML gives them;
+    numbers and arrays of numpy and the like become numbers and lists of Python.
+
+    Raises
+    ------
+    TextError
+        where it holds anything else, too much of it, or itself; the key is named, `key` being that of the value.
+    """
+    left = iter(range(MOST_VALUES)) if left is None else left
+    if next(left, None) is None:
+        raise TextError("SIT010", f"more than {MOST_VALUES} values", "is this a spec?", key=key)
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, str):
+        return _text(str(value), key)
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value)
+    if key.count(".") >= DEEPEST:
+        raise TextError("SIT004", f"{undotted(key)}: sections and lists are nested too deep", key=key)
+    if isinstance(value, Mapping):
+        return {_name(name, key): plain(inner, dotted(key, name), left) for name, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner, dotted(key, index), left) for index, inner in enumerate(value)]
+    to_list, size = getattr(value, "tolist", None), getattr(value, "size", 0)
+    if callable(to_list) and isinstance(size, int) and size <= MOST_VALUES and not isinstance(value, type):
+        found = to_list()
+        if isinstance(found, (bool, int, float, str, list)):
+            return plain(found, key, left)
+    message = f"{undotted(key)}: an object of type {type(value).__name__} is nothing that a spec can hold"
+    raise TextError("SIT004", message, "a number, a text with its unit, a list or a dictionary", key=key)
+
+
+def _name(name: Any, key: str) -> str:
+    if not isinstance(name, str):
+        raise TextError("SIT004", f"{undotted(key)}: {described(name)} is no key", "keys are texts", key=key)
+    return _text(str(name), key)
+
+
+def _text(text: str, key: str) -> str:
+    if any("\ud800" <= letter <= "\udfff" for letter in text):
+        raise TextError("SIT004", f"{undotted(key)}: the text holds half of a character", key=key)
+    return text
+
+
+def yaml_text(data: Mapping[str, Any]) -> str:
+    """Plain values as the text of a spec: sections in lines, what stands in them in brackets."""
+    lines = []
+    for name, value in data.items():
+        if isinstance(value, dict) and value:
+            lines += [f"{flow(name)}:", *(f"  {flow(inner)}: {flow(entry)}" for inner, entry in value.items())]
+        else:
+            lines.append(f"{flow(name)}: {flow(value)}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def flow(value: Any) -> str:
+    """One plain value as it is written in a line of YAML."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{flow(name)}: {flow(inner)}' for name, inner in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(flow, value))}]"
+    if isinstance(value, str):
+        return (
+            value if _PLAIN.fullmatch(value) and plain_value(value) == value else f'"{"".join(map(_escaped, value))}"'
+        )
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, float) and math.isnan(value):
+        return ".nan"
+    is_huge = math.isinf(value) if isinstance(value, float) else value.bit_length() > _MOST_BITS
+    return f"{'-' if value < 0 else ''}.inf" if is_huge else repr(value)
+
+
+def _escaped(letter: str) -> str:
+    """A letter as it stands in double quotes."""
+    if letter in '"\\':
+        return f"\\{letter}"
+    code = ord(letter)
+    if letter.isprintable():
+        return letter
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
 
 LONGEST_KEY = 200
 """Characters of a dotted key."""
@@ -42,10 +139,12 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
     """A spec with other values at dotted keys, of which anybody may have written anything; see `SensorSpec.replace`."""
     try:
-        _is_as_written(spec)
+        _require_as_written(spec)
         text = spec.source.text
         for key, value in changes:
-            text = _changed(text, _checked(key), plain(value, key))
+            if not isinstance(key, str) or not 0 < len(key) <= LONGEST_KEY or not key.isprintable():
+                raise TextError("SIT002", "a key is a text like coil.turns")
+            text = _changed(text, key, plain(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     found = load_text(text, spec.source.path)
@@ -54,7 +153,7 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
     return found.known(replace(found.source, files=files))
 
 
-def _is_as_written(spec: SensorSpec) -> None:
+def _require_as_written(spec: SensorSpec) -> None:
     """Refuse a spec whose values were changed past its text: a change of the text would undo them."""
     if not spec.source.text:
         raise TextError("SIT011", "this spec was not read from a text", "make it by SensorSpec.from_mapping")
@@ -65,12 +164,6 @@ def _is_as_written(spec: SensorSpec) -> None:
     if other:
         message = f"{', '.join(other)} of this spec was changed past its text, and would be as written again"
         raise TextError("SIT009", message, 'change it by key: spec.replace("coil.turns", 7.5)', key=other[0])
-
-
-def _checked(key: Any) -> str:
-    if not isinstance(key, str) or not 0 < len(key) <= LONGEST_KEY or not key.isprintable():
-        raise TextError("SIT002", "a key is a text like coil.turns")
-    return key
 
 
 def _changed(text: str, key: str, value: Any) -> str:

@@ -7,14 +7,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from sitscad.spec.format.diagnosis import finding_from_flaw, finding_from_text
-from sitscad.spec.format.documents.spec import SpecDocument
-from sitscad.spec.format.kinds.preset import is_profile_file
-from sitscad.spec.format.reading import decoded, in_order, read_file, read_section
-from sitscad.spec.format.yaml.text import MAX_BYTES, TextError
+from sitscad.spec.kinds import is_profile_file
+from sitscad.spec.reading import decoded, finding_from_flaw, finding_from_text, in_order, read_file, read_section
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import SensorSpec, SpecDocument
+from sitscad.spec.yaml_text import MAX_BYTES, TextError
 
 __all__ = ["SpecError", "load", "load_text"]
 

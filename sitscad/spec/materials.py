@@ -1,20 +1,27 @@
-"""Materials as values: conductors, dielectrics and elastomers, each row of the data with its source."""
+"""Materials, by name or written out: metals, silicones, finishes, adhesives, each with its source. SI units."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from sitscad.record import record
+from sitscad.spec.kinds import Label, Number, Quantity
+from sitscad.spec.section import WRITTEN_SOURCE, Section, key, preset_or
+
+TemperatureCoefficient = Quantity("temperature coefficient", "-0.005 1/K", "0.012 1/K")  # conducts from -60 to 200 degC
 
 
 @record
-class Conductor:
-    """A metal or magnetic sheet: conductivity in S/m, relative permeability, temperature coefficient in 1/K at 20 C."""
+class Conductor(Section):
+    """A metal, or a magnetic sheet, written out.
 
-    name: str
-    conductivity: float
-    relative_permeability: float = 1.0
-    temperature_coefficient: float = 0.0
+    Conductivity in S/m, temperature coefficient of the resistivity in 1/K at 20 C.
+    """
+
+    name: str = key(Label, "what to call it", "written out")
+    conductivity: float = key(Quantity("conductivity", "0 S/m", "100 MS/m"), "at 20 C, like 58 MS/m")
+    relative_permeability: float = key(Number(1, 100000), "1 for non-magnetic metals", 1)
+    temperature_coefficient: float = key(TemperatureCoefficient, "of the resistivity, like 3930 ppm/K", "0 1/K")
     source: str = ""
 
 
@@ -38,6 +45,61 @@ NEO_HOOKEAN = 2.0
 """The exponent of an Ogden material that is neo-Hookean."""
 
 
+@record
+class ElastomerMaterial:
+    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa), the
+    exponent alpha of W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3) (Ogden), and its losses.
+    """
+
+    name: str
+    shear_modulus: float
+    shear_modulus_sigma: float
+    bulk_modulus: float
+    hardness: str = ""
+    density: float | None = None
+    source: str = ""
+    ogden_exponent: float = NEO_HOOKEAN
+    losses: Losses = Losses()
+
+
+class ElastomerDocument(Section):
+    """A silicone, written out."""
+
+    name: str = key(Label, "what to call it", "written out")
+    shear_modulus: float = key(
+        Quantity("pressure", "100 Pa", "100 MPa"), "at small strain, like 24 kPa; a third of Young's modulus"
+    )
+    uncertainty: float = key(Number(0, 2), "relative, one sigma", 0.3)
+    bulk_modulus: float = key(Quantity("pressure", "1 MPa", "100 GPa"), "stiffness against change of volume", "1.5 GPa")
+    hardness: str = key(Label, "Shore hardness, for the bill of materials", "")
+    ogden_exponent: float = key(
+        Number(1, 8), "alpha of a one-term Ogden material, whose modulus is that at small strain; 2 is neo-Hookean", 2
+    )
+    hysteresis: float = key(Number(0, 1), "loading from unloading, in parts of the full scale of force", 0.1)
+    creep: float = key(Number(0, 1), "drift of the first minutes under a load, in parts of full scale", 0.05)
+    modulus_temperature_coefficient: float = key(TemperatureCoefficient, "of the modulus", "3411 ppm/K")
+    expansion: float = key(
+        Quantity("temperature coefficient", "0 1/K", "0.002 1/K"), "linear, by temperature", "300 ppm/K"
+    )
+
+    def material(self) -> ElastomerMaterial:
+        """The silicone that is written."""
+        loss, of_heat = self.hysteresis, (self.modulus_temperature_coefficient, self.expansion)
+        return ElastomerMaterial(
+            self.name,
+            self.shear_modulus,
+            self.uncertainty,
+            self.bulk_modulus,
+            self.hardness,
+            source=WRITTEN_SOURCE,
+            ogden_exponent=self.ogden_exponent,
+            losses=Losses(loss, loss, self.creep, *of_heat, WRITTEN_SOURCE),
+        )
+
+
+ConductorChoice = preset_or("conductor", Conductor)
+ElastomerChoice = preset_or("elastomer", ElastomerDocument, ElastomerDocument.material)
+
 AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
 """Stretches at which neo-Hookean moduli are told: a data sheet's 100 % modulus, and a fit of 30 % of tension."""
 
@@ -56,23 +118,6 @@ def stiffened(exponent: float, stretches: Sequence[float]) -> float:
     plain = [tension(NEO_HOOKEAN, stretch) for stretch in stretches]
     given = [tension(exponent, stretch) for stretch in stretches]
     return sum(a * b for a, b in zip(plain, given, strict=True)) / sum(a * a for a in plain)
-
-
-@record
-class ElastomerMaterial:
-    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa), the
-    exponent alpha of W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3) (Ogden), and its losses.
-    """
-
-    name: str
-    shear_modulus: float
-    shear_modulus_sigma: float
-    bulk_modulus: float
-    hardness: str = ""
-    density: float | None = None
-    source: str = ""
-    ogden_exponent: float = NEO_HOOKEAN
-    losses: Losses = Losses()
 
 
 @record

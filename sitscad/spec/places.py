@@ -6,7 +6,8 @@ import math
 
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.spec.sensor import ElastomerPad, SensorSpec, Target
+from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.sensor import SensorSpec
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:

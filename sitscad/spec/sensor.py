@@ -1,6 +1,7 @@
-"""What is asked for: the sensor as frozen values in SI units, presets resolved, defaults filled in.
+"""The sensor: the spec as it is written, and as frozen values in SI units, presets resolved and defaults filled in.
 
 Lengths are metres, angles radians; x runs along the jaw to the handle, y across it, z up from the board's top face.
+Defaults are written as a person would write them: a bare number is millimetres.
 """
 
 from __future__ import annotations
@@ -8,42 +9,82 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib import import_module
-from typing import Any, cast, overload
+from typing import Any, ClassVar, cast, overload
 
 from sitscad.record import record
-from sitscad.spec.issue import Issue
-from sitscad.spec.pieces.circuit import MOST_PARTS, Chip, Connector, FpcSpec, PanelSpec, Tail
-from sitscad.spec.pieces.coil import ArraySpec, CoilPlacement, CoilSpec
-from sitscad.spec.pieces.loads import LoadCase
-from sitscad.spec.pieces.mount import Assembly, Shield
-from sitscad.spec.pieces.mounting import Jaw, Mount
-from sitscad.spec.pieces.plates import Cutting, ElastomerPad, Encapsulation, Target
-from sitscad.spec.pieces.readout import Cable, ReadoutSpec
-from sitscad.spec.source import SpecSource
+from sitscad.spec.circuit import FpcDocument, FpcSpec
+from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
+from sitscad.spec.kinds import Number, Quantity, Rate, Special, Text, described, refuse
+from sitscad.spec.loads import Force, LoadCase, LoadsDocument
+from sitscad.spec.mount import Assembly, AssemblyDocument, Mount, MountDocument
+from sitscad.spec.plates import Cutting, ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.section import Part, Section, key, schema_of
+from sitscad.spec.source import Issue, SpecSource
 from sitscad.spec.stackup import CopperLayer
+
+VERSION = 1
+Temperature = Quantity("temperature", "-60 degC", "200 degC")
+Resolution = Quantity("force", "1 uN", "10 kN")
+LONGEST_NAME = 64
+"""Characters of a sensor's name."""
+
+
+def _version(value: Any) -> int:
+    if isinstance(value, bool) or value != VERSION or not isinstance(value, int):
+        message = f"{described(value)} is no version of the format that is known here"
+        refuse("SIT008", message, f"write sitscad: {VERSION}")
+    return VERSION
+
+
+def _temperature_range(value: Any) -> tuple[float, float]:
+    """The lowest and the highest temperature (degC), bare numbers or texts with their unit."""
+    if not isinstance(value, list) or len(value) != 2:
+        message = f"{described(value)}, where [lowest, highest] is wanted"
+        refuse("SIT004", message, "write degrees Celsius, like [15, 45]")
+    low, high = (
+        Temperature.read(entry if isinstance(entry, (str, bool)) or entry is None else f"{entry} degC")
+        for entry in value
+    )
+    if low > high:
+        refuse("SIT006", f"{described(value)} begins above its end", "write the lower temperature first")
+    return low, high
+
+
+TemperatureRange = Special(
+    _temperature_range,
+    {"type": "array", "items": {"anyOf": [{"type": "number"}, Temperature.schema()]}, "minItems": 2, "maxItems": 2},
+)
 
 
 @record
-class Requirements:
-    """What the sensor must bear and follow: forces in newtons, bandwidth in hertz, temperature in degrees Celsius.
+class Requirements(Section):
+    """What the sensor must bear and follow.
 
-    What it must tell: resolutions (N, one sigma), `crosstalk` (of full scale), the `tilt` (rad) that the contact may
-    have and what that may cost (`tilt_error`, N), `friction_error` of shear over normal, and what a temperature between
-    two may cost (`temperature_error`, N).
+    Forces in newtons, resolutions one sigma, bandwidth in hertz, temperatures in degrees Celsius, tilt in radians,
+    shares of full scale.
     """
 
-    normal_force: float | None = None
-    shear_force: float | None = None
-    bandwidth: float | None = None
-    temperature: float = 20.0
-    normal_resolution: float | None = None
-    shear_resolution: float | None = None
-    crosstalk: float | None = None
-    tilt: float | None = None
-    tilt_error: float | None = None
-    friction_error: float | None = None
-    temperature_range: tuple[float, float] | None = None
-    temperature_error: float | None = None
+    normal_force: float | None = key(Force, "to be borne, like 4.8 N", None)
+    shear_force: float | None = key(Force, "to be borne, like 1 N", None)
+    bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
+    temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there", "20 degC")
+    normal_resolution: float | None = key(
+        Resolution, "one sigma of noise at the scan rate, at every working point, like 20 mN", None
+    )
+    shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
+    crosstalk: float | None = key(
+        Number(0, 10), "error of an axis per full scale of another, over its own full scale, after calibration", None
+    )
+    tilt: float | None = key(Quantity("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
+    tilt_error: float | None = key(Resolution, "what that may cost on any axis, like 100 mN", None)
+    friction_error: float | None = key(
+        Number(0, 10), "of shear over normal at full load: 0.05 shows slip on tissue", None
+    )
+    temperature_range: tuple[float, float] | None = key(
+        TemperatureRange, "between which the sensor is used after a tare, degrees Celsius, like [15, 45]", None
+    )
+    temperature_error: float | None = key(Resolution, "what it may drift by on any axis within that, like 0.5 N", None)
 
 
 @record
@@ -148,26 +189,44 @@ def without_text(spec: SensorSpec) -> SensorSpec:
     return replace(spec, source=SpecSource("", "", defaults=spec.source.defaults, files=solids))
 
 
-__all__ = [
-    "MOST_PARTS",
-    "ArraySpec",
-    "Assembly",
-    "Cable",
-    "Chip",
-    "CoilPlacement",
-    "CoilSpec",
-    "Connector",
-    "ElastomerPad",
-    "Encapsulation",
-    "FpcSpec",
-    "Jaw",
-    "Mount",
-    "PanelSpec",
-    "ReadoutSpec",
-    "Requirements",
-    "SensorSpec",
-    "Shield",
-    "Tail",
-    "Target",
-    "without_text",
-]
+_PRINTED = "([A-Za-z0-9]([A-Za-z0-9 ._/+#:()-]*[A-Za-z0-9+#)])?)?"
+_PRINTED_WORDS = "letters, digits, spaces and . _ / + # : ( ) -, a letter or digit first"
+
+
+class SpecDocument(Section):
+    """A sensor: one spec a file."""
+
+    is_whole: ClassVar[bool] = True
+
+    sitscad: int = key(Special(_version, {"const": VERSION}), "version of this format")
+    name: str = key(
+        Text(LONGEST_NAME, "[a-z0-9][a-z0-9._-]*", "small letters, digits, '.', '_' and '-', a letter or digit first"),
+        "names the outputs",
+    )
+    revision: str = key(
+        Text(16, _PRINTED, _PRINTED_WORDS), "of the design, like B or 1.2 in quotes: printed on every paper", ""
+    )
+    part_number: str = key(Text(32, _PRINTED, _PRINTED_WORDS), "your number for the sensor: printed on every paper", "")
+    date: str = key(
+        Text(20, _PRINTED, _PRINTED_WORDS),
+        "of the revision, like 2026-11-22: printed on every paper; SOURCE_DATE_EPOCH if left out",
+        "",
+    )
+    coil: CoilSpec = key(Part(CoilSpec), "one coil")
+    array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
+    fpc: FpcDocument = key(Part(FpcDocument), "the flexible printed circuit", {})
+    target: Target | None = key(Part(Target), "the conducting plate over the coils", None)
+    elastomer: ElastomerPad | None = key(Part(ElastomerPad), "the soft pad between board and target", None)
+    encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)
+    mount: MountDocument | None = key(Part(MountDocument), "what carries the sensor", None)
+    shield: Shield | None = key(Part(Shield), "a sheet between coil and jaw", None)
+    assembly: AssemblyDocument = key(Part(AssemblyDocument), "how the pieces are put together", {})
+    cutting: Cutting = key(Part(Cutting), "the sheets that elastomer and target are cut from", {})
+    readout: ReadoutSpec = key(Part(ReadoutSpec), "the converter that reads the coils", {})
+    requirements: Requirements = key(Part(Requirements), "what the sensor must bear and follow", {})
+    loads: LoadsDocument = key(Part(LoadsDocument), "ways in which the sensor is pushed in use", {})
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of the spec, for editors: made of the declarations that read it."""
+    return schema_of(SpecDocument, "sitscad spec")

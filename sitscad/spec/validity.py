@@ -6,6 +6,7 @@ and neighbours are held against each other as when a text is resolved. What was 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -15,70 +16,43 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
 
-from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.diagnosis import finding_from_flaw
-from sitscad.spec.format.documents import circuit
-from sitscad.spec.format.documents import spec as form
-from sitscad.spec.format.documents.fabricator import RulesDocument
-from sitscad.spec.format.documents.materials import ConductorDocument, ElastomerDocument
-from sitscad.spec.format.documents.mount import FingerDocument, JawDocument, MountDocument, RetentionDocument
-from sitscad.spec.format.kinds.figure import Sourced
-from sitscad.spec.format.kinds.kind import Either, Kind
-from sitscad.spec.format.kinds.number import Layers, Number, NumberOrList
-from sitscad.spec.format.kinds.quantity import Pair, Quantity
-from sitscad.spec.format.kinds.refusal import described
-from sitscad.spec.format.kinds.word import Choice, Text
-from sitscad.spec.format.remarks import Flaw, Remarks
-from sitscad.spec.format.section import Section
-from sitscad.spec.issue import Issue
-from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.pieces.mounting import Finger, Jaw, Mount, Retention
-from sitscad.spec.resolver.array import MOST_COILS, check_gaps
-from sitscad.spec.resolver.coil import check_amount, check_coil
-from sitscad.spec.rules import SpecError
-from sitscad.spec.sensor import (
-    Cable,
-    CoilSpec,
-    ElastomerPad,
-    Encapsulation,
-    FpcSpec,
-    PanelSpec,
-    ReadoutSpec,
-    Requirements,
-    SensorSpec,
-    Shield,
-    Tail,
-    Target,
+from sitscad.spec.circuit import FpcDocument, FpcSpec, Tail, TailDocument
+from sitscad.spec.design_rules import DesignRules, RulesDocument
+from sitscad.spec.kinds import (
+    Choice,
+    Either,
+    Kind,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Quantity,
+    Scalar,
+    Sourced,
+    Text,
+    described,
 )
-from sitscad.spec.source import SpecSource
-from sitscad.units import parse_quantity, show
+from sitscad.spec.materials import ElastomerDocument, ElastomerMaterial
+from sitscad.spec.mount import Jaw, JawDocument, Mount, MountDocument
+from sitscad.spec.reading import Flaw, Remarks, finding_from_flaw
+from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_coil, check_gaps
+from sitscad.spec.rules import SpecError
+from sitscad.spec.section import Key, Section
+from sitscad.spec.sensor import SensorSpec, SpecDocument
+from sitscad.spec.source import Issue, SpecSource
+from sitscad.units import show
 
-SECTIONS: dict[type, type[Section]] = {
-    SensorSpec: form.SpecDocument,
-    Issue: form.SpecDocument,
-    CoilSpec: form.CoilDocument,
-    FpcSpec: circuit.FpcDocument,
+DOCUMENTS: dict[type, type[Section]] = {
+    SensorSpec: SpecDocument,
+    Issue: SpecDocument,
+    FpcSpec: FpcDocument,
     DesignRules: RulesDocument,
-    PanelSpec: circuit.PanelDocument,
-    Tail: circuit.TailDocument,
-    Target: form.TargetDocument,
-    ElastomerPad: form.ElastomerPadDocument,
-    Encapsulation: form.EncapsulationDocument,
+    Tail: TailDocument,
     Mount: MountDocument,
     Jaw: JawDocument,
-    Retention: RetentionDocument,
-    Finger: FingerDocument,
-    Shield: form.ShieldDocument,
-    Cable: form.CableDocument,
-    ReadoutSpec: form.ReadoutDocument,
-    Requirements: form.RequirementsDocument,
-    Conductor: ConductorDocument,
     ElastomerMaterial: ElastomerDocument,
 }
-"""The section of the format that has the keys of a value's fields."""
-
-WRITTEN_AS = {(CoilSpec, "size"): "outer_diameter"}
-"""Fields that the format calls otherwise."""
+"""The section of the format that has the keys of a value's fields, where the value is not itself that section."""
 
 FARTHEST = 1.0
 """Of a coil's centre from the origin (m)."""
@@ -93,15 +67,11 @@ def refuse_unusable(spec: SensorSpec) -> None:
         raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
     if spec.is_known:
         return
-    for look in (_types, _ranges, _fits):
+    for look in (lambda each: _misfits(each, SensorSpec, ""), _ranges, _fits):
         flaws = list(look(spec))
         if flaws:
             source = spec.source if isinstance(spec.source, SpecSource) else SpecSource("<values>", "")
             raise SpecError(tuple(finding_from_flaw(flaw, source) for flaw in flaws))
-
-
-def _types(spec: SensorSpec) -> Iterator[Flaw]:
-    yield from _misfits(spec, SensorSpec, "")
 
 
 def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
@@ -148,8 +118,8 @@ def _is_scalar(value: Any, wanted: Any) -> bool:
     """Whether a value is of a plain type, numbers finite."""
     if wanted is type(None):
         return value is None
-    if wanted is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and _is_finite(value)
+    if wanted is float:  # whole numbers may be too large for a float; the comparison fails for what is no number
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
     if wanted is int:
         return isinstance(value, int) and not isinstance(value, bool)
     if isinstance(wanted, type) and issubclass(wanted, Enum):
@@ -157,13 +127,9 @@ def _is_scalar(value: Any, wanted: Any) -> bool:
     return isinstance(value, wanted)
 
 
-def _is_finite(value: float) -> bool:
-    return -1e30 < value < 1e30  # whole numbers may be too large for a float; false for what is no number
-
-
 def _mistyped(value: Any, wanted: Any, key: str) -> Flaw:
     name = wanted.__name__ if isinstance(wanted, type) and get_origin(wanted) is None else str(wanted)
-    name = name.replace("sitscad.spec.", "").replace("float", "finite number")
+    name = re.sub(r"\bsitscad\.[a-z_.]+\.", "", name).replace("float", "finite number")
     return Flaw("SIT004", key, f"{described(value)}, where {name} is wanted", "values are in SI units: metres, radians")
 
 
@@ -186,9 +152,8 @@ def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
         yield Flaw("SIT006", "array.placements", f"{len(spec.array.placements)} coils, where 1 to {MOST_COILS} can be")
     for index, place in enumerate(spec.array.placements):
         if max(map(abs, place.centre)) > FARTHEST:
-            yield Flaw(
-                "SIT006", f"array.placements.{index}.centre", f"farther than {show(FARTHEST, 'm')} from the origin"
-            )
+            message = f"farther than {show(FARTHEST, 'm')} from the origin"
+            yield Flaw("SIT006", f"array.placements.{index}.centre", message)
 
 
 _LAYER = Quantity("length", "1 um", "5 mm")
@@ -196,12 +161,14 @@ _LAYER = Quantity("length", "1 um", "5 mm")
 
 def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
     """What within a value the keys of the format do not take."""
-    keys = SECTIONS[type(value)].keys if type(value) in SECTIONS else {}
+    section = type(value) if isinstance(value, Section) else DOCUMENTS.get(type(value))
+    keys: dict[str, Key] = {}
+    if section is not None:
+        keys = {section.attributes[name]: each for name, each in section.keys.items()}
     for one in fields(value):
         inside, inner = getattr(value, one.name), _inner(key, one.name)
-        written = WRITTEN_AS.get((type(value), one.name), one.name)
-        if written in keys and inside is not None:
-            yield from _refused(inside, keys[written].kind, inner)
+        if one.name in keys and inside is not None:
+            yield from _refused(inside, keys[one.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):
             yield from _out_of_range(inside, inner)
 
@@ -218,11 +185,11 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
         for one in value if isinstance(value, tuple) else (value,):
             yield from _refused(one, each, key)
     elif isinstance(kind, Quantity):
-        low, high = parse_quantity(kind.low, kind.dimension), parse_quantity(kind.high, kind.dimension)
+        low, high = kind.range
         if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
-            yield Flaw("SIT006", key, f"{value:g} is out of range: {low:g} to {high:g} ({kind.low} to {kind.high})",
-                       "values are in SI units: metres, radians")  # fmt: skip
-    elif isinstance(kind, (Choice, Text, Number, Layers)):
+            message = f"{value:g} is out of range: {low:g} to {high:g} ({kind.low} to {kind.high})"
+            yield Flaw("SIT006", key, message, "values are in SI units: metres, radians")
+    elif isinstance(kind, Scalar) and type(kind) in (Choice, Text, Number, Layers):
         try:
             kind.read(list(value) if isinstance(kind, Layers) else value)
         except PydanticCustomError as error:

@@ -18,7 +18,7 @@ from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
 from sitscad.estimates.winding.methods import METHODS, Method, WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import SHAPES
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 TURNS, LAYERS = (12.0, 25.0, 50.0, 100.0, 200.0), (1, 2, 4, 8)
 WINDING, MUTUAL = "inductance of a coil", "mutual inductance of two coils"

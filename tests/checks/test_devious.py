@@ -18,8 +18,8 @@ from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import inspect
+from sitscad.spec import presets
 from sitscad.spec.load import load
-from sitscad.spec.profiles import presets
 from sitscad.spec.rules import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

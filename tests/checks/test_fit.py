@@ -21,7 +21,7 @@ from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
 from sitscad.scene.fit import OVERHANG
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 from sitscad.units import parse_quantity
 
 

@@ -10,8 +10,8 @@ from tolerance import approx
 from sitscad.checks import check
 from sitscad.finding import Severity
 from sitscad.scene.printing import print_limit
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
 
 SENSOR = """sitscad: 1
 name: held

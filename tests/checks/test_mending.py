@@ -20,10 +20,10 @@ from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa:
 from sitscad.record import record  # noqa: E402
 from sitscad.remedy.mending import mended_text  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
-from sitscad.spec.format.rewriting import rewritten  # noqa: E402
-from sitscad.spec.format.yaml.reader import read_yaml  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.rewriting import rewritten  # noqa: E402
 from sitscad.spec.rules import SpecError  # noqa: E402
+from sitscad.spec.yaml_text import read_yaml  # noqa: E402
 
 plain = YAML(typ="safe")
 TEMPLATES = {name: templates.read(name) for name in templates.names()}

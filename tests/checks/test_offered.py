@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles import installed_rules
 
 OWN = "stackup: flex-2l-osh-park, rules: osh-park-flex"
 PADS = "tail: {length: 30, connector: solder-pads}"

@@ -8,9 +8,9 @@ import pytest
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles import installed_rules
 
 DRAWN = [f"SIT{number}" for number in (*range(107, 116), 119)]
 ENDS = {

@@ -14,9 +14,9 @@ from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.sensor import Cable, ReadoutSpec
+from sitscad.spec.readout import Cable, ReadoutSpec
 
 ALONE = (2.5e-6, 4.0)
 SEVEN = np.array([7e6])
@@ -24,7 +24,7 @@ SEVEN = np.array([7e6])
 
 
 def wired(cable):
-    return ReadoutSpec(presets.converter("ldc1614"), None, "converter", cable, 40e6, 100.0)
+    return ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, cable, 40e6, 100.0)
 
 
 def test_one_neighbour_is_a_shorted_secondary():

@@ -23,8 +23,8 @@ from sitscad.physics.loss.corners import mitred, opened
 from sitscad.physics.loss.proximity import Resolution, winding_loss
 from sitscad.physics.loss.resistance import bend_squares, conductivity_at
 from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.load import load_text
-from sitscad.spec.sensor import CoilSpec
 from tests.oracles.losses import inductance_change
 
 COPPER = 58e6

@@ -16,7 +16,7 @@ from sitscad.formats.kicad import project as kicad
 from sitscad.formats.kicad import stackup as kicad_stackup
 from sitscad.formats.kicad import symbol as kicad_symbol
 from sitscad.layout import lay_out
-from sitscad.spec.format.documents.fabricator import FINISHES
+from sitscad.spec.design_rules import FINISHES
 from sitscad.spec.load import load_text
 
 TEXT = """\
@@ -144,7 +144,7 @@ def test_the_board_names_the_finish_of_the_order(board, finish):
 
 @pytest.mark.parametrize("name", ["flex-2l-18um", "flex-4l", "flex-6l", "flex-8l"])
 def test_what_bonds_copper_to_copper_is_no_core(name):
-    from sitscad.spec.profiles import presets
+    from sitscad.spec import presets
 
     stackup = presets.stackup(name)
     section = kicad_stackup.stackup_section(stackup, "enig")

@@ -17,9 +17,9 @@ from sitscad.layout import lay_out
 from sitscad.layout.cutting.bridges import bridges, cut_lines
 from sitscad.layout.cutting.panel import is_wanted, plan
 from sitscad.papers.drawings import panel as panel_drawing
+from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
-from sitscad.spec.sensor import PanelSpec
 from sitscad.units import show
 
 shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")

@@ -2,18 +2,12 @@
 
 import pytest
 
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
-from sitscad.spec.sensor import (
-    ArraySpec,
-    CoilPlacement,
-    CoilSpec,
-    FpcSpec,
-    ReadoutSpec,
-    Requirements,
-    SensorSpec,
-    Tail,
-)
+from sitscad.spec import presets
+from sitscad.spec.circuit import FpcSpec, Tail
+from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
+from sitscad.spec.profiles import installed_rules
+from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.source import SpecSource
 
 
@@ -63,7 +57,7 @@ def sensor(
         encapsulation=None,
         mount=None,
         shield=None,
-        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, 40e6, 100.0),
+        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, None, 40e6, 100.0),
         requirements=Requirements(),
         source=SpecSource("drawn.yaml", ""),
     )

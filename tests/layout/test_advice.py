@@ -22,8 +22,8 @@ from sitscad.layout.routing.search_limit import BUDGET, SearchLimit
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
 
 
 def advised(spec):

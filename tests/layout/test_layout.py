@@ -12,9 +12,9 @@ from sitscad.checks import check
 from sitscad.finding import Missing
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.resolver import positions
+from sitscad.spec.resolver import coils as positions
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 CASES = {

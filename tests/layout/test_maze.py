@@ -23,9 +23,9 @@ from sitscad.layout.routing.routes import front_of, route_freely
 from sitscad.layout.routing.search_limit import BUDGET, LOST, SearchLimit
 from sitscad.layout.routing.shortest_ways import spread
 from sitscad.layout.winding.wound_coils import wind_all
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
-from sitscad.spec.resolver import positions
-from sitscad.spec.sensor import CoilPlacement
+from sitscad.spec.resolver import coils as positions
 
 from .conftest import sensor
 

@@ -11,7 +11,7 @@ import sitscad
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout.tail.thickness import Where, finished_thickness
 from sitscad.papers.order.notes import readme
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 from sitscad.units import show
 
 MM = 1e-3

@@ -14,8 +14,8 @@ from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.pieces import Role
 from sitscad.layout.routing.ring import Ring
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
-from sitscad.spec.sensor import CoilPlacement
 
 
 def ring(sensor, rotation=0.0, **coil):

@@ -18,9 +18,9 @@ from sitscad.estimates import estimate
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
 from sitscad.layout.pieces import Role
 from sitscad.layout.tail.turn import course, turn_length
-from sitscad.spec.profiles.presets import connector
+from sitscad.spec.circuit import Tail
+from sitscad.spec.presets import connector
 from sitscad.spec.rules import SpecError
-from sitscad.spec.sensor import Tail
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 WAYS = ["turn: left", "turn: right", "offset: 3", "offset: -12"]

@@ -5,7 +5,7 @@ from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.layout.clearance import hole_keep_out, joined_hole
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles import installed_rules
 
 from .test_layout import assert_sound
 

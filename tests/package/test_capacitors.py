@@ -25,7 +25,7 @@ from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.cutting.panel import coupon_spec
 from sitscad.papers.order import bom, placement
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 from sitscad.spec.rules import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -17,7 +17,7 @@ from sitscad.finding import Edit
 from sitscad.package.dependence import UNREAD
 from sitscad.package.manifest import read_manifest
 from sitscad.spec import templates
-from sitscad.spec.format.rewriting import rewritten
+from sitscad.spec.rewriting import rewritten
 
 ROOT = Path(__file__).parents[2]
 TEXT = templates.read("grasper_4layer")

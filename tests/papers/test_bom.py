@@ -18,9 +18,12 @@ from sitscad.report.section import section
 from sitscad.scene.bodies import shield_heights
 from sitscad.scene.grasper.jaws import closed_span, made_to_measure
 from sitscad.spec import templates
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.sensor import Cable, CoilPlacement, ElastomerPad, Encapsulation, Jaw, Mount, Shield, Target
+from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.readout import Cable
 
 MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")

@@ -35,7 +35,8 @@ from sitscad.scene.bends import own_bend, pivot_line, room_for_own
 from sitscad.scene.grasper.jaws import jaw_range
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates
-from sitscad.spec.load import SpecError, load_text
+from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
 
 COIL = (
     "{{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: 2, trace_width: 0.1, trace_spacing: 0.1{more}}}"

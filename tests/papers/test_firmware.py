@@ -17,8 +17,8 @@ from sitscad.estimates import estimate
 from sitscad.layout import lay_out
 from sitscad.papers import firmware
 from sitscad.report.signal import other_rows
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
 from sitscad.units import show
 
 SPEC = layouts.sensor_spec()

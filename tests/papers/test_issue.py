@@ -28,9 +28,10 @@ from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.order import bom
 from sitscad.papers.order import notes as fabrication_notes
-from sitscad.spec.issue import Issue
-from sitscad.spec.load import SpecError, load_text
-from sitscad.spec.sensor import PanelSpec
+from sitscad.spec.circuit import PanelSpec
+from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
+from sitscad.spec.source import Issue
 
 ISSUE = Issue("B.2", "TS-104 (a)", "2026-11-22")
 SPEC = """\

@@ -33,10 +33,10 @@ from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.order import archive as order_archive
 from sitscad.papers.order import notes as fabrication_notes
+from sitscad.spec import presets
+from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
-from sitscad.spec.sensor import PanelSpec
+from sitscad.spec.profiles import installed_rules
 
 SVG = "{http://www.w3.org/2000/svg}"
 MM = 1e-3

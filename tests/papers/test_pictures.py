@@ -267,7 +267,7 @@ def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(l
 
 def test_metals_are_drawn_in_colours_of_their_own():
     from sitscad.report.section import section
-    from sitscad.spec.profiles.presets import UNKNOWN_METAL, metal_colour, names
+    from sitscad.spec.presets import UNKNOWN_METAL, metal_colour, names
 
     colours = {name: metal_colour(name) for name in names("conductor")}
     assert len(set(colours.values())) == len(colours)

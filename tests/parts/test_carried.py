@@ -18,9 +18,9 @@ from sitscad.parts import mount
 from sitscad.parts.proof.carried import carried
 from sitscad.parts.whole import whole
 from sitscad.scene.grasper.support import support
+from sitscad.spec import presets
 from sitscad.spec.load import load
-from sitscad.spec.pieces.mounting import Finger
-from sitscad.spec.profiles import presets
+from sitscad.spec.mount import Finger
 
 pytestmark = pytest.mark.cad
 

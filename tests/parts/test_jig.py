@@ -17,7 +17,7 @@ from sitscad.parts.tooling.jig import WELL, clearance, jig
 from sitscad.parts.tooling.mould import CAVITIES, SPILL, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
-from sitscad.spec.sensor import Assembly
+from sitscad.spec.mount import Assembly
 
 pytestmark = pytest.mark.cad
 

@@ -24,7 +24,7 @@ from sitscad.scene.grasper.jaws import made_to_measure, section
 from sitscad.scene.grasper.seating import clearance, relief
 from sitscad.scene.printing import print_limit
 from sitscad.spec import templates
-from sitscad.spec.pieces.mounting import Finger
+from sitscad.spec.mount import Finger
 
 pytestmark = pytest.mark.cad
 

@@ -18,9 +18,9 @@ from sitscad.parts.printable import printable
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.printing import print_limit
-from sitscad.spec.pieces.mounting import Finger, Retention
-from sitscad.spec.profiles import presets
-from sitscad.spec.sensor import Encapsulation
+from sitscad.spec import presets
+from sitscad.spec.mount import Finger, Retention
+from sitscad.spec.plates import Encapsulation
 
 pytestmark = pytest.mark.cad
 

@@ -25,7 +25,8 @@ from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.pose import Pose
-from sitscad.spec.sensor import Assembly, Encapsulation, Shield
+from sitscad.spec.mount import Assembly
+from sitscad.spec.plates import Encapsulation, Shield
 
 pytestmark = pytest.mark.cad
 

@@ -16,7 +16,7 @@ from sitscad.parts.tooling.jig import PINS, clearance, jig
 from sitscad.parts.tooling.mould import DRAFT, SPILL
 from sitscad.parts.tooling.skin_mould import is_cast, skin_mould, skin_pour
 from sitscad.scene.bodies import top_height
-from sitscad.spec.sensor import Encapsulation
+from sitscad.spec.plates import Encapsulation
 
 pytestmark = pytest.mark.cad
 

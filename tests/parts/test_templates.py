@@ -12,7 +12,7 @@ from sitscad.layout import lay_out
 from sitscad.parts import fit, solids
 from sitscad.scene.fit import closed_section
 from sitscad.spec.load import load
-from sitscad.spec.sensor import Assembly
+from sitscad.spec.mount import Assembly
 from tests.oracles.envelope import closed_pair
 
 pytestmark = pytest.mark.cad

@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad.readout import FAMILIES, ldc161x
 from sitscad.readout.family import ChannelSettings
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
 
 
 def test_every_limit_has_a_source_and_a_unit() -> None:

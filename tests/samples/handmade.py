@@ -11,24 +11,15 @@ from sitscad.geometry.path import Point, rectangle, rounded
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.parts import Solid
+from sitscad.spec import presets
+from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.profiles import presets
-from sitscad.spec.sensor import (
-    ArraySpec,
-    CoilPlacement,
-    CoilSpec,
-    ElastomerPad,
-    Encapsulation,
-    FpcSpec,
-    Jaw,
-    Mount,
-    ReadoutSpec,
-    Requirements,
-    SensorSpec,
-    Shield,
-    Target,
-)
+from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
@@ -54,7 +45,7 @@ def sensor(name="hand-made", pitch=4.5e-3, layers=4, **parts) -> SensorSpec:
         coil=CoilSpec("circle", (4e-3, 4e-3), 7.75, (1, 2, 3, 4), 8e-5, 8e-5),
         array=ArraySpec("line", places, pitch),
         fpc=FpcSpec(stackup, rules, None),
-        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, 40e6, 500.0),
+        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, None, 40e6, 500.0),
         requirements=Requirements(),
         source=SpecSource("hand.yaml", ""),
         **{**nothing, **parts},

@@ -13,19 +13,12 @@ from sitscad.geometry.path import Arc, Path, Point, circle, polyline, rectangle,
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Coil, Layout, Stiffener, Winding
 from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.spec import presets
+from sitscad.spec.circuit import Connector, FpcSpec, Tail
+from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.profiles import presets
-from sitscad.spec.sensor import (
-    ArraySpec,
-    CoilPlacement,
-    CoilSpec,
-    Connector,
-    FpcSpec,
-    ReadoutSpec,
-    Requirements,
-    SensorSpec,
-    Tail,
-)
+from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
@@ -95,7 +88,7 @@ def sensor_spec(copper: int = 2, tail: bool = True, name: str = "two-coils") -> 
         encapsulation=None,
         mount=None,
         shield=None,
-        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, 40e6, 100.0),
+        readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, None, 40e6, 100.0),
         requirements=Requirements(),
         source=SpecSource("two-coils.yaml", "sitscad: 1\n"),
     )

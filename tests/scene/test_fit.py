@@ -17,8 +17,7 @@ from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit
 from sitscad.scene.grasper.jaws import section
 from sitscad.scene.printing import print_limit
 from sitscad.scene.toleranced import Toleranced, reach, total
-from sitscad.spec.format.documents.mount import PROCESSES
-from sitscad.spec.sensor import Assembly
+from sitscad.spec.mount import PROCESSES, Assembly
 
 GLUED = Assembly(None, 30e-6, 20e-6)
 

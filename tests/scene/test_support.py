@@ -18,7 +18,7 @@ from sitscad.scene.grasper.jaws import closed_span, made_to_measure
 from sitscad.scene.grasper.support import support
 from sitscad.scene.stack import ground
 from sitscad.spec.load import load, load_text
-from sitscad.spec.pieces.mounting import Finger
+from sitscad.spec.mount import Finger
 
 LENS = Path(__file__).parents[1] / "report/broken/SIT319.yaml"
 SENSOR = """sitscad: 1

@@ -15,10 +15,10 @@ import sitscad
 from sitscad import SensorSpec, SpecError
 from sitscad.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.format.rewriting import rewritten
-from sitscad.spec.format.writing import plain, yaml_text
-from sitscad.spec.format.yaml.reader import read_yaml
+from sitscad.spec.changing import plain, yaml_text
+from sitscad.spec.rewriting import rewritten
 from sitscad.spec.validity import refuse_unusable
+from sitscad.spec.yaml_text import read_yaml
 
 COIL = {
     "shape": "circle",

@@ -13,10 +13,9 @@ from tolerance import approx
 
 from sitscad.estimates.uncertainty import sigmas
 from sitscad.geometry.shapes import SHAPES
-from sitscad.spec import templates
+from sitscad.spec import presets, templates
 from sitscad.spec.load import load, load_text
-from sitscad.spec.profiles import presets
-from sitscad.spec.resolver.positions import gap, named
+from sitscad.spec.resolver.coils import gap, named
 from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.stackup import Plating
 

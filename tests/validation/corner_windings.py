@@ -13,7 +13,7 @@ from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spiral
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 UM, MM = 1e-6, 1e-3
 COPPER = 58e6

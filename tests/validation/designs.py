@@ -21,7 +21,7 @@ from sitscad.geometry.shapes import SHAPES as OUTLINES
 from sitscad.geometry.spiral import SpiralDimensions
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.tracks import Track, track
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {name: outline.ends for name, outline in OUTLINES.items() if outline.ends}

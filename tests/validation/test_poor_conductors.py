@@ -19,7 +19,7 @@ from sitscad.physics.metal.finite_plate import CoaxialRings
 from sitscad.physics.metal.half_spaces import Plate, reflection
 from sitscad.physics.special.bessel import j1
 from sitscad.spec.materials import Conductor
-from sitscad.spec.sensor import Target
+from sitscad.spec.plates import Target
 
 pytestmark = pytest.mark.needs("scipy")
 

@@ -10,8 +10,8 @@ from sitscad.estimates.winding.methods import METHODS, winding_geometry
 from sitscad.geometry.shapes import SHAPES
 from sitscad.layout.board import Coil
 from sitscad.layout.winding.windings import wind_coil
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
-from sitscad.spec.sensor import CoilPlacement
 
 COILS = [
     ("circle", 5, [2.05, 1.25]),

@@ -18,7 +18,9 @@ from sitscad.remedy.moves import bent_once, higher_seat, sealed, thinner_tails
 from sitscad.remedy.search import Left, first_tried, in_vain, named, ways
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.stack import shield
-from sitscad.spec.sensor import ElastomerPad, Jaw, Tail
+from sitscad.spec.circuit import Tail
+from sitscad.spec.mount import Jaw
+from sitscad.spec.plates import ElastomerPad
 
 ROUNDING = 1e-9
 

@@ -14,7 +14,7 @@ from sitscad.scene.bodies import board_heights, seat_spans
 from sitscad.scene.grasper.jaws import PartsError, section, shield_that_fits
 from sitscad.scene.grasper.seating import joint_clearance, metal_below, neck, pin_places, retention
 from sitscad.scene.printing import print_limit
-from sitscad.spec.pieces.mounting import Jaw, Mount, Retention
+from sitscad.spec.mount import Jaw, Mount, Retention
 
 
 def mount_joint(design: Design) -> Iterator[Verdict]:

@@ -13,7 +13,8 @@ from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
 from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, shield_that_fits
 from sitscad.scene.grasper.support import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
 from sitscad.scene.printing import print_limit
-from sitscad.spec.sensor import Mount, SensorSpec
+from sitscad.spec.mount import Mount
+from sitscad.spec.sensor import SensorSpec
 
 
 def printed_wall(design: Design) -> Iterator[Verdict]:

@@ -16,7 +16,7 @@ from sitscad.measured import Measure
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, measures
 from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
-from sitscad.spec.sensor import Jaw
+from sitscad.spec.mount import Jaw
 from sitscad.units import show
 
 SMALLEST_MEASURED_PORT = 1.1

@@ -18,7 +18,7 @@ from sitscad.remedy.fix import fail
 from sitscad.remedy.moves import larger_target
 from sitscad.remedy.search import Left, broken_by, first_that_mends
 from sitscad.spec.places import footprint
-from sitscad.spec.sensor import Target
+from sitscad.spec.plates import Target
 from sitscad.units import show
 
 TARGET_LENGTH_TOLERANCE = 0.2

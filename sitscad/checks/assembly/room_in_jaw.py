@@ -22,7 +22,8 @@ from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.fit import LENGTH, OVERHANG
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, rim, section
 from sitscad.scene.grasper.support import width_under
-from sitscad.spec.sensor import Jaw, SensorSpec
+from sitscad.spec.mount import Jaw
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 

@@ -12,7 +12,7 @@ from sitscad.finding import Severity
 from sitscad.layout.cutting.laser_sheet import CutPart, cut_parts, nests, sheet_needed
 from sitscad.scene.grasper.jaws import PartsError
 from sitscad.scene.stack import shield_part
-from sitscad.spec.pieces.plates import Cutting
+from sitscad.spec.plates import Cutting
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:

@@ -20,8 +20,8 @@ from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.search import Left, first_tried, tried
 from sitscad.scene.stack import ground
 from sitscad.spec.materials import ElastomerMaterial
-from sitscad.spec.profiles.presets import elastomer as elastomer_preset
-from sitscad.spec.profiles.presets import names
+from sitscad.spec.presets import elastomer as elastomer_preset
+from sitscad.spec.presets import names
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import show

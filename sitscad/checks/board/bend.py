@@ -25,7 +25,7 @@ from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, first_tried, tried
 from sitscad.scene.bends import bends_of_mount, own_bend, room_for_own
 from sitscad.scene.tail_path import TOO_SHORT, tail_path
-from sitscad.spec.sensor import Tail
+from sitscad.spec.circuit import Tail
 from sitscad.units import show
 
 LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0

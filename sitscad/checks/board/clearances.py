@@ -27,7 +27,7 @@ from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows
 from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left
-from sitscad.spec.profiles.presets import connector, names
+from sitscad.spec.presets import connector, names
 from sitscad.units import show
 
 ALLOWED_SHORTFALL = 1e-6

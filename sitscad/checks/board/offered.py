@@ -10,8 +10,8 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.profiles import presets
 from sitscad.spec.stackup import MASK, CopperLayer, LayerKind, Stackup
 from sitscad.units import show
 

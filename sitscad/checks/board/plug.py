@@ -17,8 +17,8 @@ from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad
 from sitscad.layout.tail.frame import contact_row
 from sitscad.layout.tail.thickness import Where, finished_thickness
-from sitscad.spec.profiles.presets import finish, stock_stiffeners
-from sitscad.spec.sensor import Connector
+from sitscad.spec.circuit import Connector
+from sitscad.spec.presets import finish, stock_stiffeners
 
 LONGEST_BAR = 1.5e-3
 """From a contact's tip to the board's edge (m): as far as a plating bar is taken to be drawn without a look at it."""

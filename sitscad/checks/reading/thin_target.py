@@ -17,8 +17,9 @@ from sitscad.record import record
 from sitscad.remedy.moves import thicker_target
 from sitscad.remedy.search import Left, tried
 from sitscad.scene.state import REST
-from sitscad.spec.profiles import presets
-from sitscad.spec.sensor import SensorSpec, Target
+from sitscad.spec import presets
+from sitscad.spec.plates import Target
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 THICK = 3.0

@@ -14,8 +14,8 @@ from sitscad.finding import Edit, Severity
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain, tried
-from sitscad.spec.converter import Converter
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
+from sitscad.spec.readout import Converter
 from sitscad.units import show
 
 _CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Coil
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 
 def coil_outline(spec: CoilSpec, coil: Coil) -> Path:

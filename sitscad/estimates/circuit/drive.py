@@ -11,7 +11,7 @@ from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import ReadoutSpec
+from sitscad.spec.readout import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
 """Standard deviations of all manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that

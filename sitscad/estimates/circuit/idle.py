@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.readout import FAMILIES
-from sitscad.spec.sensor import ReadoutSpec
+from sitscad.spec.readout import ReadoutSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -11,7 +11,7 @@ from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 Array = NDArray[np.float64]
 

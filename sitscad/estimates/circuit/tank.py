@@ -19,7 +19,7 @@ from sitscad.readout import FAMILIES
 from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import ReadoutSpec
+from sitscad.spec.readout import ReadoutSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]

@@ -19,7 +19,8 @@ from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, Pad
 from sitscad.readout import FAMILIES
 from sitscad.record import record
-from sitscad.spec.sensor import ArraySpec, SensorSpec
+from sitscad.spec.coil import ArraySpec
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 

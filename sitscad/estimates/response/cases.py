@@ -15,7 +15,7 @@ from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, NoResponse, soft
 from sitscad.estimates.response.values import Response, joined
 from sitscad.mechanics.grasper import tip_force
 from sitscad.record import record
-from sitscad.spec.pieces.loads import LoadCase
+from sitscad.spec.loads import LoadCase
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]

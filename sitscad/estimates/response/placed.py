@@ -16,7 +16,8 @@ from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
 from sitscad.scene.gaps import target_gap
-from sitscad.spec.sensor import SensorSpec, Target
+from sitscad.spec.plates import Target
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 

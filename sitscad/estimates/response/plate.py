@@ -26,7 +26,9 @@ from sitscad.physics.metal.half_spaces import Plate as Layer
 from sitscad.physics.metal.half_spaces import Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
-from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.plates import Target
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -29,8 +29,10 @@ from sitscad.physics.metal.half_spaces import Plate as Layer
 from sitscad.physics.metal.half_spaces import reflection
 from sitscad.record import record
 from sitscad.scene.state import in_words
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.places import footprint
-from sitscad.spec.sensor import CoilSpec, SensorSpec, Target
+from sitscad.spec.plates import Target
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from sitscad.layout.board import Coil, Layout
 from sitscad.physics.metal.finite_plate import CoaxialRings, field_share
 from sitscad.scene.gaps import metal_face
 from sitscad.scene.grasper.jaws import axis, fitted_jaw
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sitscad.estimates.values import CrossCheck
 from sitscad.estimates.winding.methods import METHODS, WindingGeometry, tabulated
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 
 def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tuple[CrossCheck, ...]:

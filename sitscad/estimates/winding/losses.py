@@ -20,7 +20,7 @@ from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.physics.metal.near_metal import CrowdingNearMetal, crowding_near_metal
 from sitscad.record import record
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
 
 USUAL_TOLERANCE = 3e-2

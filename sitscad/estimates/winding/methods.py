@@ -28,7 +28,7 @@ from sitscad.physics.loss.corners import MOST_TURN, bend_loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
 from sitscad.physics.metal.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.record import record
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 
 @record(eq=False)

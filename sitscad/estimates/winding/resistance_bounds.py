@@ -19,7 +19,7 @@ from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
 from sitscad.record import record
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 ALONG = 2e-5
 """Of the resistance at any frequency: lengths and corners of the winding's path."""

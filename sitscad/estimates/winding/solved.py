@@ -31,7 +31,7 @@ from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from sitscad.fabrication.files import (
 from sitscad.fabrication.notes import copper_text, finish_name
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.spec.issue import UNNUMBERED, creation_date
+from sitscad.spec.source import UNNUMBERED, creation_date
 from sitscad.spec.stackup import MASK, LayerKind, StackLayer
 from sitscad.version import __version__
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.spec.sensor import ElastomerPad
+from sitscad.spec.plates import ElastomerPad
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """The corners of a tetrahedron's faces S1 to S4."""

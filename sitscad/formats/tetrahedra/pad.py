@@ -29,7 +29,8 @@ from sitscad.layout.board import Layout
 from sitscad.parts.pad import elastomer
 from sitscad.parts.solid import PartsError, Solid, of_role
 from sitscad.scene.bodies import BodyRole
-from sitscad.spec.sensor import ElastomerPad, SensorSpec
+from sitscad.spec.plates import ElastomerPad
+from sitscad.spec.sensor import SensorSpec
 
 ELEMENTS_THROUGH_THICKNESS = 5
 ELEMENTS_ACROSS = 10

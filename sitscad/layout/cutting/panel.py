@@ -15,7 +15,9 @@ from sitscad.geometry.path import Path, Point, bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.bridges import FEWEST_BRIDGES, Bridge, bridges, cut_lines
 from sitscad.record import record
-from sitscad.spec.sensor import MOST_PARTS, ArraySpec, CoilPlacement, SensorSpec
+from sitscad.spec.circuit import MOST_PARTS
+from sitscad.spec.coil import ArraySpec, CoilPlacement
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 TOOLING_HOLE = 1.5e-3

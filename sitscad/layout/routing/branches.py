@@ -17,7 +17,8 @@ from sitscad.layout.routing.closing import swept_inside
 from sitscad.layout.routing.lanes import Bus
 from sitscad.layout.routing.ring import Ring
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.sensor import SensorSpec
 
 VIA_PLACES = 32
 """Directions round a coil in which vias may stand."""

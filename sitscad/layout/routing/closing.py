@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sitscad.geometry.path import TWO_PI, Point
 from sitscad.layout.board import Coil
 from sitscad.layout.pieces import Role, Trace
-from sitscad.spec.sensor import CoilSpec
+from sitscad.spec.coil import CoilSpec
 
 FLATTENED = 1e-6
 """Arcs become chords within this distance (m)."""

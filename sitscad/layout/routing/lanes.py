@@ -12,7 +12,8 @@ from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth
 from sitscad.layout.routing.ring import Ring
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.sensor import SensorSpec
 
 STAGGER = math.sqrt(2.0) - 1.0
 """Parallel tracks bend by 45 degrees this many spacings apart, so that they stay equally far from each other."""

@@ -23,7 +23,8 @@ from sitscad.layout.routing.lanes import Bus, Exit
 from sitscad.layout.routing.ring import Ring
 from sitscad.layout.routing.shortest_ways import Flags, Node, spread
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.sensor import SensorSpec
 
 Floats = NDArray[np.float64]
 

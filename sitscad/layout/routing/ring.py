@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, CoilSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 
 
 @record

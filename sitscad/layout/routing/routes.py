@@ -20,7 +20,7 @@ from sitscad.layout.tail.frame import TailFrame, connector_of, frame, pair_heigh
 from sitscad.layout.tail.tracks import Run, runs, stretched, ways_down
 from sitscad.layout.winding.wound_coils import WoundCoil
 from sitscad.record import record
-from sitscad.spec.profiles.presets import connector
+from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:

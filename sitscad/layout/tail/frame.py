@@ -12,7 +12,8 @@ from sitscad.layout.routing.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.layout.tail.taper import SAME, Taper
 from sitscad.layout.tail.turn import turn_length
 from sitscad.record import record
-from sitscad.spec.sensor import Chip, Connector, SensorSpec
+from sitscad.spec.circuit import Chip, Connector
+from sitscad.spec.sensor import SensorSpec
 
 TAIL_TRACE_WIDTH = 0.2e-3
 """Tracks widen to this outside the jaw, for their resistance (m)."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from sitscad.geometry.region import Region
 from sitscad.layout.board import Stiffener
 from sitscad.layout.tail.frame import TailFrame, first_via
-from sitscad.spec.profiles.presets import stock_stiffeners
-from sitscad.spec.sensor import Connector, SensorSpec
+from sitscad.spec.circuit import Connector
+from sitscad.spec.presets import stock_stiffeners
+from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
 
 

@@ -17,7 +17,7 @@ from sitscad.geometry.region import Region
 from sitscad.layout.board import Layout
 from sitscad.layout.pieces import Pad, Trace, Via
 from sitscad.record import record
-from sitscad.spec.sensor import Tail
+from sitscad.spec.circuit import Tail
 
 _SAME = 1e-12
 

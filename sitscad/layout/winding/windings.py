@@ -9,7 +9,8 @@ from functools import lru_cache
 from sitscad.geometry.path import Point
 from sitscad.geometry.spiral import SpiralDimensions
 from sitscad.layout.board import Winding
-from sitscad.spec.sensor import CoilPlacement, CoilSpec, SensorSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import CopperLayer
 
 

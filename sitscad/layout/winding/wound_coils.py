@@ -14,7 +14,8 @@ from sitscad.layout.routing.lanes import Bus
 from sitscad.layout.winding.inner_vias import InnerJoin, Inside, place_inner_vias
 from sitscad.layout.winding.windings import inner_clear_radius, wind_coil
 from sitscad.record import record
-from sitscad.spec.sensor import CoilPlacement, SensorSpec
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.sensor import SensorSpec
 
 
 @record

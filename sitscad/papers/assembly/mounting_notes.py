@@ -13,7 +13,7 @@ from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
 from sitscad.scene.grasper.seating import joint_clearance, relief, retention, tongue_across
 from sitscad.scene.plate import adapter_needed
 from sitscad.scene.tail_path import lip, tail_path
-from sitscad.spec.sensor import Encapsulation
+from sitscad.spec.plates import Encapsulation
 from sitscad.units import in_mm
 
 LEAST_FIXED = 3e-3

@@ -14,7 +14,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail.contacts import contacts, head
-from sitscad.spec.pieces.plates import ElastomerPad, Target
+from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.units import show
 
 Rows = list[tuple[str, ...]]

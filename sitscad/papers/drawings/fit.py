@@ -36,7 +36,7 @@ from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, jaw_range, rim, s
 from sitscad.scene.grasper.shaft import end_section, shaft
 from sitscad.scene.grasper.support import width_under
 from sitscad.scene.tail_path import TailPath, tail_path
-from sitscad.spec.sensor import Jaw
+from sitscad.spec.mount import Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)
 """Room for the section on paper: left, low, width, height (mm)."""

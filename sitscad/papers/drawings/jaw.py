@@ -36,7 +36,7 @@ from sitscad.scene.column import column
 from sitscad.scene.fit import ClosedSection, closed_section, measures
 from sitscad.scene.grasper.closing import closing
 from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range, section
-from sitscad.spec.sensor import Jaw
+from sitscad.spec.mount import Jaw
 from sitscad.units import show
 
 SECTION = (34.0, 92.0, 92.0, 92.0)

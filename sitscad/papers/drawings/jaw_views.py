@@ -14,7 +14,7 @@ from sitscad.scene.bodies import MOUNT_PIECES, above_board
 from sitscad.scene.column import column, levels
 from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, section
 from sitscad.scene.tail_path import tail_path
-from sitscad.spec.sensor import Jaw
+from sitscad.spec.mount import Jaw
 from sitscad.units import decimal
 
 COLOURS = {

@@ -13,12 +13,12 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from functools import cache
 
+from sitscad.data import FOLDER as DATA
 from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
 from sitscad.layout.cutting.panel import Panel
 from sitscad.record import record
-from sitscad.spec.profiles.names import names
-from sitscad.spec.profiles.presets import DATA
+from sitscad.spec.kinds import names
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
 _COPPER = re.compile(r"Copper,L(\d+),Inr")

@@ -24,9 +24,10 @@ from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield
 from sitscad.scene.column import column
 from sitscad.scene.plate import adapter_needed
 from sitscad.scene.stack import shield
-from sitscad.spec.pieces.mounting import HolePattern
+from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import place_in_words
-from sitscad.spec.sensor import ElastomerPad, Mount, SensorSpec, Target
+from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
 USUAL_CHIP = "chip-0603"

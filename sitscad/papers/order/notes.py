@@ -46,7 +46,7 @@ from sitscad.layout.cutting.panel import Panel, is_too_small
 from sitscad.layout.tail.contacts import contacts, head
 from sitscad.layout.tail.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
-from sitscad.spec.profiles.presets import unverified_rows
+from sitscad.spec.presets import unverified_rows
 from sitscad.spec.stackup import MASK, LayerKind, Plating
 from sitscad.spec.unverified import is_unverified
 from sitscad.units import show

@@ -21,7 +21,7 @@ from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM
 from sitscad.parts.solid import PartsError
-from sitscad.spec.pieces.mounting import StepPart
+from sitscad.spec.mount import StepPart
 
 SECONDS = 120
 LARGEST = 1000.0

@@ -17,7 +17,7 @@ from sitscad.scene.grasper.jaws import axis, shield_that_fits
 from sitscad.scene.grasper.seating import cap_end, clearance, ledge
 from sitscad.scene.printing import print_limit
 from sitscad.scene.tail_path import lip, round_edge
-from sitscad.spec.pieces.mounting import Finger
+from sitscad.spec.mount import Finger
 
 FRONT = 2.0e-3
 """Plastic before the finger's end (m)."""

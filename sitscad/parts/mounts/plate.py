@@ -20,7 +20,7 @@ from sitscad.scene.grasper.jaws import shield_that_fits
 from sitscad.scene.grasper.seating import clearance
 from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
 from sitscad.scene.tail_path import Lip, round_edge
-from sitscad.spec.pieces.mounting import Hole
+from sitscad.spec.mount import Hole
 
 FLOOR = 2.0e-3
 CORNER = 2.0e-3

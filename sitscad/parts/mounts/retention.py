@@ -12,7 +12,7 @@ from sitscad.parts.prism import MM, one_solid, prism
 from sitscad.parts.solid import PartsError
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
 from sitscad.scene.grasper.seating import joint_clearance, neck, pin_places, retention, tongue_across
-from sitscad.spec.pieces.mounting import Retention
+from sitscad.spec.mount import Retention
 
 CHAMFER = 0.1e-3
 """Of the pins' ends (m), which find their holes by it."""

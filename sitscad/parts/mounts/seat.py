@@ -31,7 +31,7 @@ from sitscad.scene.grasper.jaws import (
 from sitscad.scene.grasper.seating import Relief, clearance, ledge, relief, side_ledges, stop_place
 from sitscad.scene.printing import print_limit
 from sitscad.scene.tail_path import lip
-from sitscad.spec.pieces.mounting import Jaw
+from sitscad.spec.mount import Jaw
 
 LEDGE_ROUNDING = 0.2e-3
 HEEL_ROUNDING = 0.3e-3

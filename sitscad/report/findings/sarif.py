@@ -17,7 +17,7 @@ from sitscad.report.findings.checked import CheckedSpec, excerpt
 from sitscad.report.findings.document import finding_json, to_json
 from sitscad.report.findings.identity import fingerprint, identities
 from sitscad.report.findings.manner import Manner, RuleTexts
-from sitscad.spec.format.rewriting import CannotWriteError, rewritten
+from sitscad.spec.rewriting import CannotWriteError, rewritten
 from sitscad.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

@@ -10,7 +10,8 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import Heights, seat_heights, shield_heights, top_height
 from sitscad.scene.column import slack
-from sitscad.spec.sensor import Jaw, SensorSpec
+from sitscad.spec.mount import Jaw
+from sitscad.spec.sensor import SensorSpec
 
 FILM_ROUNDING = 0.8
 """Rounding of the film's outer edges as a share of its thickness: below 1, so that the film is nowhere too thin."""

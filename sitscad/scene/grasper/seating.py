@@ -15,7 +15,7 @@ from sitscad.scene.bodies import board_heights, seat_spans
 from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.printing import print_limit
 from sitscad.scene.stack import tail_heights
-from sitscad.spec.pieces.mounting import Mount, Retention
+from sitscad.spec.mount import Mount, Retention
 
 TIGHT = 0.15e-3
 """Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""

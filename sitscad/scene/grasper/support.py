@@ -22,7 +22,7 @@ from sitscad.scene.grasper.jaws import (
     shield_that_fits,
 )
 from sitscad.scene.stack import ground
-from sitscad.spec.pieces.mounting import Jaw, Mount
+from sitscad.spec.mount import Jaw, Mount
 
 Box = tuple[float, float, float, float]
 

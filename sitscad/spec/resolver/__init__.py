@@ -1,1 +1,1 @@
-"""From what is written to SI values: defaults filled in, names looked up, parts held against each other."""
+"""The written sections to the values of the spec: presets looked up, defaults noted, pieces held against each other."""

@@ -6,21 +6,29 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+from sitscad.spec import presets
+from sitscad.spec.circuit import (
+    MOST_PARTS,
+    BendDocument,
+    FpcDocument,
+    FpcSpec,
+    LayerDocument,
+    PanelSpec,
+    Tail,
+    TailDocument,
+)
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.documents.circuit import BendDocument, FpcDocument, LayerDocument, PanelDocument, TailDocument
-from sitscad.spec.format.remarks import Remarks
-from sitscad.spec.pieces.mounting import Mount
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import resolve_rules
-from sitscad.spec.profiles.origin import spec_origin
-from sitscad.spec.sensor import MOST_PARTS, CoilSpec, FpcSpec, PanelSpec, Tail
+from sitscad.spec.mount import Mount
+from sitscad.spec.profiles import resolve_rules, spec_origin
+from sitscad.spec.reading import Remarks
+from sitscad.spec.section import WRITTEN_SOURCE
 from sitscad.spec.source import SpecSource
 from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
-_WRITTEN = "written out"
 USUAL_PLATING = 12e-6
 """As in the presets (m): plating adds 8 to 15 um to the foil (wellerpcba.com)."""
 _TURN_RADIUS = 2e-3
@@ -50,23 +58,23 @@ def resolve_fpc(
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
     rules = resolve_rules(document.rules, stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
     return FpcSpec(
-        stackup=stackup,
-        rules=rules.for_layers(copper),
-        tail=_tail(document, copper, rules, mount, remarks),
-        panel=_panel(document.panel, remarks),
-        finish=document.finish,
-        copper=document.copper,
-        teardrops=document.teardrops,
-        boards=document.boards,
-        margin=document.margin,
+        stackup,
+        rules.for_layers(copper),
+        _tail(document, copper, rules, mount, remarks),
+        _panel(document.panel, remarks),
+        document.finish,
+        document.copper,
+        document.teardrops,
+        document.boards,
+        document.margin,
     )
 
 
-def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
+def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
     """The panel that is asked for; too many boards are noted."""
-    if isinstance(document, str):
-        return PanelSpec(wish=document)
-    boards = math.prod(document.parts or ())
+    if isinstance(written, str):
+        return PanelSpec(wish=written)
+    boards = math.prod(written.parts or ())
     if boards > MOST_PARTS:
         message = (
             f"{boards} boards are out of range: at most {MOST_PARTS} on one panel, since every copy is drawn out in "
@@ -74,7 +82,7 @@ def _panel(document: str | PanelDocument, remarks: Remarks) -> PanelSpec:
         )
         hint = "order several panels: their number is the fabricator's to multiply"
         remarks.flaw("SIT006", "fpc.panel.parts", message, hint, measured=float(boards), limit=float(MOST_PARTS))
-    return PanelSpec("always", document.parts, document.gap, document.rail, document.bridge)
+    return written
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
@@ -82,7 +90,7 @@ def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup
     if isinstance(document.stackup, list):
         return _written_stackup(document.stackup, remarks)
     if document.stackup is not None:
-        return presets.stackup(document.stackup)
+        return document.stackup
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
     layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
     remarks.default("fpc.stackup", name, f"the default for {layers}")
@@ -100,13 +108,12 @@ def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
         remarks.flaw("SIT006", "fpc.stackup", message, "write the layers from top to bottom")
     for index, kind in enumerate(kinds):
         if kind is LayerKind.COVERLAY and 0 < index < len(kinds) - 1:
-            remarks.flaw(
-                "SIT009", f"fpc.stackup.{index}", "coverlay lies inside the stack-up", "inside, write dielectric"
-            )
+            message = "coverlay lies inside the stack-up"
+            remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "inside, write dielectric")
         if kind is LayerKind.COPPER and index and kinds[index - 1] is LayerKind.COPPER:
             message = "two copper layers touch"
             remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
-    return Stackup(_WRITTEN, tuple(found), "the spec")
+    return Stackup("written out", tuple(found), WRITTEN_SOURCE)
 
 
 def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup:
@@ -176,12 +183,17 @@ def _tail(document: FpcDocument, copper: int, rules: DesignRules, mount: Mount |
     if layers > copper:
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
-    radius = _turn_radius(written, rules, remarks)
-    connector = presets.connector(written.connector)
     tail = Tail(
-        written.length, connector, layers, "none", written.turn, written.offset, radius,
-        contacts=written.contacts, stiffener=written.stiffener,
-    )  # fmt: skip
+        written.length,
+        written.connector,
+        layers,
+        "none",
+        written.turn,
+        written.offset,
+        _turn_radius(written, rules, remarks),
+        contacts=written.contacts,
+        stiffener=written.stiffener,
+    )
     return _bent(tail, written.bend, mount, remarks)
 
 

@@ -1,21 +1,30 @@
-"""What carries the sensor, as it is written, to its values: jaw, bench, finger or a part of the user's own."""
+"""What carries the sensor, as it is written, to its values: jaw, bench, finger or a part of the user's own; and the
+STEP files that a spec names, in its folder and below, of a size that a part has, and text as ISO 10303-21 has it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from sitscad.finding import Edit
-from sitscad.spec.format.documents.materials import ConductorDocument
-from sitscad.spec.format.documents.mount import FingerDocument, HoleDocument, JawDocument, MountDocument
-from sitscad.spec.format.remarks import Remarks
-from sitscad.spec.materials import Conductor
-from sitscad.spec.pieces.mounting import Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.origin import Origin
-from sitscad.spec.resolver.step_file import resolve_step
-from sitscad.spec.sensor import Shield
+from sitscad.spec import presets
+from sitscad.spec.mount import (
+    Finger,
+    Hole,
+    HolePattern,
+    Jaw,
+    JawDocument,
+    Mount,
+    MountDocument,
+    Retention,
+    StepPart,
+)
+from sitscad.spec.plates import Shield
+from sitscad.spec.profiles import Origin
+from sitscad.spec.reading import Remarks
+from sitscad.spec.section import WRITTEN_SOURCE
 from sitscad.units import show
 
 DEFAULT_STANDOFF = 1e-3
@@ -32,6 +41,11 @@ BELONGS: dict[str, tuple[str, ...]] = {
 NEEDED = ("width", "length", "height")
 """Figures without which nothing is known of a jaw."""
 
+MOST_STEP_BYTES = 16 * 2**20
+"""A STEP file at most: a package keeps it, and a jaw has some hundred kilobytes."""
+
+BEGINS, ENDS = b"ISO-10303-21;", b"END-ISO-10303-21;"
+
 
 def resolve_mount(part: MountDocument | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
     """The mount; the shield has to fit between board and metal. Names of files count from `place`, the spec."""
@@ -43,20 +57,21 @@ def resolve_mount(part: MountDocument | None, shield: Shield | None, remarks: Re
     if part.kind == "bench-plate":
         return replace(mount, holes=_holes(part.holes, remarks))
     if part.kind == "fingertip":
-        finger = _finger(part.finger or _whole(FingerDocument))
+        finger = part.finger or Finger()
         if part.finger is None:
             size = " x ".join(show(side, "m") for side in finger.size)
             words = f"{finger.shape}, {size}, grip {show(finger.grip, 'm')}, screws of {show(finger.screw, 'm')}"
             remarks.default("mount.finger", words, "a finger of the usual size: measure yours")
         return replace(mount, finger=finger, backing=finger.material)
     if part.kind == "custom":
-        return replace(mount, step=_step(part, "mount.step", place, remarks))
+        return replace(mount, step=_step(part, "mount", place, remarks))
     if part.jaw is None:
         remarks.default("mount.jaw", DEFAULT_JAW)
-    mount = _in_jaw(mount, part.jaw or DEFAULT_JAW, place, remarks)
-    retention = _retention(part)
-    if retention is not None:
-        _check_retention(retention, mount, remarks)
+    mount = _in_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
+    if part.retention is None or part.retention == "glue":
+        return mount
+    retention = Retention(part.retention) if isinstance(part.retention, str) else part.retention
+    _check_retention(retention, mount, remarks)
     return replace(mount, retention=retention)
 
 
@@ -88,40 +103,34 @@ def _check_keys(part: MountDocument, remarks: Remarks) -> None:
                 remarks.flaw("SIT009", f"mount.{name}", message, f"leave {name} out, or kind: {kind}")
 
 
-def _in_jaw(mount: Mount, written: str | JawDocument, place: Origin, remarks: Remarks) -> Mount:
+def _in_jaw(mount: Mount, written: Jaw | JawDocument, place: Origin, remarks: Remarks) -> Mount:
     """The mount with its jaw, or with the STEP file alone where no figure is written beside it."""
-    if isinstance(written, str):
-        return replace(mount, jaw=presets.jaw(written))
-    step = _step(written, "mount.jaw.step", place, remarks)
+    if isinstance(written, Jaw):
+        return replace(mount, jaw=written)
+    step = _step(written, "mount.jaw", place, remarks)
     missing = [name for name in NEEDED if getattr(written, name) is None]
-    material = None if written.material is None else resolve_conductor(written.material)
     if written.based_on is None and missing:
         if written.step is None or len(missing) < len(NEEDED):
             for name in missing:
                 hint = "measure it and write it, or take a preset's: based_on: generic-5mm"
                 remarks.flaw("SIT003", f"mount.jaw.{name}", f"the jaw has no {name}", hint)
-        backing = material or presets.conductor(DEFAULT_METAL)
-        return replace(mount, step=step, backing=backing)
-    jaw = replace(_written_over(written, material), step=step)
+        return replace(mount, step=step, backing=written.material or presets.conductor(DEFAULT_METAL))
+    jaw = replace(_written_over(written), step=step)
     _check_jaw(jaw, remarks)
     return replace(mount, jaw=jaw)
 
 
-def _written_over(document: JawDocument, material: Conductor | None) -> Jaw:
+def _written_over(document: JawDocument) -> Jaw:
     """The jaw that is written, over the preset that it is based on."""
-    figures: dict[str, Any] = {
-        name: value
-        for name, value in document.values().items()
-        if value is not None and name not in ("name", "based_on", "material", "step", "datum", "along", "up")
-    }
-    if material is not None:
-        figures["material"] = material
-    if document.based_on is None:
+    beside = ("name", "based_on", "step", "datum", "along", "up")
+    figures = {name: value for name, value in document.values().items() if value is not None and name not in beside}
+    base = document.based_on
+    if base is None:
         usual: dict[str, Any] = {"port_diameter": DEFAULT_PORT, "material": presets.conductor(DEFAULT_METAL)}
-        return Jaw(name=document.name, source="the spec", **(usual | figures))
-    base, written = presets.jaw(document.based_on), tuple(sorted(figures))
-    source = presets.jaw_source(document.based_on, written)
-    own = f"{', '.join(written)}: the spec; {source}" if written else source
+        return Jaw(name=document.name, source=WRITTEN_SOURCE, **(usual | figures))
+    written = tuple(sorted(figures))
+    source = presets.jaw_source(base.name, written)
+    own = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}" if written else source
     return replace(base, **figures, name=document.name, source=own, written=written)
 
 
@@ -143,14 +152,6 @@ def _check_jaw(jaw: Jaw, remarks: Remarks) -> None:
         remarks.flaw("SIT009", "mount.jaw.opposing_recess", message, hint, **facts)
 
 
-def _retention(part: MountDocument) -> Retention | None:
-    """What holds the mount besides glue; None for glue alone."""
-    written = part.retention
-    if written is None or written == "glue":
-        return None
-    return Retention(written) if isinstance(written, str) else Retention(**written.values())
-
-
 def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> None:
     """Whether the jaw is known that is to be cut, and whether a dovetail can slide in."""
     if mount.jaw is None or mount.jaw.step is not None:
@@ -161,53 +162,66 @@ def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> No
         remarks.flaw("SIT009", "mount.retention", message, "retention: pins, or a jaw without a pocket")
 
 
-def _holes(written: str | list[HoleDocument] | None, remarks: Remarks) -> HolePattern:
+def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePattern:
     """The holes of a bench plate."""
     if written is None:
         remarks.default("mount.holes", DEFAULT_HOLES)
-    if written is None or isinstance(written, str):
-        return presets.hole_pattern(written or DEFAULT_HOLES)
-    holes = tuple(Hole(each.at, each.diameter, each.head) for each in written)
-    if not holes:
+        return presets.hole_pattern(DEFAULT_HOLES)
+    if isinstance(written, HolePattern):
+        return written
+    if not written:
         remarks.flaw("SIT009", "mount.holes", "an empty list", "write [{at: [20, 15], diameter: 6.6, head: 10}], ...")
-    for each, hole in zip(written, holes, strict=True):
-        if hole.head < hole.diameter:
-            message = f"a head of {show(each.head, 'm')} falls through a hole of {show(each.diameter, 'm')}"
-            remarks.flaw("SIT009", "mount.holes", message, "head: the diameter of the screw's head")
-            break
-    return HolePattern("written out", holes, None, "", "the spec")
+    falling = next((hole for hole in written if hole.head < hole.diameter), None)
+    if falling is not None:
+        message = f"a head of {show(falling.head, 'm')} falls through a hole of {show(falling.diameter, 'm')}"
+        remarks.flaw("SIT009", "mount.holes", message, "head: the diameter of the screw's head")
+    return HolePattern("written out", tuple(written), None, "", WRITTEN_SOURCE)
 
 
-def _finger(written: FingerDocument) -> Finger:
-    metal = None if written.material is None else resolve_conductor(written.material)
-    return Finger(written.shape, written.size, written.grip, written.screw, metal)
-
-
-def _whole(section: type[FingerDocument]) -> FingerDocument:
-    """A section of which nothing is written."""
-    from sitscad.spec.format.section import validator_of
-
-    found: FingerDocument = validator_of(section).validate_python({})
-    return found
-
-
-def _step(part: Any, key: str, place: Origin, remarks: Remarks) -> StepPart | None:
-    """The STEP file of a section with such keys; None without one, or with its faults noted."""
-    lies = (part.datum, part.along, part.up)
-    if part.step is None:
-        for name in _lying(part):
-            remarks.flaw("SIT009", f"{key.rpartition('.')[0]}.{name}", f"{name} belongs to a STEP file", "give step")
+def _step(part: MountDocument | JawDocument, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
+    """The STEP file that is named in a section, with its datum and axes as written; None without one, or with its
+    faults noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imports`).
+    """
+    name, key = part.step, f"{section}.step"
+    if name is None:
+        for lies in ("datum", "along", "up"):
+            if getattr(part, lies) is not None:
+                remarks.flaw("SIT009", f"{section}.{lies}", f"{lies} belongs to a STEP file", "give step")
         return None
-    return resolve_step(part.step, lies, key, place, remarks)
+    datum, along, up = part.datum or (0.0, 0.0, 0.0), part.along or "x", part.up or "z"
+    if along[-1] == up[-1]:
+        message = f"{along} runs to the tail and {up} stands on the face: they are one line"
+        remarks.flaw("SIT009", f"{section}.up", message, "two axes at right angles, like along: x, up: z")
+    if isinstance(datum, str) and (part.along or part.up):
+        message = f"the coordinate system {datum} says which way its axes run"
+        remarks.flaw("SIT009", f"{section}.{'along' if part.along else 'up'}", message, "leave along and up out")
+    path = place.located(name, key, remarks, "STEP", "jaw.step")
+    content = None if path is None else _content(path, name, key, remarks)
+    if path is None or content is None:
+        return None
+    import hashlib  # loads OpenSSL, which most uses of a spec do not need
+
+    kept = place.names_of(name, path)
+    remarks.files |= dict.fromkeys(kept, content)
+    point = datum if isinstance(datum, str) else (datum[0], datum[1], datum[2])
+    return StepPart(min(kept), hashlib.sha256(content).hexdigest(), point, along, up)
 
 
-def _lying(part: Any) -> Iterator[str]:
-    """Which of the keys are written that say how a STEP file lies."""
-    return (name for name in ("datum", "along", "up") if getattr(part, name) is not None)
-
-
-def resolve_conductor(document: str | ConductorDocument) -> Conductor:
-    """A metal or magnetic sheet, by name or written out."""
-    if isinstance(document, str):
-        return presets.conductor(document)
-    return Conductor(**document.values(), source="the spec")
+def _content(path: Path, name: str, key: str, remarks: Remarks) -> bytes | None:
+    """The bytes of a file that is one of STEP; None with what is wrong noted."""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MOST_STEP_BYTES + 1)
+    except OSError as error:
+        remarks.flaw("SIT011", key, f"cannot read {name}: {error.strerror or error}", "is the path right?")
+        return None
+    if len(content) > MOST_STEP_BYTES:
+        message = f"{name} is larger than {MOST_STEP_BYTES // 2**20} MiB"
+        remarks.flaw("SIT010", key, message, "export the jaw alone, without the instrument's other parts")
+        return None
+    text = content.strip()
+    if not text.startswith(BEGINS) or not text.endswith(ENDS) or b"\0" in content:
+        message = f"{name} does not begin with {BEGINS.decode()} and end with {ENDS.decode()}"
+        remarks.flaw("SIT011", key, message, "is it a STEP file (AP203, AP214 or AP242), and whole?")
+        return None
+    return content

@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sitscad.finding import Edit
 from sitscad.geometry.footprint import Footprint
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
-from sitscad.spec.format.documents.materials import ElastomerDocument
-from sitscad.spec.format.documents.spec import CableDocument, SpecDocument
-from sitscad.spec.format.remarks import Remarks
-from sitscad.spec.format.section import Section
-from sitscad.spec.issue import Issue
-from sitscad.spec.materials import ElastomerMaterial, Losses
-from sitscad.spec.pieces.plates import Cutting
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.origin import spec_origin
-from sitscad.spec.resolver.array import resolve_array
+from sitscad.spec import presets
+from sitscad.spec.circuit import Tail, TailDocument
+from sitscad.spec.kinds import Preset
+from sitscad.spec.loads import LoadCase, Mechanism
+from sitscad.spec.mount import Assembly, AssemblyDocument, Mount
+from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.profiles import spec_origin
+from sitscad.spec.reading import Remarks
+from sitscad.spec.readout import ReadoutSpec
 from sitscad.spec.resolver.circuit import resolve_fpc
-from sitscad.spec.resolver.coil import check_amount, resolve_coil
-from sitscad.spec.resolver.loads import resolve_loads
-from sitscad.spec.resolver.mount import resolve_conductor, resolve_mount
-from sitscad.spec.sensor import (
-    Assembly,
-    Cable,
-    ElastomerPad,
-    Encapsulation,
-    ReadoutSpec,
-    Requirements,
-    SensorSpec,
-    Shield,
-    Tail,
-    Target,
-)
-from sitscad.spec.source import SpecSource
+from sitscad.spec.resolver.coils import check_amount, resolve_array, resolve_coil
+from sitscad.spec.resolver.mount import resolve_mount
+from sitscad.spec.section import NameOr, Part, Section, section_of
+from sitscad.spec.sensor import SensorSpec, SpecDocument
+from sitscad.spec.source import Issue, SpecSource
 from sitscad.units import show
 
-_CABLE_PER_METRE = {"inductance": 600e-9, "capacitance": 100e-12, "resistance": 1.0}
-_WRITTEN = "written out"
+Plate = TypeVar("Plate", Target, ElastomerPad)
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
@@ -52,79 +41,72 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
     check_amount(coil, len(array.placements), remarks)
-    shield = resolve_shield(document)
-    mount = resolve_mount(document.mount, shield, remarks, spec_origin(source, folder))
+    mount = resolve_mount(document.mount, document.shield, remarks, spec_origin(source, folder))
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, source, folder)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
+    # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(coil.outer_diameter, array.pitch or 0.0)
-    target = resolve_target(document, side, remarks)
+    target, pad = document.target, document.elastomer
+    if target is not None:
+        target = _sized(target, "target", (side, side), remarks)
+    if pad is not None:
+        pad = _sized(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
+    is_glued = any((target, pad, mount))
+    readout = _readout(document.readout, document.fpc.tail, remarks)
+    assembly = _assembly(document.assembly, is_glued, remarks)
     spec = SensorSpec(
         name=document.name,
         coil=coil,
         array=array,
         fpc=fpc,
         target=target,
-        elastomer=resolve_elastomer(document, side, target, remarks),
-        encapsulation=resolve_encapsulation(document),
+        elastomer=pad,
+        encapsulation=document.encapsulation,
         mount=mount,
-        shield=shield,
-        readout=resolve_readout(document, remarks),
-        requirements=Requirements(**document.requirements.values()),
+        shield=document.shield,
+        readout=readout,
+        requirements=document.requirements,
         source=source,
         issue=Issue(document.revision, document.part_number, document.date),
-        assembly=resolve_assembly(document, remarks),
-        cutting=Cutting(document.cutting.sheet, document.cutting.gap),
-        loads=resolve_loads(document, mount, remarks),
+        assembly=assembly,
+        cutting=document.cutting,
+        loads=_loads(document, mount, remarks),
     )
-    _note_plain_defaults(document, "", source.keys, remarks)
+    _note_plain_defaults(SpecDocument, document, "", source.keys, remarks)
     return spec, remarks
 
 
-def _note_plain_defaults(section: Section, path: str, written: Mapping[str, Any], remarks: Remarks) -> None:
+def _note_plain_defaults(
+    section: type[Section], values: Any, path: str, written: Mapping[str, Any], remarks: Remarks
+) -> None:
     """Note every default that is written in the format itself; the others were noted where they were worked out."""
     for name, key in section.keys.items():
-        value = getattr(section, name)
-        if isinstance(value, Section):
-            _note_plain_defaults(value, f"{path}{name}.", written, remarks)
-        elif f"{path}{name}" not in written and key.default not in (None, "", _WRITTEN):
-            is_bare_length = isinstance(key.default, (int, float)) and getattr(key.kind, "dimension", "") == "length"
-            remarks.default(f"{path}{name}", f"{key.default} mm" if is_bare_length else str(key.default))
+        value, place, kind = getattr(values, section.attributes[name], None), f"{path}{name}", key.kind
+        is_section = isinstance(value, Section)
+        if isinstance(kind, NameOr) and isinstance(kind.preset, Preset):  # what a name stands for looks like it, too
+            is_section = isinstance(kind.written, Part) and any(each.startswith(f"{place}.") for each in written)
+        inner = section_of(kind)
+        if is_section and inner is not None:
+            _note_plain_defaults(inner, value, f"{place}.", written, remarks)
+        elif place not in written and key.default not in (None, "", "written out"):
+            is_bare_length = isinstance(key.default, (int, float)) and getattr(kind, "dimension", "") == "length"
+            remarks.default(place, f"{key.default} mm" if is_bare_length else str(key.default))
 
 
-def _plate(part: Any, key: str, size: tuple[float, float], remarks: Remarks) -> tuple[str, tuple[float, float]]:
-    """Shape and size of a plate, with its defaults."""
-    if part.size is None:
-        shown = show(size[0], "m") if size[0] == size[1] else f"[{show(size[0], 'm')}, {show(size[1], 'm')}]"
+def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
+    """A plate with its size, which is the usual one if left out, and its shape."""
+    written = plate.values()
+    if written["size"] is None:
+        shown = show(usual[0], "m") if usual[0] == usual[1] else f"[{show(usual[0], 'm')}, {show(usual[1], 'm')}]"
         remarks.default(f"{key}.size", shown, "after what lies under it")
-    size = part.size or size
-    shape = part.shape or plate_shape(size)
-    if part.shape is None:
+    size = written["size"] or usual
+    shape = written["shape"] or plate_shape(size)
+    if written["shape"] is None:
         remarks.default(f"{key}.shape", shape, "after its size")
     if not PLATES[shape].is_long and size[0] != size[1]:
         hint = f"write one number, or shape: {LONG_PLATE}"
         remarks.flaw("SIT009", f"{key}.size", f"a {shape} has one size, not [x, y]", hint)
-    return shape, size
-
-
-def resolve_target(document: SpecDocument, side: float, remarks: Remarks) -> Target | None:
-    """The target; by default a square as wide as the coils are far apart, at least as wide as a coil."""
-    part = document.target
-    if part is None:
-        return None
-    shape, size = _plate(part, "target", (side, side), remarks)
-    return Target(shape, size, part.thickness, resolve_conductor(part.material), part.kerf, part.offset, part.rotation)
-
-
-def resolve_elastomer(
-    document: SpecDocument, side: float, target: Target | None, remarks: Remarks
-) -> ElastomerPad | None:
-    """The elastomer pad; by default as large as the target, or as it must be to carry one that is turned or offset."""
-    part = document.elastomer
-    if part is None:
-        return None
-    size = (side, side) if target is None else _carrying(target, part.offset)
-    shape, size = _plate(part, "elastomer", size, remarks)
-    return ElastomerPad(_elastomer(part.material), shape, size, part.thickness, part.kerf, part.offset)
+    return replace(plate, shape=shape, size=size)
 
 
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
@@ -134,73 +116,46 @@ def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float
     return x, y
 
 
-def resolve_encapsulation(document: SpecDocument) -> Encapsulation | None:
-    """The encapsulating film."""
-    part = document.encapsulation
-    return None if part is None else Encapsulation(_elastomer(part.material), part.thickness)
-
-
-def resolve_shield(document: SpecDocument) -> Shield | None:
-    """The shield behind the board."""
-    part = document.shield
-    return None if part is None else Shield(resolve_conductor(part.material), part.thickness, part.gap, part.kerf)
-
-
-def resolve_assembly(document: SpecDocument, remarks: Remarks) -> Assembly:
+def _assembly(part: AssemblyDocument, is_glued: bool, remarks: Remarks) -> Assembly:
     """What the pieces are glued with, and the tolerances that are written; figures left out are the adhesive's."""
-    part = document.assembly
-    adhesive = presets.adhesive(part.adhesive or "cyanoacrylate")
+    adhesive = part.adhesive or presets.adhesive("cyanoacrylate")
     line = adhesive.line if part.glue_line is None else part.glue_line
     spread = min(adhesive.tolerance, line) if part.glue_tolerance is None else part.glue_tolerance
-    if any((document.target, document.elastomer, document.mount)):
-        for key, value, given in (
+    if is_glued:
+        for key, value, written in (
             ("adhesive", adhesive.name, part.adhesive),
             ("glue_line", show(line, "m"), part.glue_line),
             ("glue_tolerance", show(spread, "m"), part.glue_tolerance),
         ):
-            if given is None:
+            if written is None:
                 remarks.default(f"assembly.{key}", value, "unverified: measure yours")
     if spread > line:
         message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
         remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
-    written = tuple((name, value) for name, value in part.tolerances.values().items() if value is not None)
-    return Assembly(adhesive, line, spread, written, part.shaft_bore, part.hinge_pin)
+    tolerances = tuple((name, value) for name, value in part.tolerances.values().items() if value is not None)
+    return Assembly(adhesive, line, spread, tolerances, part.shaft_bore, part.hinge_pin)
 
 
-def _elastomer(document: str | ElastomerDocument) -> ElastomerMaterial:
-    """The silicone of a preset, or as it is written out."""
-    if isinstance(document, str):
-        return presets.elastomer(document)
-    return ElastomerMaterial(
-        name=document.name,
-        shear_modulus=document.shear_modulus,
-        shear_modulus_sigma=document.uncertainty,
-        bulk_modulus=document.bulk_modulus,
-        hardness=document.hardness,
-        source="the spec",
-        ogden_exponent=document.ogden_exponent,
-        losses=Losses(
-            document.hysteresis,
-            document.hysteresis,
-            document.creep,
-            document.modulus_temperature_coefficient,
-            document.expansion,
-            "the spec",
-        ),
-    )
+_CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), "resistance": (1.0, "ohm")}
 
 
-def resolve_readout(document: SpecDocument, remarks: Remarks) -> ReadoutSpec:
-    """The converter and its cable."""
-    part = document.readout
-    cable = None if part.cable is None else _cable(part.cable, remarks)
-    chip = None if part.capacitors_on_board is None else presets.chip(part.capacitors_on_board)
-    place = part.capacitor_at or ("coil" if chip else "converter")
-    if part.capacitor_at is None:
+def _readout(part: ReadoutSpec, tail: TailDocument | None, remarks: Remarks) -> ReadoutSpec:
+    """The converter and its cable; what is left out of a cable is a thin flexible pair's, in proportion to its
+    length.
+    """
+    cable, place = part.cable, part.values()["capacitor_at"]
+    for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
+        if cable is not None and getattr(cable, name) is None:
+            value, length = per_metre * cable.length, show(cable.length, "m")
+            why = f"the default for {length} of cable (unverified: measure yours)"
+            remarks.default(f"readout.cable.{name}", show(value, unit), why)
+            cable = replace(cable, **{name: value})
+    if place is None:
+        place = "coil" if part.chip else "converter"
         remarks.default("readout.capacitor_at", place)
-    _check_chip(document, remarks)
-    device = presets.converter(part.device)
-    return ReadoutSpec(device, part.capacitance, place, cable, part.clock, part.scan_rate, chip, part.drive_code)
+    if part.chip is not None:
+        _check_chip(part, tail, remarks)
+    return replace(part, cable=cable, capacitor_at=place)
 
 
 def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
@@ -217,31 +172,80 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
         remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts, edits=enough)
 
 
-def _check_chip(document: SpecDocument, remarks: Remarks) -> None:
+def _check_chip(part: ReadoutSpec, tail: TailDocument | None, remarks: Remarks) -> None:
     """Whether capacitors on the board have a place there, with the tail's pairs above each other."""
-    part, tail, key = document.readout, document.fpc.tail, "readout.capacitors_on_board"
-    if part.capacitors_on_board is None:
-        return
+    key = "readout.capacitors_on_board"
     if part.capacitor_at == "converter":
         remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
     if tail is None:
         remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
-    elif presets.connector(tail.connector).insertion_thickness <= 0.0:
-        message = f"a tail that ends in {tail.connector} has no stiffener, and chips on bare film crack"
+    elif tail.connector.insertion_thickness <= 0.0:
+        message = f"a tail that ends in {tail.connector.name} has no stiffener, and chips on bare film crack"
         remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
     elif tail.layers == 1:
         two = (Edit("fpc.tail.layers", "2"),)
         remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2", edits=two)
 
 
-def _cable(document: CableDocument, remarks: Remarks) -> Cable:
-    """The cable; what is left out is a thin flexible pair's, in proportion to its length."""
-    units = {"inductance": "H", "capacitance": "F", "resistance": "ohm"}
-    values = {}
-    for name, per_metre in _CABLE_PER_METRE.items():
-        given = getattr(document, name)
-        values[name] = per_metre * document.length if given is None else given
-        if given is None:
-            why = f"the default for {show(document.length, 'm')} of cable (unverified: measure yours)"
-            remarks.default(f"readout.cable.{name}", show(values[name], units[name]), why)
-    return Cable(document.length, **values)
+def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
+    """The load cases in the order of the format; a flaw each for those that lack a force, a pad or a lever."""
+    cases = tuple(_cases(document, mount, remarks))
+    for case in cases:
+        if document.elastomer is None or document.target is None:
+            hint = "write target and elastomer, or leave the load case out"
+            remarks.flaw("SIT009", f"loads.{case.name}", "a load needs a target on an elastomer", hint)
+    return cases
+
+
+def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Iterator[LoadCase]:
+    """The ways in which the sensor is pushed, one a section that is there."""
+
+    def normal(name: str, written: float | None) -> float:
+        """The normal force (N): what is written, or the required one."""
+        required = document.requirements.normal_force
+        if written is None and required is None:
+            hint = f"write loads.{name}.normal, or requirements.normal_force"
+            remarks.flaw("SIT009", f"loads.{name}", "no normal force is given, and none is required", hint)
+        elif written is None:
+            remarks.default(f"loads.{name}.normal", show(required or 0.0, "N"), "the required normal force")
+        return (written if written is not None else required) or 0.0
+
+    loads = document.loads
+    if (press := loads.press) is not None:
+        yield LoadCase("press", normal("press", press.normal))
+    if (shear := loads.shear) is not None:
+        force, along = normal("shear", shear.normal), (shear.shear_x, shear.shear_y)
+        yield LoadCase("shear", force, along, is_held=shear.rotation == "held")
+    if (scissor := loads.scissor) is not None:
+        force = normal("scissor", scissor.normal)
+        yield LoadCase("scissor", force, opening=scissor.opening, is_stuck=scissor.face == "sticks")
+    if (edge := loads.edge) is not None:
+        force, size = normal("edge", edge.normal), document.target and document.target.values()["size"]
+        aside, half = math.hypot(*edge.offset), 0.5 * math.hypot(*(size or ()))
+        if size and aside > half:
+            message = f"{show(aside, 'm')} from the middle of a target that reaches {show(half, 'm')}"
+            remarks.flaw("SIT009", "loads.edge.offset", message, "write an offset on the target")
+        yield LoadCase("edge", force, offset=edge.offset, is_held=False)
+    if loads.mechanism is not None:
+        mechanism = _mechanism(loads.mechanism, mount, remarks)
+        yield LoadCase("mechanism", None, opening=2.0 * mechanism.theta, is_stuck=True, mechanism=mechanism)
+
+
+def _mechanism(written: Mechanism, mount: Mount | None, remarks: Remarks) -> Mechanism:
+    """The levers; a flaw where link B cannot reach the axis, or nothing says how long the jaw is."""
+    lever_angle = written.theta + written.theta0
+    aside, reach = written.lever * math.sin(lever_angle), written.values()["reach"]
+    if aside >= written.link:
+        beside = f"lever A's pin, {show(aside, 'm')} beside it"
+        message = f"link B, {show(written.link, 'm')}, does not reach the axis from {beside}"
+        remarks.flaw("SIT009", "loads.mechanism.LB", message, f"more than {show(aside, 'm')}")
+    if lever_angle <= 0.0:
+        message = "lever A would lie along the axis, where no pull closes the jaws"
+        remarks.flaw("SIT009", "loads.mechanism.theta", message, "theta and theta0 together above 0 deg")
+    if reach is None and mount is not None and mount.jaw is not None and mount.jaw.hinge is not None:
+        reach = mount.jaw.hinge + mount.jaw.length
+        remarks.default("loads.mechanism.LJ", show(reach, "m"), "from the pivot to the tip of mount.jaw")
+    elif reach is None:
+        message = "nothing says how far from the pivot the jaw presses"
+        remarks.flaw("SIT009", "loads.mechanism.LJ", message, "write loads.mechanism.LJ, like 28 mm")
+    return replace(written, reach=reach or 1.0)

@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.spec import templates
-from sitscad.spec.format.yaml.plain import NotPlain, PlainReader
-from sitscad.spec.format.yaml.reader import read_yaml
-from sitscad.spec.format.yaml.whole import read_events
+from sitscad.spec.yaml_events import read_events
+from sitscad.spec.yaml_text import NotPlain, PlainReader, read_yaml
 
 PIECES = (
     "a", "b:", "c: ", "d: 1", "e: 1.5 mm", "- ", "-", "- 1", "- f: 2", "  ", "    ", "\n", "\n  ", "\n    ", "\n- ",

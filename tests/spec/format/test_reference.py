@@ -10,9 +10,10 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Severity
-from sitscad.spec.format.schema import json_schema
-from sitscad.spec.load import SpecError, load_text
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets
+from sitscad.spec.load import load_text
+from sitscad.spec.rules import SpecError
+from sitscad.spec.sensor import json_schema
 
 DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "spec.md").read_text(encoding="utf-8")

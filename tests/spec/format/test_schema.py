@@ -6,11 +6,9 @@ import json
 
 import pytest
 
-from sitscad.spec import templates
-from sitscad.spec.format.documents.spec import SpecDocument
-from sitscad.spec.format.schema import DIALECT, json_schema
-from sitscad.spec.format.yaml.reader import read_yaml
-from sitscad.spec.profiles import presets
+from sitscad.spec import presets, templates
+from sitscad.spec.sensor import SpecDocument, json_schema
+from sitscad.spec.yaml_text import read_yaml
 
 
 def section(name):
@@ -29,7 +27,7 @@ def options(node):
 
 def test_the_dialect_and_the_required_keys():
     schema = json_schema()
-    assert schema["$schema"] == DIALECT
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert schema["required"] == ["sitscad", "name", "coil"]
     assert section("coil")["required"] == ["shape", "outer_diameter", "turns", "trace_width", "trace_spacing"]
     assert schema["additionalProperties"] is False

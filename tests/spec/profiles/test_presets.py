@@ -10,13 +10,13 @@ import re
 import pytest
 from tolerance import approx
 
-from sitscad.spec.format.yaml.plain import PlainReader
-from sitscad.spec.format.yaml.reader import read_yaml
+from sitscad.data import FOLDER
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
-from sitscad.spec.profiles import presets
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles import installed_rules
 from sitscad.spec.stackup import Plating
+from sitscad.spec.yaml_text import PlainReader, read_yaml
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
@@ -60,12 +60,12 @@ def test_an_unknown_preset_is_a_key_error(kind):
         LOOKUPS[kind]("no-such-thing")
 
 
-FITTED = ("ldc161x", "pad_films")
-"""Tables of a data sheet, and of what was fitted here to finite elements (tests/validation/fit_films.py)."""
+FITTED = ("ldc161x", "pad_films", "spec_rules")
+"""Tables of a data sheet, of texts of rules, and of what was fitted here (tests/validation/fit_films.py)."""
 
 
 def test_every_figure_names_its_source_and_says_whether_it_was_seen():
-    tables = [path for path in presets.DATA.rglob("*.csv") if not path.stem.startswith(FITTED)]
+    tables = [path for path in FOLDER.rglob("*.csv") if not path.stem.startswith(FITTED)]
     read = {f"{name}.csv" for kind in ("stackup", "connector", "jaw") for name in presets.names(kind)}
     read |= {"conductors.csv", "converters.csv", "finishes.csv", "tolerances.csv"}
     assert read <= {each.name for each in tables}
@@ -82,7 +82,7 @@ def test_every_figure_names_its_source_and_says_whether_it_was_seen():
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_every_figure_of_a_fabricator_names_its_source(name):
     """A figure that was not seen says so; what is said to be seen is not from memory alone."""
-    data = read_yaml((presets.DATA / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")).data
+    data = read_yaml((FOLDER / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")).data
     rows = [
         row[what] for table in ("tracks", "coil_tracks") for row in data.get(table, ()) for what in ("width", "spacing")
     ]
@@ -93,7 +93,7 @@ def test_every_figure_of_a_fabricator_names_its_source(name):
     assert "checked_on" in data and "based_on" in data
 
 
-@pytest.mark.parametrize("path", sorted(presets.DATA.rglob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.yaml")), ids=lambda path: path.stem)
 def test_installed_profiles_are_plain_yaml(path):
     PlainReader(path.read_text(encoding="utf-8")).read()
 

@@ -17,19 +17,19 @@ from tolerance import approx
 from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
+from sitscad.data import FOLDER
 from sitscad.design import without_text
 from sitscad.formats.kicad import rules as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.papers.order import notes as fabrication_notes
 from sitscad.report.findings import as_text
-from sitscad.spec.format.documents.fabricator import RulesDocument
-from sitscad.spec.format.schema import json_schema
+from sitscad.spec import kinds, presets, profiles
+from sitscad.spec.design_rules import RulesDocument
 from sitscad.spec.load import load, load_text
-from sitscad.spec.profiles import fabricator, presets
-from sitscad.spec.profiles import names as profile_names
-from sitscad.spec.profiles.fabricator import installed_rules
+from sitscad.spec.profiles import installed_rules
 from sitscad.spec.rules import SpecError
+from sitscad.spec.sensor import json_schema
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"
 ROOT = Path(__file__).parents[3]
@@ -434,7 +434,7 @@ def test_the_documents_profile_loads(folder):
 
 @pytest.mark.parametrize("name", presets.names("rules"))
 def test_an_installed_profile_is_a_file_as_a_user_writes_one(folder, name):
-    text = (presets.DATA / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")
+    text = (FOLDER / "fabricators" / f"{name}.yaml").read_text(encoding="utf-8")
     installed = installed_rules(name).for_foil(18e-6)
     rules = rules_of(folder, text)
     figures = [f.name for f in fields(rules) if f.name not in ("name", "source", "sources", "holders", "beyond")]
@@ -509,11 +509,11 @@ def test_a_table_is_the_whole_one_and_a_thicker_foil_is_told(folder):
 
 def test_an_installed_house_of_thin_foil_is_a_file_and_no_code(folder, tmp_path, monkeypatch):
     data = tmp_path / "data"
-    shutil.copytree(presets.DATA, data)
+    shutil.copytree(FOLDER, data)
     (data / "fabricators" / "nine.yaml").write_text(NINE, encoding="utf-8")
-    for module in (profile_names, fabricator):
-        monkeypatch.setattr(module, "DATA", data)
-    caches = (profile_names.names, fabricator.installed_rules)
+    for module in (kinds, profiles):
+        monkeypatch.setattr(module, "FOLDER", data)
+    caches = (kinds.names, profiles.installed_rules)
     try:
         for each in caches:
             each.cache_clear()

@@ -1,17 +1,87 @@
-"""Plain YAML, read line by line: what nearly every spec and profile is, at a tenth of the time of a whole YAML reader.
+"""The text of a spec as plain values, with the line and column of every key and value.
 
-Plain are sections and lists by indentation, one value a line: a word or number, a text in quotes without escapes, or
-brackets that close on their line. Whatever is not surely that is left to the whole reader (`whole_yaml`), faults of the
-text among it; where this one answers, the other would say the same of values and places.
+Nearly every spec and profile is plain YAML, which is read here line by line at a tenth of the time of a whole YAML
+reader: sections and lists by indentation, one value a line: a word or number, a text in quotes without escapes, or
+brackets that close on their line. Whatever is not surely that is left to the whole reader (`yaml_events`), faults of
+the text among it; where this one answers, the other would say the same of values and places.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from sitscad.spec.format.yaml.text import YamlText, plain_value
+MAX_BYTES = 256 * 1024
+_LONGEST_NUMBER = 64
+
+_INT = re.compile(r"[-+]?[0-9]+")
+_OTHER_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_WORDS: dict[str, Any] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+    **dict.fromkeys((".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"), float("inf")),
+    **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), float("-inf")),
+    **dict.fromkeys((".nan", ".NaN", ".NAN"), float("nan")),
+}
+
+Position = tuple[int, int]
+
+DOT = "\0"
+"""Stands for a dot within a key's name in dotted keys, so that ``coil.turns: 3`` is not taken for coil: {turns: 3}."""
+
+
+def dotted(parent: str, name: object) -> str:
+    """The dotted key of an entry of a section or list."""
+    own = str(name).replace(".", DOT)
+    return f"{parent}.{own}" if parent else own
+
+
+def undotted(key: str) -> str:
+    """A dotted key as a person reads it."""
+    return key.replace(DOT, ".")
+
+
+class TextError(ValueError):
+    """The text is not a spec at all: rule, message, hint and the place (line and column from 1)."""
+
+    def __init__(
+        self, rule: str, message: str, hint: str = "", place: Position = (1, 1), key: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.rule, self.message, self.hint, self.place, self.key = rule, message, hint, place, key
+
+
+@dataclass
+class YamlText:
+    """Plain values (dict, list, str, int, float, bool, None) and where they stand, under dotted keys.
+
+    ``keys`` holds where each key or list entry begins, ``values`` where each single value (or bracketed one) begins,
+    ``ends`` where each of those ends that is not empty and no block of lines; ``flaws`` are complaints that do not keep
+    the rest from being read.
+    """
+
+    data: Any = None
+    keys: dict[str, Position] = field(default_factory=dict)
+    values: dict[str, Position] = field(default_factory=dict)
+    ends: dict[str, Position] = field(default_factory=dict)
+    flaws: list[TextError] = field(default_factory=list)
+
+
+def plain_value(text: str) -> Any:
+    """A plain scalar after YAML 1.2's core schema; absurdly long integers become infinite and cost no time."""
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INT.fullmatch(text):
+        return int(text) if len(text) <= _LONGEST_NUMBER else float("inf")
+    if _OTHER_INT.fullmatch(text):
+        return int(text, 0) if len(text) <= _LONGEST_NUMBER else float("inf")
+    if _FLOAT.fullmatch(text):
+        return float(text)  # costs no more than reading it
+    return text
+
 
 MAX_NODES, MAX_DEPTH = 3000, 10
 """Within what the whole reader takes, so that it alone decides what is too large."""
@@ -67,6 +137,10 @@ class PlainReader:
         if self.nodes > MAX_NODES or depth > MAX_DEPTH:
             raise NotPlain
 
+    def _end(self, line: _Line, at: int) -> None:
+        if not _END.match(line.text, at):
+            raise NotPlain
+
     def _block(self, key: str, indent: int, depth: int) -> Any:
         """The section or list whose entries begin in a column, from the next line on."""
         self._count(depth)
@@ -87,7 +161,7 @@ class PlainReader:
     def _entry(self, line: _Line, indent: int, parent: str, found: list[Any], depth: int) -> None:
         """Read one entry of a list, and note where it stands."""
         key = f"{parent}.{len(found)}" if parent else str(len(found))
-        column = _end_of(_SPACES, line.text, indent + 1)
+        column = _after_blanks(line.text, indent + 1)
         self.found.keys[key] = line.number, column + 1
         name = _KEY.match(line.text, column)
         if name and _COLON.match(line.text, name.end()):  # a section that begins beside its dash
@@ -96,7 +170,7 @@ class PlainReader:
             return
         self.next += 1
         value, end = self._value(line, column, key, depth)
-        _ended(line.text, end)
+        self._end(line, end)
         found.append(value)
 
     def _pair(self, line: _Line, column: int, parent: str, found: dict[str, Any], depth: int) -> None:
@@ -105,8 +179,8 @@ class PlainReader:
         self.next += 1
         self._count(depth)
         if not _END.match(line.text, at):
-            found[name], end = self._value(line, _end_of(_SPACES, line.text, at), key, depth)
-            _ended(line.text, end)
+            found[name], end = self._value(line, _after_blanks(line.text, at), key, depth)
+            self._end(line, end)
             return
         below = self.lines[self.next] if self.next < len(self.lines) else None
         is_list = below is not None and below.text.startswith("- ", below.indent)
@@ -125,41 +199,36 @@ class PlainReader:
         return match[0], key, colon.end()
 
     def _value(self, line: _Line, column: int, key: str, depth: int, is_inside: bool = False) -> tuple[Any, int]:
-        """The value that begins in a column, and where it ends."""
+        """The value that begins in a column, and where it ends; NotPlain for what the whole reader has to read."""
         self._count(depth)
         self.found.values[key] = line.number, column + 1
-        value, end = self._read(line, column, key, depth, is_inside)
+        if line.text[column : column + 1] in ("[", "{"):
+            value, end = self._brackets(line, column, key, depth + 1)
+        elif match := _QUOTED.match(line.text, column):
+            value, end = match[0][1:-1], match.end()
+        elif match := (_BARE_INSIDE if is_inside else _BARE).match(line.text, column):
+            value, end = plain_value(match[0]), match.end()
+        else:
+            raise NotPlain
         self.found.ends[key] = line.number, end + 1
         return value, end
-
-    def _read(self, line: _Line, column: int, key: str, depth: int, is_inside: bool) -> tuple[Any, int]:
-        """The value that begins at a column, and where it ends; NotPlain for what the whole reader has to read."""
-        first = line.text[column : column + 1]
-        if first in ("[", "{"):
-            return self._brackets(line, column, key, depth + 1)
-        if match := _QUOTED.match(line.text, column):
-            return match[0][1:-1], match.end()
-        match = (_BARE_INSIDE if is_inside else _BARE).match(line.text, column)
-        if match is None:
-            raise NotPlain
-        return plain_value(match[0]), match.end()
 
     def _brackets(self, line: _Line, column: int, key: str, depth: int) -> tuple[Any, int]:
         """The list or section in brackets that begins at a column, and where it ends."""
         is_list = line.text[column] == "["
         close = "]" if is_list else "}"
         found: list[Any] | dict[str, Any] = [] if is_list else {}
-        at = _end_of(_SPACES, line.text, column + 1)
+        at = _after_blanks(line.text, column + 1)
         if line.text.startswith(close, at):
             return found, at + 1
         while True:
             at = self._inside(line, at, key, found, depth)
-            at = _end_of(_SPACES, line.text, at)
+            at = _after_blanks(line.text, at)
             if line.text.startswith(close, at):
                 return found, at + 1
             if not line.text.startswith(",", at):
                 raise NotPlain
-            at = _end_of(_SPACES, line.text, at + 1)
+            at = _after_blanks(line.text, at + 1)
 
     def _inside(self, line: _Line, at: int, key: str, found: Any, depth: int) -> int:
         """One entry between brackets; where it ends."""
@@ -171,15 +240,22 @@ class PlainReader:
             return end
         name, inner, at = self._name(line, at, key, found)
         self._count(depth)
-        found[name], end = self._value(line, _end_of(_SPACES, line.text, at), inner, depth, is_inside=True)
+        found[name], end = self._value(line, _after_blanks(line.text, at), inner, depth, is_inside=True)
         return end
 
 
-def _end_of(pattern: re.Pattern[str], text: str, at: int) -> int:
-    match = pattern.match(text, at)
+def _after_blanks(text: str, at: int) -> int:
+    match = _SPACES.match(text, at)
     return match.end() if match else at
 
 
-def _ended(text: str, at: int) -> None:
-    if not _END.match(text, at):
-        raise NotPlain
+def read_yaml(text: str) -> YamlText:
+    """The values of one YAML document; raises `TextError` where there is no such document."""
+    if len(text.encode("utf-8", "surrogatepass")) > MAX_BYTES:
+        raise TextError("SIT010", f"the spec is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+    try:
+        return PlainReader(text).read()
+    except NotPlain:
+        from sitscad.spec.yaml_events import read_events  # its import alone takes longer than a plain text
+
+        return read_events(text)

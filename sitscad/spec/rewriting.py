@@ -9,13 +9,13 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from decimal import Decimal, localcontext
 from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.record import record
-from sitscad.spec.format.yaml.reader import read_yaml
-from sitscad.spec.format.yaml.text import Position, TextError, YamlText, dotted, undotted
+from sitscad.spec.yaml_text import Position, TextError, YamlText, dotted, read_yaml, undotted
 from sitscad.units import UNITS, UnitError, parse_quantity
 
 BOM = "\ufeff"
@@ -84,8 +84,8 @@ class _Text:
 
     def replaced(self, start: int, end: int, new: str) -> str:
         """The raw text with something else between two places of the plain one."""
-        ends = [match for match in _LINE_END.finditer(self.raw)]
-        line_end = ends[0][0] if ends else "\n"
+        first = _LINE_END.search(self.raw)
+        line_end = first[0] if first else "\n"
         start, end = self._raw_place(start), self._raw_place(end)
         return self.raw[:start] + new.replace("\n", line_end) + self.raw[end:]
 
@@ -139,10 +139,6 @@ class _Text:
         mine = (k for k in self.found.keys if (not key or k.startswith(f"{key}.")) and k.count(".") == deep)
         return sorted(mine, key=lambda k: self.found.keys[k])
 
-    def is_in_brackets(self, key: str) -> bool:
-        """Whether a section is written in brackets."""
-        return key in self.found.ends
-
     def last_place(self, key: str) -> int:
         """Where the last thing that stands in a section ends."""
         inside = [k for k in self.found.keys if not key or k.startswith(f"{key}.")]
@@ -153,7 +149,7 @@ class _Text:
         """By how much the first section of the text is indented."""
         for top in self.below(""):
             inner = self.below(top)
-            if inner and not self.is_in_brackets(top) and isinstance(self.value(top), dict):
+            if inner and top not in self.found.ends and isinstance(self.value(top), dict):
                 return self.found.keys[inner[0]][1] - self.found.keys[top][1]
         return USUAL_INDENT
 
@@ -239,7 +235,7 @@ def _added(text: _Text, key: str, new: str) -> str:
         sections.insert(0, missing)
     if not isinstance(text.value(parent), dict):
         raise CannotWriteError(f"{undotted(parent)} is no section")
-    if text.is_in_brackets(parent):
+    if parent in text.found.ends:  # written in brackets
         entry = f"{name}: {new}"
         for section in reversed(sections):
             entry = f"{section}: {{{entry}}}"
@@ -295,11 +291,8 @@ def _is_same(one: Any, other: Any) -> bool:
     """Whether two values mean the same: equal, or the same quantity in whatever unit."""
     if isinstance(one, list) and isinstance(other, list):
         return len(one) == len(other) and all(_is_same(*both) for both in zip(one, other, strict=True))
-    return one == other or any(_in_si(one, d) == _in_si(other, d) is not None for d in UNITS)
-
-
-def _in_si(value: Any, dimension: str) -> float | None:
-    try:
-        return parse_quantity(value, dimension)
-    except UnitError:
-        return None
+    for dimension in UNITS if one != other else ():
+        with suppress(UnitError):
+            if parse_quantity(one, dimension) == parse_quantity(other, dimension):
+                return True
+    return bool(one == other)

@@ -2,6 +2,7 @@
 
 A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source,
 and says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values.
+Every function raises KeyError for a name that is none.
 """
 
 from __future__ import annotations
@@ -11,8 +12,11 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from sitscad.data import cited, cited_by_field
-from sitscad.spec.converter import Converter
+from sitscad.data import Row, cited, cited_by_field
+from sitscad.data import rows as read_rows
+from sitscad.spec.circuit import Chip, Connector
+from sitscad.spec.kinds import FOLDERS, TABLES
+from sitscad.spec.kinds import names as names
 from sitscad.spec.materials import (
     AT_DOUBLE,
     NEO_HOOKEAN,
@@ -24,74 +28,56 @@ from sitscad.spec.materials import (
     Losses,
     stiffened,
 )
-from sitscad.spec.pieces.mounting import Hole, HolePattern, Jaw
-from sitscad.spec.profiles.names import DATA as DATA
-from sitscad.spec.profiles.names import FOLDERS, TABLES, read_table
-from sitscad.spec.profiles.names import names as names
-from sitscad.spec.sensor import Chip, Connector
+from sitscad.spec.mount import Hole, HolePattern, Jaw
+from sitscad.spec.readout import Converter
 from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import parse_quantity
-
-Row = Mapping[str, str]
 
 
 @cache
 def stackup(name: str) -> Stackup:
-    """A stack-up preset, plated in one step as its rows say; raises KeyError where there is none of that name.
+    """A stack-up, plated in one step as its rows say.
 
     Rows of copper give its foil. Where it is not verified how much a fabricator plates, they give his finished copper.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
-    layers = tuple(
-        StackLayer(
-            LayerKind(row["kind"]),
-            parse_quantity(row["thickness"], "length"),
-            row["material"],
-            None if row["kind"] == "copper" else permittivity(row["material"]),
-            row["made_of"],
-        )
-        for row in rows
-        if row["kind"] not in extra
-    )
+    layers = []
+    for row in rows:
+        kind, material = row["kind"], row["material"]
+        if kind not in extra:
+            relative = None if kind == "copper" else permittivity(material)
+            layers.append(StackLayer(LayerKind(kind), _length(row, "thickness"), material, relative, row["made_of"]))
     sources = "; ".join(dict.fromkeys(cited(row) for row in rows))
-    wall = parse_quantity(extra["plating"]["thickness"], "length")
     is_stated = extra["plating"]["status"] == "verified"
-    stackup = Stackup(name, layers, sources, wall, is_stated)
     method = Plating(extra["plated"]["made_of"]) if "plated" in extra else Plating.PANEL
-    return stackup.built(method, 0, finished=not is_stated)
+    bare = Stackup(name, tuple(layers), sources, _length(extra["plating"], "thickness"), is_stated)
+    return bare.built(method, 0, finished=not is_stated)
 
 
 @cache
 def connector(name: str) -> Connector:
-    """A tail's connector; raises KeyError where there is no such preset."""
-    rows = _fields("connector", name)
-    lengths = {
-        field: parse_quantity(row["value"], "length")
-        for field, row in rows.items()
-        if field not in ("kind", "positions")
-    }
-    positions = _numbers(rows["positions"]["value"]) if "positions" in rows else ()
-    return Connector(name=name, kind=rows["kind"]["value"], **lengths, positions=positions, source=cited_by_field(rows))
-
-
-def _numbers(text: str) -> tuple[int, ...]:
-    """Whole numbers as a row lists them: ``4-6 8`` is 4, 5, 6 and 8."""
-    ends = [part.partition("-") for part in text.split()]
-    return tuple(number for first, _, last in ends for number in range(int(first), int(last or first) + 1))
+    """A tail's connector."""
+    fields = _fields("connector", name)
+    lengths = {field: _length(row) for field, row in fields.items() if field not in ("kind", "positions")}
+    # the numbers of contacts are listed like 4-6 8, which is 4, 5, 6 and 8
+    ends = [part.partition("-") for part in fields["positions"]["value"].split()] if "positions" in fields else []
+    positions = tuple(number for first, _, last in ends for number in range(int(first), int(last or first) + 1))
+    kind, source = fields["kind"]["value"], cited_by_field(fields)
+    return Connector(name=name, kind=kind, **lengths, positions=positions, source=source)
 
 
 @cache
 def chip(name: str) -> Chip:
-    """The land pattern of a chip; raises KeyError where there is none of that name."""
+    """The land pattern of a chip."""
     row = _table("chips")[name]
-    lengths = {field: parse_quantity(row[field], "length") for field in ("pad_along", "pad_across", "pitch")}
+    lengths = {field: _length(row, field) for field in ("pad_along", "pad_across", "pitch")}
     return Chip(name, **lengths, source=cited(row), model=row["model"])
 
 
 @cache
 def converter(name: str) -> Converter:
-    """A converter; raises KeyError where there is none of that name."""
+    """A converter."""
     row = _table("converters")[name]
     addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
     return Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
@@ -99,11 +85,20 @@ def converter(name: str) -> Converter:
 
 @cache
 def jaw(name: str) -> Jaw:
-    """A grasper's jaw; raises KeyError where there is no such preset."""
-    rows = _fields("jaw", name)
-    figures = {field: _jaw_figure(field, row["value"]) for field, row in rows.items() if field != "material"}
-    material = conductor(rows["material"]["value"])
-    return Jaw(name=name, material=material, **figures, source=cited_by_field(rows), preset=name)
+    """A grasper's jaw."""
+    fields = _fields("jaw", name)
+    figures: dict[str, Any] = {}
+    for field, row in fields.items():
+        if field == "material":
+            figures[field] = conductor(row["value"])
+        elif field == "opening":
+            figures[field] = parse_quantity(row["value"], "angle")
+        elif field in ("pocket", "fenestration", "opposing_pocket"):
+            length, _, width = row["value"].partition(" x ")
+            figures[field] = parse_quantity(length, "length"), parse_quantity(width, "length")
+        else:
+            figures[field] = _length(row)
+    return Jaw(name=name, **figures, source=cited_by_field(fields), preset=name)
 
 
 def jaw_source(name: str, written: tuple[str, ...]) -> str:
@@ -113,40 +108,25 @@ def jaw_source(name: str, written: tuple[str, ...]) -> str:
 
 @cache
 def hole_pattern(name: str) -> HolePattern:
-    """The holes of a bench plate; raises KeyError where there is no such preset."""
-    rows = _fields("hole pattern", name)
-    sizes = {field: parse_quantity(rows[field]["value"], "length") for field in ("hole", "head")}
-    grid = parse_quantity(rows["grid"]["value"], "length") if "grid" in rows else None
+    """The holes of a bench plate."""
+    fields = _fields("hole pattern", name)
+    grid = _length(fields["grid"]) if "grid" in fields else None
     places: list[tuple[float, float]] = [(0.0, 0.0)]  # of a grid or the corners: one hole's sizes, placed later
-    if "circle" in rows:
-        radius, count = parse_quantity(rows["circle"]["value"], "length") / 2, int(rows["count"]["value"])
+    if "circle" in fields:
+        radius, count = _length(fields["circle"]) / 2, int(fields["count"]["value"])
         turns = [2.0 * math.pi * i / count for i in range(count)]
         places = [(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns]
-    holes = tuple(Hole(place, sizes["hole"], sizes["head"]) for place in places)
-    return HolePattern(name, holes, grid, rows["thread"]["value"], cited_by_field(rows))
-
-
-def _jaw_figure(field: str, value: str) -> Any:
-    """One figure of a jaw: an angle, a length and a width, or a length."""
-    if field == "opening":
-        return parse_quantity(value, "angle")
-    if field in ("pocket", "fenestration", "opposing_pocket"):
-        length, _, width = value.partition(" x ")
-        return parse_quantity(length, "length"), parse_quantity(width, "length")
-    return parse_quantity(value, "length")
+    holes = tuple(Hole(place, _length(fields["hole"]), _length(fields["head"])) for place in places)
+    return HolePattern(name, holes, grid, fields["thread"]["value"], cited_by_field(fields))
 
 
 @cache
 def conductor(name: str) -> Conductor:
-    """A metal or magnetic sheet; raises KeyError where there is no such material."""
+    """A metal or magnetic sheet."""
     row = _table("conductors")[name]
-    return Conductor(
-        name,
-        parse_quantity(row["conductivity"], "conductivity"),
-        float(row["relative_permeability"]),
-        parse_quantity(row["temperature_coefficient"], "temperature coefficient"),
-        cited(row),
-    )
+    conductivity, permeability = parse_quantity(row["conductivity"], "conductivity"), row["relative_permeability"]
+    coefficient = parse_quantity(row["temperature_coefficient"], "temperature coefficient")
+    return Conductor(name, conductivity, float(permeability), coefficient, cited(row))
 
 
 UNKNOWN_METAL = "#b4bac0"
@@ -161,7 +141,7 @@ def metal_colour(name: str) -> str:
 
 @cache
 def elastomer(name: str) -> ElastomerMaterial:
-    """A silicone; raises KeyError where there is no such material.
+    """A silicone.
 
     Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma
     is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two. Both are told as if the silicone were
@@ -174,33 +154,21 @@ def elastomer(name: str) -> ElastomerMaterial:
         for field, stretches in (("datasheet_shear_modulus", AT_DOUBLE), ("measured_shear_modulus", TO_30_PERCENT))
         if row[field]
     ]
+    mean = math.sqrt(found[0] * found[-1])
     sigma = float(row["relative_sigma"]) if row["relative_sigma"] else abs(math.log(found[0] / found[-1])) / 2
-    return ElastomerMaterial(
-        name,
-        math.sqrt(found[0] * found[-1]),
-        sigma,
-        parse_quantity(row["bulk_modulus"], "pressure"),
-        row["hardness"],
-        float(row["density"]) if row["density"] else None,
-        cited(row),
-        exponent,
-        _losses(row),
-    )
-
-
-def _losses(row: Row) -> Losses:
-    """Hysteresis, creep and what temperature does to a silicone."""
+    bulk, density = parse_quantity(row["bulk_modulus"], "pressure"), float(row["density"]) if row["density"] else None
     normal, shear, creep = (float(row[field]) for field in ("hysteresis_normal", "hysteresis_shear", "creep"))
-    modulus, expansion = (
+    softening, expansion = (
         parse_quantity(row[field], "temperature coefficient")
         for field in ("modulus_temperature_coefficient", "expansion")
     )
-    return Losses(normal, shear, creep, modulus, expansion, row["loss_source"])
+    losses = Losses(normal, shear, creep, softening, expansion, row["loss_source"])
+    return ElastomerMaterial(name, mean, sigma, bulk, row["hardness"], density, cited(row), exponent, losses)
 
 
 @cache
 def finish(name: str) -> Finish:
-    """A finish of bare contacts; raises KeyError where there is none of that name."""
+    """A finish of bare contacts."""
     row = _table("finishes")[name]
     electrolytic, plugged, soldered = (row[field] == "yes" for field in ("electrolytic", "plugged", "soldered"))
     return Finish(name, row["job_name"], row["words"], electrolytic, plugged, soldered, cited(row))
@@ -208,25 +176,23 @@ def finish(name: str) -> Finish:
 
 @cache
 def adhesive(name: str) -> Adhesive:
-    """What pieces are glued with; raises KeyError where there is none of that name."""
+    """What pieces are glued with."""
     row = _table("adhesives")[name]
-    line, tolerance = (parse_quantity(row[field], "length") for field in ("line", "tolerance"))
-    return Adhesive(name, row["product"], line, tolerance, row["primer"], cited(row))
+    return Adhesive(name, row["product"], _length(row, "line"), _length(row, "tolerance"), row["primer"], cited(row))
 
 
 @cache
 def stock_stiffeners() -> tuple[tuple[float, float], ...]:
     """Films of polyimide and adhesives (m) that stiffeners are made of: every film with every adhesive, thin first."""
-    rows = read_table(DATA / "stiffeners.csv")
+    rows = read_rows("stiffeners")
     films, adhesives = (
-        [parse_quantity(row["thickness"], "length") for row in rows if row["part"] == part]
-        for part in ("film", "adhesive")
+        [_length(row, "thickness") for row in rows if row["part"] == part] for part in ("film", "adhesive")
     )
     return tuple(sorted(((film, glue) for film in films for glue in adhesives), key=lambda pair: (sum(pair), pair[1])))
 
 
 def permittivity(material: str) -> float:
-    """Relative permittivity of a dielectric; raises KeyError where there is no such material."""
+    """Relative permittivity of a dielectric."""
     return float(_table("dielectrics")[material]["relative_permittivity"])
 
 
@@ -242,11 +208,15 @@ def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
     )
 
 
+def _length(row: Mapping[str, str], field: str = "value") -> float:
+    return parse_quantity(row[field], "length")
+
+
 @cache
 def _rows(kind: str, name: str) -> tuple[Row, ...]:
     if name not in names(kind):
         raise KeyError(name)
-    return read_table(DATA / FOLDERS[kind] / f"{name}.csv")
+    return read_rows(f"{FOLDERS[kind]}/{name}")
 
 
 def _fields(kind: str, name: str) -> dict[str, Row]:
@@ -255,4 +225,4 @@ def _fields(kind: str, name: str) -> dict[str, Row]:
 
 @cache
 def _table(stem: str) -> dict[str, Row]:
-    return {row["name"]: row for row in read_table(DATA / f"{stem}.csv")}
+    return {row["name"]: row for row in read_rows(stem)}

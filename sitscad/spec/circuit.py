@@ -1,0 +1,265 @@
+"""The flexible printed circuit, as it is written and as values: its stack-up, tail, connector, chips and panel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from sitscad.record import record
+from sitscad.spec.design_rules import FINISHES, DesignRules, RulesChoice, RulesDocument
+from sitscad.spec.kinds import (
+    PAIR_OF_COUNTS,
+    Choice,
+    Either,
+    InRow,
+    Number,
+    Offset,
+    Pair,
+    Preset,
+    Quantity,
+    Run,
+    Special,
+    described,
+    refuse,
+)
+from sitscad.spec.section import ListOf, NameOr, Part, Section, key
+from sitscad.spec.stackup import Plating, Stackup
+
+TurnRadius = Quantity("length", "0.1 mm", "100 mm")
+
+
+@record
+class Connector:
+    """How the tail ends: contacts at a pitch, their bare length and their width, the insertion thickness (0: solder
+    pads).
+
+    ``positions`` are the numbers of contacts that it is made with (none: any); ``width_tolerance`` (m) is what it
+    takes, plus and minus, of the tail's width.
+    """
+
+    name: str
+    kind: str
+    pitch: float
+    contact_width: float
+    contact_length: float
+    edge_margin: float
+    insertion_thickness: float
+    insertion_thickness_tolerance: float
+    stiffener_length: float
+    source: str = ""
+    width_tolerance: float = 0.0
+    positions: tuple[int, ...] = ()
+
+    def contacts_for(self, needed: int) -> int:
+        """The fewest contacts that it is made with and that are enough; just those where it has none so many."""
+        return min((count for count in self.positions if count >= needed), default=needed)
+
+    def width(self, contacts: int) -> float:
+        """Width (m) of the tail's end for a number of contacts: outer contact centres plus a margin on each side."""
+        return self.pitch * (contacts - 1) + 2.0 * self.edge_margin
+
+
+@record
+class Chip:
+    """The land pattern of a two-terminal chip: its pads' size along and across it, distance of their centres (m).
+
+    ``model`` is the path of its solid among KiCad's 3-D models.
+    """
+
+    name: str
+    pad_along: float
+    pad_across: float
+    pitch: float
+    source: str = ""
+    model: str = ""
+
+
+class BendDocument(Section):
+    """How the tail is bent: about a line across it."""
+
+    kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
+    at: float | None = key(
+        Run,
+        "from the sensor's body to the bend's middle line; if left out, the pivot of the jaw's hinge where the "
+        "bend has room there, else the middle of the stretch that may be bent",
+        None,
+    )
+    direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
+    angle: float | None = key(
+        Quantity("angle", "1 deg", "180 deg"),
+        "out of the plane; if left out, half of the opening of a jaw with a hinge, 0 on a finger's cap, else 90 deg",
+        None,
+    )
+    radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
+
+
+class TailDocument(Section):
+    """The strip that leads to the converter."""
+
+    length: float = key(Run, "from the sensor's body to the end", 30)
+    connector: Connector = key(Preset("connector", up=True), "what the tail ends in", "zif-0.5mm")
+    contacts: int | None = key(
+        Number(2, 200, whole=True), "of the connector that is bought: the fewest that are enough if left out", None
+    )
+    stiffener: float | None = key(
+        Quantity("length", "10 um", "2 mm"),
+        "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out",
+        None,
+    )
+    layers: int | None = key(
+        Number(1, 8, whole=True),
+        "copper layers that run down it; all of the body's if left out. Fewer bend more tightly and are a build of "
+        "their own (SIT132)",
+        None,
+    )
+    bend: str | BendDocument = key(
+        NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument)),
+        "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
+        "static",
+    )
+    turn: str = key(
+        Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
+    )
+    offset: float = key(Offset, "or led aside by so much before the contacts, to the left; negative: right", 0)
+    turn_radius: float | None = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
+
+
+@record
+class Tail:
+    """The strip that leads to the converter: length in metres along its middle, its connector, its copper layers and
+    how it bends.
+
+    ``turn`` is how it turns in its plane before the contacts, seen from the top and from the coils: ``none``, ``left``
+    or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
+    of its inner edge. It bends about a line across it, whose distance from the body is ``bend_at`` (m; None: the pivot
+    of the jaw's hinge, or the middle of the stretch that may be bent), ``down`` (away from the face with the coils) or
+    ``up``, by an angle (rad; half of the jaw's opening leads it into the shaft) at an inside radius (m; None: the
+    fabricator's least). ``contacts`` is how many the connector has, None where it is the fewest that are enough;
+    ``stiffener`` (m, with its adhesive) is None where the stock one is taken that fits best.
+    """
+
+    length: float
+    connector: Connector
+    layers: int
+    bend: str
+    turn: str = "none"
+    offset: float = 0.0
+    turn_radius: float = 2e-3
+    bend_at: float | None = None
+    bend_direction: str = "down"
+    bend_angle: float = math.pi / 2
+    bend_radius: float | None = None
+    contacts: int | None = None
+    stiffener: float | None = None
+
+
+class LayerDocument(Section):
+    """One layer of a stack-up: exactly one of coverlay, copper and dielectric, with its thickness."""
+
+    coverlay: float | None = key(Quantity("length", "1 um", "2 mm"), "thickness", None)
+    copper: float | None = key(Quantity("length", "1 um", "1 mm"), "finished thickness, foil and plating", None)
+    dielectric: float | None = key(Quantity("length", "1 um", "5 mm"), "thickness", None)
+    material: str | None = key(
+        Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
+    )
+    permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
+
+
+MOST_PARTS = 500
+"""Boards on one panel: every copy is drawn out in full (about 50 kB of Gerber each), and nobody cuts more by hand."""
+
+
+def _columns_and_rows(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, list) or len(value) != 2:
+        refuse("SIT004", f"{described(value)}, where [columns, rows] is wanted", "write [2, 5], or auto")
+    return tuple(int(InRow.read(entry)) for entry in value)
+
+
+@record
+class PanelSpec(Section):
+    """A panel, whatever the part's size.
+
+    ``parts`` are columns and rows (None: as many as fit the fabricator's panel), lengths are metres. ``wish`` is
+    ``auto`` (in a panel if too small to be made singly), ``none``, or ``always``, which is what a written panel is.
+    """
+
+    wish: str = "auto"
+    parts: tuple[int, int] | None = key(
+        Either("auto", Special(_columns_and_rows, PAIR_OF_COUNTS)),
+        "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel",
+        "auto",
+    )
+    gap: float = key(Quantity("length", "0.5 mm", "20 mm"), "between parts", 2)
+    rail: float = key(Quantity("length", "3 mm", "30 mm"), "width of the frame", 5)
+    bridge: float = key(Quantity("length", "0.2 mm", "3 mm"), "width of what holds a part in its place", 0.5)
+
+
+class FpcDocument(Section):
+    """The flexible printed circuit."""
+
+    stackup: Stackup | list[LayerDocument] | None = key(
+        NameOr(Preset("stackup", up=True), ListOf(Part(LayerDocument))),
+        "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or "
+        "flex-8l, after the coil's layers, if left out",
+        None,
+    )
+    plating: float | None = key(
+        Quantity("length", "1 um", "100 um"),
+        "in the holes, one step of it: a preset's foils get thicker by it, of copper that is written out it is a part; "
+        "the preset's own, or 12 um, if left out",
+        None,
+    )
+    plated: str | None = key(
+        Choice(tuple(Plating)),
+        "what is plated with the holes. panel: all outer copper before it is etched; pattern: the tracks, on foil that "
+        "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. If left out as the "
+        "preset has it, of written layers panel",
+        None,
+    )
+    rules: str | RulesDocument = key(
+        RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
+    )
+    tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
+    panel: str | PanelSpec = key(
+        NameOr(Choice(("auto", "none")), Part(PanelSpec), lambda panel: replace(panel, wish="always")),
+        "auto: when the part is too small to be made singly; none; or a section",
+        "auto",
+    )
+    boards: int | None = key(
+        Number(1, 100_000, whole=True),
+        "how many are wanted: the papers of the order then say how many panels that takes",
+        None,
+    )
+    margin: tuple[float, float] = key(
+        Pair(Quantity("length", "0 mm", "100 mm"), single=True),
+        "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
+        "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide",
+        0,
+    )
+    teardrops: str = key(
+        Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"
+    )
+    finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
+    copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
+
+
+@record
+class FpcSpec:
+    """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
+
+    ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
+    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
+    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
+    each side than coils and leads need it.
+    """
+
+    stackup: Stackup
+    rules: DesignRules
+    tail: Tail | None
+    panel: PanelSpec = PanelSpec()
+    finish: str = "enig"
+    copper: str = "rolled-annealed"
+    teardrops: str = "none"
+    boards: int | None = None
+    margin: tuple[float, float] = (0.0, 0.0)

@@ -1,0 +1,163 @@
+"""The coil, and where the coils stand."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sitscad.geometry.shapes import SHAPES, Outline
+from sitscad.record import record
+from sitscad.spec.kinds import (
+    PAIR_OF_COUNTS,
+    Angle,
+    Choice,
+    InRow,
+    Layers,
+    Number,
+    NumberOrList,
+    Pair,
+    Quantity,
+    Size,
+    Special,
+    described,
+    refuse,
+)
+from sitscad.spec.section import ListOf, Section, key
+
+Trace = Quantity("length", "1 um", "20 mm")
+
+
+@record
+class Sense(Choice):
+    """How a layer winds, read as whether that is clockwise."""
+
+    allowed: tuple[str, ...] = ("counter-clockwise", "clockwise")
+
+    def read(self, value: Any) -> Any:
+        """Whether it is clockwise."""
+        return super().read(value) == "clockwise"
+
+
+@record
+class CoilSpec(Section):
+    """One coil: all its layers are one conductor.
+
+    ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
+    and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
+    all of them, or those of each.
+    """
+
+    shape: str = key(Choice(tuple(SHAPES)), "outline of the turns")
+    size: tuple[float, float] = key(
+        Pair(Size, single=True),
+        "across the outer copper edges (polygons: across flats); rectangle and racetrack: [x, y]",
+        written="outer_diameter",
+    )
+    turns: float | tuple[float, ...] = key(
+        NumberOrList(Number(0.25, 200)), "per layer; a list gives each its own, in the order of layers: [8, 7]"
+    )
+    layers: tuple[int, ...] = key(Layers(), "copper layers in series: a count from the top, or a list like [1, 2]", 1)
+    trace_width: float = key(Trace, "width of the trace")
+    trace_spacing: float = key(Trace, "gap between neighbouring turns")
+    start_angle: float = key(
+        Angle, "where layer 1 begins at the outside, from +x, counter-clockwise, like 90 deg", "0 deg"
+    )
+    clockwise: bool = key(Sense(), "how layer 1 winds inward, seen from the top", "counter-clockwise", written="sense")
+    corner_radius: float = key(Quantity("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
+
+    @property
+    def outline(self) -> Outline:
+        """What its shape is."""
+        return SHAPES[self.shape]
+
+    @property
+    def layer_turns(self) -> tuple[float, ...]:
+        """The turns of each layer, in winding order."""
+        return self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.layers)
+
+    @property
+    def has_unequal_turns(self) -> bool:
+        """Whether its layers' turns are written one by one."""
+        return isinstance(self.turns, tuple)
+
+    @property
+    def most_turns(self) -> float:
+        """Turns of the layer that has most."""
+        return max(self.layer_turns)
+
+    @property
+    def turns_in_words(self) -> str:
+        """The turns for people: one number, or those of every layer."""
+        return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))
+
+    @property
+    def pitch(self) -> float:
+        """Trace width plus spacing, in metres."""
+        return self.trace_width + self.trace_spacing
+
+    @property
+    def outer_diameter(self) -> float:
+        """The smaller outer size in metres (the diameter, for round and regular shapes)."""
+        return min(self.size)
+
+
+@record
+class CoilPlacement:
+    """Where one coil of the array stands: name, centre (m), rotation (rad, counter-clockwise)."""
+
+    name: str
+    centre: tuple[float, float]
+    rotation: float = 0.0
+
+
+@record
+class ArraySpec:
+    """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
+
+    pattern: str
+    placements: tuple[CoilPlacement, ...]
+    pitch: float | None = None
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """The mean of the coils' centres (m): target and elastomer stand over it unless they are offset."""
+        x, y = (math.fsum(place.centre[axis] for place in self.placements) / len(self.placements) for axis in (0, 1))
+        return x, y
+
+
+def _count(value: Any) -> tuple[int, ...]:
+    entries = value if isinstance(value, list) else [value]
+    if len(entries) not in (1, 2):
+        refuse("SIT004", f"{described(value)}, where a number or [nx, ny] is wanted", "write 2, or [2, 2] for a grid")
+    return tuple(int(InRow.read(entry)) for entry in entries)
+
+
+class ArrayDocument(Section):
+    """The coils of the sensor, x along the jaw; C1 is the far one, the tail leaves at +x."""
+
+    pattern: str | None = key(
+        Choice(("single", "line", "triangle", "grid", "explicit")),
+        "how the coils stand; if left out, after the other keys: explicit with centres, grid with a count of [nx, ny], "
+        "line with a count or a pitch, else single",
+        None,
+    )
+    count: tuple[int, ...] | None = key(
+        Special(_count, {"anyOf": [InRow.schema(), PAIR_OF_COUNTS]}),
+        "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out",
+        None,
+    )
+    pitch: float | None = key(
+        Quantity("length", "0.1 mm", "1000 mm"),
+        "distance of neighbouring centres; 0.5 mm more than the coils need if left out",
+        None,
+    )
+    centres: list[tuple[float, float]] | None = key(
+        ListOf(Pair(Quantity("length", "-1000 mm", "1000 mm"))),
+        "explicit: [x, y] of every coil, in the order of the converter's channels; the tail leaves at their mean's y",
+        None,
+    )
+    rotations: list[float] | None = key(
+        ListOf(Angle),
+        "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]; 0 if left out",
+        None,
+    )

@@ -1,0 +1,512 @@
+"""The kinds of value that a spec holds: a number, a length, a choice, a preset's name.
+
+Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is
+allowed; and each describes itself for the JSON Schema.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib import import_module
+from itertools import pairwise
+from typing import Any, NoReturn
+
+from pydantic_core import PydanticCustomError, core_schema
+
+from sitscad.data import FOLDER, rows
+from sitscad.record import record
+from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
+
+
+def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
+    """Refuse a value under a rule; `facts` are the finding's measured, limit and unit, and ``meant``, the value that
+    may have been meant, as it is written, with ``is_sure``, whether it cannot have been anything else.
+    """
+    raise PydanticCustomError(rule, "{message}", {"message": message, "hint": hint, **facts})
+
+
+def described(value: Any) -> str:
+    """What was read, short enough for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a section"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    if isinstance(value, int) and abs(value) >= 10**30:
+        return "a number of more than thirty digits"
+    text = repr(value)
+    return text if len(text) <= 44 else text[:41] + "..."
+
+
+SURELY_LIKE = 0.8
+"""Share of the characters of two words that agree, from which on one is a slip for the other."""
+
+
+def is_like(word: Any, meant: str) -> bool:
+    """Whether a word cannot have been meant for anything but another one."""
+    one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
+    return difflib.SequenceMatcher(None, one, other).ratio() >= SURELY_LIKE
+
+
+class Kind(ABC):
+    """A kind of value: how pydantic's core reads it, and the JSON Schema of what may be written."""
+
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of what may be written."""
+
+    @abstractmethod
+    def validator(self) -> core_schema.CoreSchema:
+        """How pydantic's core reads such a value."""
+
+
+class Scalar(Kind):
+    """A kind whose values are read in one step: `read` turns the YAML value into the spec's."""
+
+    @abstractmethod
+    def read(self, value: Any) -> Any:
+        """The value for the spec; refuses by raising."""
+
+    def validator(self) -> core_schema.CoreSchema:
+        """How pydantic's core reads such a value."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+@record
+class Either(Scalar):
+    """A word with a meaning of its own, read as None, or any value of another kind."""
+
+    word: str
+    other: Scalar
+
+    def read(self, value: Any) -> Any:
+        """None for the word, else what the other kind reads."""
+        return None if value == self.word else self.other.read(value)
+
+    def schema(self) -> dict[str, Any]:
+        """The word or the other kind."""
+        return {"anyOf": [{"const": self.word}, self.other.schema()]}
+
+
+@record(eq=False)
+class Special(Scalar):
+    """A value read by a function, with its JSON Schema given."""
+
+    reader: Callable[[Any], Any]
+    described_as: Mapping[str, Any]
+
+    def read(self, value: Any) -> Any:
+        """What the function makes of the value."""
+        return self.reader(value)
+
+    def schema(self) -> dict[str, Any]:
+        """The schema given."""
+        return dict(self.described_as)
+
+
+@record
+class Number(Scalar):
+    """A plain number without a unit, within a range."""
+
+    low: float
+    high: float
+    whole: bool = False
+
+    def read(self, value: Any) -> float:
+        """The number."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            quoted = value if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
+            hint = "take the quotes off" if quoted else f"write a number, like {self.low:g}"
+            refuse("SIT004", f"{described(value)} is no number", hint, meant=quoted)
+        if not math.isfinite(value) or not self.low <= value <= self.high:
+            limit = self.low if value < self.low else self.high
+            message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
+            facts = {"measured": float(value)} if abs(value) < 1e30 else {}
+            refuse("SIT006", message, "", limit=float(limit), **facts)
+        if self.whole and value != int(value):
+            refuse("SIT004", f"{described(value)} is no whole number", "")
+        return int(value) if self.whole else float(value)
+
+    def schema(self) -> dict[str, Any]:
+        """A number or an integer with its bounds."""
+        return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
+
+
+@record
+class NumberOrList(Scalar):
+    """A number, or a list of numbers; read as a tuple, of one where it was no list."""
+
+    number: Number
+    most: int = 8
+
+    def read(self, value: Any) -> tuple[float, ...]:
+        """The numbers."""
+        if not isinstance(value, list):
+            return (self.number.read(value),)
+        if not 1 <= len(value) <= self.most:
+            refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
+        return tuple(self.number.read(entry) for entry in value)
+
+    def schema(self) -> dict[str, Any]:
+        """A number or a list of numbers."""
+        one = self.number.schema()
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "maxItems": self.most}]}
+
+
+@record
+class Several(Scalar):
+    """One or several values of a kind, or none of them (an empty list); read as a tuple."""
+
+    one: Scalar
+    most: int = 16
+
+    def read(self, value: Any) -> tuple[Any, ...]:
+        """The values, each as its kind reads it."""
+        written = value if isinstance(value, list) else [value]
+        if len(written) > self.most:
+            refuse("SIT006", f"{len(written)} are out of range: at most {self.most}", "")
+        return tuple(self.one.read(each) for each in written)
+
+    def schema(self) -> dict[str, Any]:
+        """One of them, or a list."""
+        one = self.one.schema()
+        many = {"type": "array", "items": one, "maxItems": self.most}
+        return {"anyOf": [*one.get("anyOf", [one]), many]}
+
+
+@record
+class Layers(Scalar):
+    """Copper layers: a count from the top, or a list of layer numbers from the top down."""
+
+    most: int = 8
+
+    def read(self, value: Any) -> tuple[int, ...]:
+        """The layer numbers from 1."""
+        number = Number(1, self.most, whole=True)
+        if not isinstance(value, list):
+            return tuple(range(1, int(number.read(value)) + 1))
+        if not 1 <= len(value) <= self.most:
+            message = f"{len(value)} layers are out of range: 1 to {self.most}"
+            refuse("SIT006", message, "write a count or a list like [1, 2]")
+        layers = tuple(int(number.read(entry)) for entry in value)
+        if any(lower <= upper for upper, lower in pairwise(layers)):
+            message = f"{list(layers)} does not run from the top down"
+            refuse("SIT009", message, "name each layer once, the top one first")
+        return layers
+
+    def schema(self) -> dict[str, Any]:
+        """An integer or a list of distinct integers."""
+        one = Number(1, self.most, whole=True).schema()
+        many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
+        return {"anyOf": [one, many]}
+
+
+@record
+class Truth(Scalar):
+    """True or false."""
+
+    def read(self, value: Any) -> bool:
+        """The truth."""
+        if not isinstance(value, bool):
+            refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false")
+        return bool(value)
+
+    def schema(self) -> dict[str, Any]:
+        """A boolean."""
+        return {"type": "boolean"}
+
+
+_UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}
+_SI = {
+    "length": "m",
+    "inductance": "H",
+    "capacitance": "F",
+    "resistance": "ohm",
+    "frequency": "Hz",
+    "force": "N",
+    "pressure": "Pa",
+    "conductivity": "S/m",
+    "angle": "rad",
+    "temperature": "degC",
+    "temperature coefficient": "1/K",
+}
+
+
+@record
+class Quantity(Scalar):
+    """A dimensional value within a range that is itself written with units; the result is SI."""
+
+    dimension: str
+    low: str
+    high: str
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the largest value (SI)."""
+        return parse_quantity(self.low, self.dimension), parse_quantity(self.high, self.dimension)
+
+    def read(self, value: Any) -> float:
+        """The value in SI units."""
+        try:
+            found = parse_quantity(value, self.dimension)
+        except UnitError as error:
+            refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
+        low, high = self.range
+        if not low <= found <= high:
+            limit, bound, word = (low, self.low, "at least") if found < low else (high, self.high, "at most")
+            unit = _SI[self.dimension]
+            written = f"{described(value)} ({show(found, unit)})" if self.dimension == "length" else described(value)
+            message = f"{written} is out of range: {word} {bound}"
+            refuse("SIT006", message, "check the unit and the sign", measured=found, limit=limit, unit=unit)
+        return found
+
+    def schema(self) -> dict[str, Any]:
+        """A number of millimetres (lengths only) or a text with a unit."""
+        units = "|".join(re.escape(unit) for unit in UNITS[self.dimension])
+        pattern = rf"^\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*({units})\s*$"
+        text = {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}
+        if self.dimension != "length":
+            return text if self.dimension != "angle" else {"anyOf": [{"const": 0}, text]}
+        low, high = (float(show(bound * 1e3, "")) for bound in self.range)
+        return {"anyOf": [{"type": "number", "minimum": low, "maximum": high, "description": "millimetres"}, text]}
+
+
+@record
+class Pair(Scalar):
+    """Two lengths [x, y]; with `single`, one length stands for both."""
+
+    length: Quantity
+    single: bool = False
+
+    def read(self, value: Any) -> tuple[float, float]:
+        """The two lengths in metres."""
+        if isinstance(value, list):
+            if len(value) != 2:
+                refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [4, 8]")
+            return self.length.read(value[0]), self.length.read(value[1])
+        if not self.single:
+            refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [-2, 0]")
+        side = self.length.read(value)
+        return side, side
+
+    def schema(self) -> dict[str, Any]:
+        """A list of two lengths, or one length."""
+        one = self.length.schema()
+        two = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [*one["anyOf"], two]} if self.single else two
+
+
+@record
+class Text(Scalar):
+    """A text of limited length that may have to match a pattern."""
+
+    longest: int = 200
+    pattern: str = ""
+    like: str = ""
+
+    def read(self, value: Any) -> str:
+        """The text."""
+        if not isinstance(value, str):
+            refuse("SIT004", f"{described(value)} is no text", "put quotes around it" if self._fits(str(value)) else "")
+        if len(value) > self.longest:
+            message = f"{len(value)} characters are too many: at most {self.longest}"
+            refuse("SIT006", message, "", measured=float(len(value)), limit=float(self.longest))
+        if not self._fits(value):
+            refuse("SIT006", f"{described(value)} does not have the form wanted", self.like)
+        return value
+
+    def _fits(self, text: str) -> bool:
+        return re.fullmatch(self.pattern, text) is not None if self.pattern else text.isprintable()
+
+    def schema(self) -> dict[str, Any]:
+        """A string with its bounds."""
+        pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
+        return {"type": "string", "maxLength": self.longest, **pattern}
+
+
+@record
+class Choice(Scalar):
+    """One of a few words."""
+
+    allowed: tuple[str, ...]
+
+    def read(self, value: Any) -> str:
+        """The word."""
+        if not isinstance(value, str):
+            refuse("SIT004", f"{described(value)} is no name", f"allowed: {', '.join(self.allowed)}")
+        if value not in self.allowed:
+            near = nearest(value, self.allowed)
+            facts = {"meant": near, "is_sure": is_like(value, near)} if near else {}
+            refuse("SIT007", f"{described(value)} is not known here", did_you_mean(value, self.allowed), **facts)
+        return value
+
+    def schema(self) -> dict[str, Any]:
+        """An enumeration."""
+        return {"type": "string", "enum": list(self.allowed)}
+
+
+def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
+    """The hint for a word that is not allowed: the members of the family that it names (``ecoflex``, of
+    several hardnesses), else the nearest that is; and the list.
+    """
+    family = _family(word, allowed)
+    if family:
+        return f"{word} is a family, which one is meant? {', '.join(family)}; allowed: {', '.join(allowed)}"
+    near = nearest(word, allowed)
+    meant = f"did you mean {near}? " if near else ""
+    return f"{meant}allowed: {', '.join(allowed)}"
+
+
+def nearest(word: Any, allowed: tuple[str, ...]) -> str:
+    """The word out of several that one may have meant; empty where none is near, or it names a family of them."""
+    close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
+    return close[0] if close else ""
+
+
+def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
+    found = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
+    return found if len(found) > 1 else []
+
+
+FOLDERS = {
+    "stackup": "stackups",
+    "rules": "fabricators",
+    "connector": "connectors",
+    "jaw": "jaws",
+    "hole pattern": "hole_patterns",
+}
+TABLES = {kind: f"{kind}s" for kind in ("conductor", "dielectric", "elastomer", "chip", "converter", "adhesive")}
+
+
+@cache
+def names(kind: str) -> tuple[str, ...]:
+    """The presets of a kind, sorted: stackup, rules, connector, jaw, hole pattern, material kinds, chip, converter and
+    file naming.
+    """
+    if kind == "file naming":
+        return tuple(sorted({row["naming"] for row in rows("archive_names")}))
+    if kind in FOLDERS:
+        ending = ".yaml" if kind == "rules" else ".csv"
+        return tuple(sorted(path.stem for path in (FOLDER / FOLDERS[kind]).glob(f"*{ending}")))
+    return tuple(sorted(row["name"] for row in rows(TABLES[kind])))
+
+
+@record
+class Preset(Scalar):
+    """The name of a preset of one kind (see `names`); read as the preset itself where it is looked ``up``."""
+
+    kind: str
+    up: bool = False
+
+    def read(self, value: Any) -> Any:
+        """The name, or the preset."""
+        name = Choice(names(self.kind)).read(value)
+        return getattr(import_module("sitscad.spec.presets"), self.kind.replace(" ", "_"))(name) if self.up else name
+
+    def schema(self) -> dict[str, Any]:
+        """An enumeration of the presets that are installed."""
+        return Choice(names(self.kind)).schema()
+
+
+def is_profile_file(name: Any) -> bool:
+    """Whether a name of design rules is that of a file and not of a preset."""
+    return isinstance(name, str) and name.lower().endswith((".yaml", ".yml"))
+
+
+@record
+class ProfileName(Scalar):
+    """A fabricator's design rules by name: a preset, or a file beside the spec, told apart by the file's ending; with
+    `or_none` also the word none.
+    """
+
+    or_none: bool = False
+
+    def read(self, value: Any) -> str:
+        """The name; whether a file is there is looked up later."""
+        if is_profile_file(value):
+            return str(Text(200).read(value))
+        try:
+            return self._choice.read(value)
+        except PydanticCustomError as error:
+            word = value if isinstance(value, str) and value.isidentifier() else "ourshop"
+            own = f"a profile of your own: write the name of its file beside the spec with the ending, like {word}.yaml"
+            raise with_hint(error, f"; or {own}") from None
+
+    def schema(self) -> dict[str, Any]:
+        """A preset that is installed, or a file's name."""
+        file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
+        return {"anyOf": [self._choice.schema(), file]}
+
+    @property
+    def _choice(self) -> Choice:
+        return Choice((*names("rules"), "none") if self.or_none else names("rules"))
+
+
+def with_hint(error: PydanticCustomError, more: str) -> PydanticCustomError:
+    """A refusal whose hint says more."""
+    context = dict(error.context or {})
+    context["hint"] = f"{context.get('hint', '')}{more}"
+    return PydanticCustomError(error.type, error.message_template, context)
+
+
+@record
+class Figure:
+    """A figure with where it comes from ("" for where the whole table comes from), and whether that was seen."""
+
+    value: Any
+    source: str = ""
+    is_verified: bool = True
+
+
+_SOURCE, _STATUS = Text(500), Choice(("verified", "unverified"))
+
+
+@record
+class Sourced(Scalar):
+    """A value, or a section with the value, its source and whether that was seen; read as a `Figure`."""
+
+    figure: Scalar
+
+    def read(self, value: Any) -> Figure:
+        """The figure with its source."""
+        if not isinstance(value, dict):
+            return Figure(self.figure.read(value))
+        known = ("value", "source", "status")
+        unknown = [name for name in value if name not in known]
+        if unknown:
+            refuse("SIT002", f"{described(unknown[0])} is no key of a figure", did_you_mean(unknown[0], known))
+        if "value" not in value:
+            refuse("SIT003", "the figure has no value", "write {value: 80 um, source: their page}")
+        status = _STATUS.read(value.get("status", "verified"))
+        return Figure(self.figure.read(value["value"]), _SOURCE.read(value.get("source", "")), status == "verified")
+
+    def schema(self) -> dict[str, Any]:
+        """The value alone, or the section."""
+        inner = self.figure.schema()
+        named = {
+            "type": "object",
+            "additionalProperties": False,
+            "required": ["value"],
+            "properties": {"value": inner, "source": _SOURCE.schema(), "status": _STATUS.schema()},
+        }
+        return {"anyOf": [*inner.get("anyOf", [inner]), named]}
+
+
+# Kinds that several sections share.
+Label = Text(64)
+Size = Quantity("length", "0.1 mm", "500 mm")
+Thickness = Quantity("length", "1 um", "100 mm")
+Gap = Quantity("length", "0 mm", "100 mm")
+Kerf = Quantity("length", "0 mm", "2 mm")
+Run = Quantity("length", "1 mm", "5000 mm")
+Offset = Quantity("length", "-500 mm", "500 mm")
+Angle = Quantity("angle", "-360 deg", "360 deg")
+Rate = Quantity("frequency", "0.01 Hz", "1 MHz")
+InRow = Number(1, 64, whole=True)
+PAIR_OF_COUNTS = {"type": "array", "items": InRow.schema(), "minItems": 2, "maxItems": 2}

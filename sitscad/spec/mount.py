@@ -1,0 +1,355 @@
+"""What carries the sensor, as it is written and as values: a grasper's jaw, a bench, a robot's finger, or a part of the
+user's own; and how all is put together. SI units.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from sitscad.geometry.shapes import PLATES, Outline
+from sitscad.record import record
+from sitscad.spec.kinds import (
+    Choice,
+    Gap,
+    Label,
+    Pair,
+    Preset,
+    Quantity,
+    Size,
+    Special,
+    Text,
+    Thickness,
+    described,
+    refuse,
+)
+from sitscad.spec.materials import Adhesive, Conductor, ConductorChoice
+from sitscad.spec.section import ListOf, NameOr, Part, Section, key
+
+PROCESSES = ("resin", "powder", "filament", "machined")
+KINDS = ("grasper-pad", "bench-plate", "fingertip", "custom")
+RETENTIONS = ("glue", "dovetail", "pins")
+
+Joint = Quantity("length", "0.1 mm", "20 mm")
+Tolerance = Quantity("length", "0 mm", "5 mm")
+Coordinate = Quantity("length", "-1000 mm", "1000 mm")
+Axis = Choice(("x", "-x", "y", "-y", "z", "-z"))
+
+
+def _step_name(value: Any) -> str:
+    name = Text(200).read(value)
+    if not re.search(r"\.(step|stp)$", name, re.IGNORECASE):
+        refuse("SIT006", f"{described(value)} is no name of a STEP file", "a file beside the spec, like jaw.step")
+    return str(name)
+
+
+def _datum(value: Any) -> str | tuple[float, ...]:
+    """The name of a coordinate system, or three coordinates (m)."""
+    if isinstance(value, str):
+        return str(Label.read(value))
+    if not isinstance(value, list) or len(value) != 3:
+        refuse("SIT004", f"{described(value)}, where a name or [x, y, z] is wanted", "write SEAT, or [0, 0, 2.4]")
+    return tuple(Coordinate.read(entry) for entry in value)
+
+
+STEP_ENDING = r"\.([sS][tT][eE][pP]|[sS][tT][pP])$"
+StepName = Special(_step_name, {"type": "string", "maxLength": 200, "pattern": STEP_ENDING, "examples": ["jaw.step"]})
+Datum = Special(
+    _datum,
+    {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]},
+)
+
+
+@record
+class StepPart:
+    """A STEP file in the spec's folder: its path there, the hash of its bytes (which stand in the spec's source), and
+    how it lies: ``datum`` is the point (m, in the file's axes) that comes to the middle of the face, or the name of a
+    coordinate system in the file; ``along`` and ``up`` are the file's axes that run to the tail and stand on the face.
+    """
+
+    file: str
+    sha256: str
+    datum: str | tuple[float, float, float] = (0.0, 0.0, 0.0)
+    along: str = "x"
+    up: str = "z"
+
+
+@record
+class Jaw:
+    """One jaw of a grasper: the face that carries the sensor and the metal behind it.
+
+    ``height`` is that of one jaw, face to back; ``port_diameter`` is the circle that the closed pair must pass.
+    ``face`` (m) is the flat's true width where it is measured, None where it is the chord of a back as round as the
+    port. In a jaw with a pad pocket the face is the pocket's floor, ``pocket`` its length and width, and the rims
+    beside it stand ``recess`` above it; ``opposing_pocket`` and ``opposing_recess`` are those of the other jaw.
+    ``hinge`` is from the face's heel to the pivot, ``pivot_offset`` how far that lies beside the closed pair's middle,
+    towards this jaw; ``opening`` (rad) is the angle between the faces when wide open; ``fenestration`` is the length
+    and width of a window through the face. ``preset`` names where figures come from that the spec does not write,
+    ``written`` are those that it does; ``step`` is its solid where a STEP file has it.
+    """
+
+    name: str
+    width: float
+    length: float
+    height: float
+    port_diameter: float
+    material: Conductor
+    opposing_pad_thickness: float = 0.0
+    source: str = ""
+    face: float | None = None
+    recess: float = 0.0
+    pocket: tuple[float, float] | None = None
+    hinge: float | None = None
+    opening: float | None = None
+    fenestration: tuple[float, float] | None = None
+    opposing_recess: float = 0.0
+    opposing_pocket: tuple[float, float] | None = None
+    pivot_offset: float = 0.0
+    preset: str = ""
+    written: tuple[str, ...] = ()
+    step: StepPart | None = None
+
+
+class JawDocument(Section):
+    """A grasper's jaw written out, or a preset of which single figures are your own, or a STEP file of it."""
+
+    name: str = key(Label, "what to call it", "written out")
+    based_on: Jaw | None = key(Preset("jaw", up=True), "a preset whose figures hold where none is written here", None)
+    width: float | None = key(
+        Size,
+        "of the jaw; its face is the chord of a back as round as the port unless face is written. "
+        "Must be there unless based_on or step is",
+        None,
+    )
+    length: float | None = key(Size, "of that face, along the jaw; must be there unless based_on or step is", None)
+    height: float | None = key(Thickness, "of one jaw, face to back; must be there unless based_on or step is", None)
+    port_diameter: float | None = key(Size, "of the circle that the closed pair must pass: 5 mm if left out", None)
+    material: Conductor | None = key(ConductorChoice, "the jaw's metal: stainless-304 if left out", None)
+    opposing_pad_thickness: float | None = key(Gap, "pad on the other jaw: none if left out", None)
+    face: float | None = key(
+        Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
+    )
+    recess: float | None = key(
+        Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", None
+    )
+    pocket: tuple[float, float] | None = key(
+        Pair(Size), "[length, width] of a pad pocket; as long and wide as the face if left out", None
+    )
+    opposing_recess: float | None = key(Gap, "as recess, of the other jaw, in which its own pad lies", None)
+    opposing_pocket: tuple[float, float] | None = key(Pair(Size), "as pocket, of the other jaw", None)
+    hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
+    pivot_offset: float | None = key(
+        Quantity("length", "-50 mm", "50 mm"),
+        "of the pivot from the closed pair's middle, towards this jaw; negative: towards the other one",
+        None,
+    )
+    opening: float | None = key(
+        Quantity("angle", "1 deg", "180 deg"), "between the faces, wide open, like 60 deg", None
+    )
+    fenestration: tuple[float, float] | None = key(
+        Pair(Size), "[length, width] of a window through the middle of the face; none if left out", None
+    )
+    step: str | None = key(StepName, "a STEP file of the jaw in the spec's folder, like jaw.step", None)
+    datum: str | tuple[float, ...] | None = key(
+        Datum,
+        "in the STEP file, the middle of the face: [x, y, z], or the name of a coordinate system there, whose x runs "
+        "to the hinge and whose z stands on the face; [0, 0, 0] if left out",
+        None,
+    )
+    along: str | None = key(Axis, "the STEP file's axis that runs to the hinge: x if left out", None)
+    up: str | None = key(Axis, "the STEP file's axis that stands on the face: z if left out", None)
+
+
+@record
+class Retention(Section):
+    """What holds the mount in the jaw besides glue: the jaw is cut for it, and drawn so."""
+
+    kind: str = key(
+        Choice(RETENTIONS[1:]),
+        "dovetail: a tongue that slides in from the tip; pins: pegs in two holes through the jaw",
+    )
+    width: float = key(Joint, "of a dovetail's tongue where it is widest, at its bottom", 1.6)
+    depth: float = key(Joint, "of a dovetail's tongue, or how long pins are, below the mount", 0.4)
+    angle: float = key(Quantity("angle", "45 deg", "75 deg"), "between a dovetail's flanks and the face", "60 deg")
+    diameter: float = key(Joint, "of pins", 1)
+    spacing: float | None = key(Joint, "of pins along the jaw: half of the board's body if left out", None)
+
+
+@record
+class Hole(Section):
+    """One hole through a bench plate."""
+
+    at: tuple[float, float] = key(
+        Pair(Quantity("length", "-500 mm", "500 mm")), "[x, y] from the middle of the board's body"
+    )
+    diameter: float = key(Joint, "clearance for the screw: 2.4 for M2, 6.6 for M6", 2.4)
+    head: float = key(Joint, "of the screw's head, which needs the room", 3.8)
+
+
+@record
+class HolePattern:
+    """The holes by which a bench plate is screwed down. ``grid`` (m) is the distance of the holes of a bench of which
+    any four may be taken, None where ``holes`` are just those.
+    """
+
+    name: str
+    holes: tuple[Hole, ...] = ()
+    grid: float | None = None
+    thread: str = ""
+    source: str = ""
+
+
+@record
+class Finger(Section):
+    """The end of a robot's finger, over which a cap slips that carries the sensor.
+
+    ``screw`` is the nominal diameter of its two clamping screws (m); its metal is None where it is of plastic.
+    """
+
+    shape: str = key(Choice(("rectangle", "circle")), "across", "rectangle")
+    size: tuple[float, float] = key(
+        Pair(Size, single=True), "across: [width, height], the height away from the sensor; or a diameter", [16, 10]
+    )
+    grip: float = key(Quantity("length", "3 mm", "100 mm"), "how far the cap reaches over it, behind the board", 8)
+    screw: float = key(Quantity("length", "1.6 mm", "6 mm"), "of the two screws that clamp it: 2 for M2", 2)
+    material: Conductor | None = key(
+        ConductorChoice, "its metal, which the coils see at mount.standoff; not of metal if left out", None
+    )
+
+    @property
+    def outline(self) -> Outline:
+        """What its shape is."""
+        return PLATES[self.shape]
+
+
+class MountDocument(Section):
+    """What carries the sensor."""
+
+    kind: str = key(
+        Choice(KINDS),
+        "a pad on a grasper's jaw, a plate on the bench, a cap on a robot's finger, or a part of your own (or none: "
+        "the pieces are put together all the same)",
+        "grasper-pad",
+    )
+    jaw: Jaw | JawDocument | None = key(
+        NameOr(Preset("jaw", up=True), Part(JawDocument)),
+        "a jaw preset (with its metal), or written out; generic-5mm if left out",
+        None,
+    )
+    standoff: float | None = key(
+        Gap,
+        "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
+        "them included; it is filled with printed plastic. On a bench plate, the plastic below the board; on a finger, "
+        "from its face. 1 mm, or more for a shield, if left out",
+        None,
+    )
+    process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
+    retention: str | Retention | None = key(
+        NameOr(Choice(RETENTIONS), Part(Retention)),
+        "what holds a grasper's pad, and its sizes: glue alone if left out",
+        None,
+    )
+    holes: HolePattern | list[Hole] | None = key(
+        NameOr(Preset("hole pattern", up=True), ListOf(Part(Hole))),
+        "of a bench plate: a breadboard's, a load cell's, or written out; corners-m2 if left out",
+        None,
+    )
+    finger: Finger | None = key(
+        Part(Finger), "what a fingertip's cap slips over; a usual finger if left out: measure yours", None
+    )
+    step: str | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
+    datum: str | tuple[float, ...] | None = key(
+        Datum,
+        "in the STEP file, the middle of the face that the board's body lies on: [x, y, z], or the name of a "
+        "coordinate system there; [0, 0, 0] if left out",
+        None,
+    )
+    along: str | None = key(Axis, "the STEP file's axis that runs to the tail: x if left out", None)
+    up: str | None = key(Axis, "the STEP file's axis that stands on that face: z if left out", None)
+
+
+@record
+class Mount:
+    """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m), ``process`` how
+    its pieces are made (resin, powder, filament, machined).
+
+    ``step`` is a mount of the user's own, or the jaw where only a STEP file says how large that is; ``backing`` is the
+    metal behind the coils where that is not a jaw's.
+    """
+
+    kind: str
+    jaw: Jaw | None
+    standoff: float
+    process: str = "resin"
+    retention: Retention | None = None
+    holes: HolePattern | None = None
+    finger: Finger | None = None
+    step: StepPart | None = None
+    backing: Conductor | None = None
+
+    @property
+    def metal(self) -> Conductor | None:
+        """The metal that the coils see at the standoff; None where there is none."""
+        return self.jaw.material if self.jaw is not None else self.backing
+
+    @property
+    def is_jaw_unmeasured(self) -> bool:
+        """Whether its jaw is known by a STEP file alone, without a figure that rules could go by."""
+        return self.kind == "grasper-pad" and self.jaw is None
+
+
+class TolerancesDocument(Section):
+    """Half the band of what is delivered, part by part: written where yours are measured, else the process's."""
+
+    board: float | None = key(Tolerance, "thickness of the board's body; fpc.rules if left out", None)
+    outline: float | None = key(Tolerance, "length and width of the board; fpc.rules if left out", None)
+    elastomer: float | None = key(Tolerance, "thickness of the pad", None)
+    elastomer_size: float | None = key(Tolerance, "length and width of the pad", None)
+    target: float | None = key(Tolerance, "thickness of the target", None)
+    target_size: float | None = key(Tolerance, "length and width of the target", None)
+    encapsulation: float | None = key(Tolerance, "thickness of the film", None)
+    shield: float | None = key(Tolerance, "thickness of the shield", None)
+    mount: float | None = key(Tolerance, "thickness of each piece of the mount", None)
+    jaw: float | None = key(Tolerance, "height and width of each jaw", None)
+    opposing_pad: float | None = key(Tolerance, "thickness of the other jaw's pad", None)
+    placement: float | None = key(Tolerance, "where each piece is glued, along and across", None)
+
+
+class AssemblyDocument(Section):
+    """How the pieces are put together: what their glue and their tolerances add is checked against the port."""
+
+    adhesive: Adhesive | None = key(
+        Preset("adhesive", up=True), "what the pieces are glued with: cyanoacrylate if left out", None
+    )
+    glue_line: float | None = key(
+        Quantity("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
+    )
+    glue_tolerance: float | None = key(Tolerance, "of each glue line; the adhesive's if left out", None)
+    shaft_bore: float | None = key(
+        Size, "inside the tube behind the jaws; what is usual for the port if left out", None
+    )
+    hinge_pin: float | None = key(
+        Size, "diameter of the pin that the jaws turn about; what is usual for the port if left out", None
+    )
+    tolerances: TolerancesDocument = key(
+        Part(TolerancesDocument), "half the band of a part's size, where it is not its process's", {}
+    )
+
+
+@record
+class Assembly:
+    """How the pieces are put together: what they are glued with, the thickness of each glue line (m) and its
+    tolerance (m), and tolerances (m) of parts by name that go before those of their process; the bore of the tube
+    behind the jaws and the diameter of their hinge's pin (m), None where they are what is usual for the port.
+    """
+
+    adhesive: Adhesive | None = None
+    glue_line: float = 0.0
+    glue_tolerance: float = 0.0
+    tolerances: tuple[tuple[str, float], ...] = ()
+    shaft_bore: float | None = None
+    hinge_pin: float | None = None
+
+    def tolerance(self, part: str) -> float | None:
+        """The tolerance (m) that the spec gives a part; None where it leaves it to the part's process."""
+        return dict(self.tolerances).get(part)

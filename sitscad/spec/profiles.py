@@ -1,0 +1,397 @@
+"""Fabricators' design rules as a spec names them: an installed profile, a file in the spec's folder or below and never
+elsewhere, or written out.
+
+All are read alike. Each is based on another one, down to one that stands alone; a figure that is written lies over that
+of what it is based on.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, replace
+from functools import cache
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, TypeVar
+
+from sitscad.data import FOLDER, UNVERIFIED
+from sitscad.finding import Finding
+from sitscad.record import record
+from sitscad.spec.design_rules import DesignRules, FoilLines, RulesDocument
+from sitscad.spec.kinds import Figure, is_profile_file, names
+from sitscad.spec.reading import Flaw, Remarks, decoded, finding_from_flaw, finding_from_text, read_file, read_section
+from sitscad.spec.rules import SpecError
+from sitscad.spec.section import Section
+from sitscad.spec.source import SpecSource
+from sitscad.spec.yaml_text import TextError
+from sitscad.units import parse_quantity
+
+Form = TypeVar("Form", bound=Section)
+
+_FALLBACK = "generic-flex"
+_BEGINS = f"based_on: {_FALLBACK}"
+
+MOST_FILES = 8
+"""Profile files, each based on the next."""
+
+
+@record
+class Origin:
+    """Where a profile is named or written out: in the spec, in a file beside it, or among the installed ones.
+
+    ``source`` is the text, ``prefix`` the dotted key before its figures, ``folder`` the text's folder and ``root`` the
+    spec's; ``chain`` are the files that led here from the spec, the last one being this text. ``installed`` is the name
+    of a profile that sitscad brings along.
+    """
+
+    source: SpecSource
+    prefix: str
+    folder: Path | None
+    root: Path | None
+    chain: tuple[Path, ...] = ()
+    installed: str = ""
+
+    @property
+    def label(self) -> str:
+        """The file's name below the spec's folder."""
+        return self._below_root(self.chain[-1])
+
+    def _below_root(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix() if self.root else path.name
+
+    def complain(self, remarks: Remarks, rule: str, key: str, message: str, hint: str) -> None:
+        """Note something that is wrong at a key of this text."""
+        flaw = Flaw(rule, key, message, hint)
+        if not self.chain:
+            remarks.flaws.append(flaw)
+        else:
+            remarks.texts[self.source.path] = self.source.text
+            remarks.findings.append(replace(finding_from_flaw(flaw, self.source), file=self.source.path))
+
+    def names_of(self, name: str, path: Path) -> set[str]:
+        """A file's path from the spec's folder: as it is written, and where a link leads, if that is elsewhere."""
+        assert self.folder is not None and self.root is not None
+        written = Path(os.path.normpath(self.folder.resolve() / name))
+        below = [each for each in (written, path) if each.is_relative_to(self.root)]
+        return {each.relative_to(self.root).as_posix() for each in below}
+
+    def located(
+        self, name: str, key: str, remarks: Remarks, what: str = "profile", like: str = "ourshop.yaml"
+    ) -> Path | None:
+        """Where a file is that this text names, links resolved; None with the reason noted where it must not or cannot
+        be read. `what` is its kind in words, `like` an example of its name.
+        """
+        hint = f"put the {what} beside the spec and write its name alone, like {like}"
+        if self.folder is None or self.root is None:
+            message = f"{name} is a {what} file, and this spec is a text without a folder"
+            self.complain(remarks, "SIT017", key, message, "load the spec from its file")
+            return None
+        if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name:
+            self.complain(remarks, "SIT017", key, f"{name} is not a path below the spec's folder", hint)
+            return None
+        try:
+            path = (self.folder / name).resolve()
+            is_there = path.is_file()
+        except (OSError, ValueError, RuntimeError) as error:
+            self.complain(remarks, "SIT011", key, f"cannot read {name}: {error}", "is the path right?")
+            return None
+        installed = "base one of them on an installed profile, like generic-flex"
+        if not path.is_relative_to(self.root):
+            self.complain(remarks, "SIT017", key, f"{name} lies outside the spec's folder", hint)
+        elif not is_there:
+            state = "is not a file" if path.exists() else "is not there"
+            self.complain(remarks, "SIT011", key, f"the {what} file {name} {state}", _beside(self.folder, like))
+        elif path in self.chain:
+            files = (self._below_root(each) for each in (*self.chain[self.chain.index(path) :], path))
+            message = f"the profiles lead back to where they began: {' -> '.join(files)}"
+            self.complain(remarks, "SIT018", key, message, installed)
+        elif len(self.chain) >= MOST_FILES:
+            message = f"more than {MOST_FILES} profile files are based on each other"
+            self.complain(remarks, "SIT010", key, message, installed)
+        else:
+            return path
+        return None
+
+    def opened(
+        self, name: str, form: type[Form], begins: str, key: str, remarks: Remarks
+    ) -> tuple[Form, Origin] | None:
+        """The profile in a file that is named at a key, or None with its faults noted; `begins` is how such a file may
+        begin.
+        """
+        path = self.located(name, key, remarks)
+        if path is None:
+            return None
+        shown = os.path.normpath(os.path.join(os.path.dirname(self.source.path), name))
+        text = ""
+        found: tuple[Finding, ...] = ()
+        try:
+            content = read_file(path, shown)
+            text = decoded(content).removeprefix("\ufeff")
+            document, source = read_section(text, shown, form, begins)
+        except TextError as error:
+            found = (finding_from_text(error),)
+        except SpecError as error:
+            found = error.findings
+        else:
+            remarks.files |= dict.fromkeys(self.names_of(name, path), content)
+            return document, Origin(source, "", path.parent, self.root, (*self.chain, path))
+        remarks.texts[shown] = text
+        remarks.findings += [replace(finding, file=shown) for finding in found]
+        return None
+
+
+def spec_origin(source: SpecSource, folder: Path | None) -> Origin:
+    """The spec itself as the place where rules are named: in its folder and below may be profile files."""
+    return Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
+
+
+def _beside(folder: Path, like: str) -> str:
+    """A hint with the files of a folder that are of the kind of an example."""
+    is_profile = is_profile_file(like)
+    kind, endings = ("YAML", (".yaml", ".yml")) if is_profile else ("STEP", (".step", ".stp"))
+    there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
+    return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
+
+
+@cache
+def installed_rules(name: str) -> DesignRules:
+    """An installed fabricator's design rules, for its thinnest copper; raises KeyError where there is none so called.
+
+    What a house does not state comes from the profile that it is based on, and says so in its source.
+    """
+    if name not in names("rules"):
+        raise KeyError(name)
+    path = FOLDER / "fabricators" / f"{name}.yaml"
+    document, source = read_section(path.read_text(encoding="utf-8"), path.name, RulesDocument, _BEGINS)
+    return _Profile(document, Origin(source, "", None, None, installed=name), Remarks()).rules(None)
+
+
+def resolve_rules(written: str | RulesDocument, foil: float, place: Origin, remarks: Remarks) -> DesignRules:
+    """The rules for a coil in foil of a thickness (m); faults of profile files are noted as findings."""
+    if isinstance(written, RulesDocument):
+        return _Profile(written, place, remarks).rules(foil)
+    return _named(written, foil, place, place.prefix.rstrip("."), remarks)
+
+
+def _named(name: str, foil: float | None, place: Origin, key: str, remarks: Remarks) -> DesignRules:
+    """The rules of a name that stands at a key of a text, for a foil (m; None: the thinnest listed)."""
+    inner = None
+    if is_profile_file(name):
+        inner = place.opened(name, RulesDocument, _BEGINS, key, remarks)
+        name = _FALLBACK
+    if inner is None:
+        rules = installed_rules(name)
+        return _whose(rules) if foil is None else rules.for_foil(foil)
+    return _Profile(*inner, remarks).rules(foil)
+
+
+def _whose(rules: DesignRules) -> DesignRules:
+    """The rules with their own figures' sources saying whose they are, for a profile that takes them over."""
+
+    def said(source: str, holder: str) -> str:
+        return f"{source} (from {holder})" if holder == rules.name else source
+
+    def row(lines: FoilLines) -> FoilLines:
+        width, spacing = said(lines.width_source, lines.width_holder), said(lines.spacing_source, lines.spacing_holder)
+        return replace(lines, width_source=width, spacing_source=spacing)
+
+    return replace(
+        rules,
+        sources={field: said(source, rules.holders[field]) for field, source in rules.sources.items()},
+        coil_lines=tuple(map(row, rules.coil_lines)),
+        track_lines=tuple(map(row, rules.track_lines)),
+    )
+
+
+_PLAIN = {one.name for one in fields(DesignRules)} & RulesDocument.keys.keys() - {"coil_rule_binding", "checked_on"}
+"""Figures that the rules hold as they are written."""
+
+_BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
+    "static_bend_": ("static_bend_ratio", int),
+    "dynamic_bend_": ("dynamic_bend_ratio", int),
+    "annular_ring_": ("annular_rings", int),
+    "thickness_tolerance_": ("thickness_tolerance", int),
+    "stiffened_tolerance_": ("stiffened_tolerance", str),
+}
+"""Beginnings of keys that are one entry of a table each, the table, and how its keys are read."""
+
+_TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
+"""Beginnings of keys of lines, the key of their rows by foil, and the table of the rules."""
+
+_NEEDED = (
+    "via_drill",
+    "annular_ring",
+    "hole_to_hole",
+    "drill_to_copper",
+    "copper_to_edge",
+    "coverlay_web",
+    "coverlay_opening_to_trace",
+    "part_size",
+)
+
+
+class _Profile:
+    """One profile that is written, where it stands, and what there is to say of it."""
+
+    def __init__(self, document: RulesDocument, place: Origin, remarks: Remarks) -> None:
+        self.document, self.place, self.remarks = document, place, remarks
+        self.figures = {name: value for name, value in document.values().items() if isinstance(value, Figure)}
+        own = document.name if self._is_written("name") or not place.chain else Path(place.label).stem
+        self.name = place.installed or own
+
+    def _is_written(self, key: str) -> bool:
+        return f"{self.place.prefix}{key}" in self.place.source.keys
+
+    def _complain(self, rule: str, key: str, message: str, hint: str) -> None:
+        self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
+
+    def rules(self, foil: float | None) -> DesignRules:
+        """What is written, over what it is based on, for a foil (m; None: the thinnest listed)."""
+        figures, base = self.figures, self._base(foil)
+        if self.place.chain and "based_on" not in self.place.source.keys:
+            self.remarks.default("fpc.rules", f"{self.place.label} based on {self.document.based_on}")
+        rows = {kind: self._lines(kind) for kind in _TABLES}
+        changed: dict[str, Any] = {field: each.value for field, each in figures.items() if field in _PLAIN}
+        for beginning, (table, read) in _BY_COUNT.items():
+            entries = {read(n.removeprefix(beginning)): f.value for n, f in figures.items() if n.startswith(beginning)}
+            changed |= {table: {**getattr(base, table), **entries}} if entries else {}
+            if table == "annular_rings" and "annular_ring" in figures:  # a ring for every board goes before these
+                changed[table] = entries
+        changed |= self._tables(base, changed, rows) | self._binding(base, changed, rows)
+        # the day on which the base was read says nothing of these
+        changed["checked_on"] = figures["checked_on"].value if "checked_on" in figures else ""
+        changed["beyond"] = {name: most for name, most in base.beyond.items() if name not in figures}
+        changed["sources"] = {**base.sources, **{name: self._source(name, each) for name, each in figures.items()}}
+        changed["holders"] = {**base.holders, **{name: self._holder(name) for name in figures}}
+        rules = replace(base, **changed, name=self.name, source=self._whole_source(base))
+        if foil is None and (thinnest := (rules.track_lines or rules.coil_lines)[:1]):
+            foil = thinnest[0].copper
+        return rules.for_foil(foil) if foil is not None and any(rows.values()) else rules
+
+    def _base(self, foil: float | None) -> DesignRules:
+        """What a profile is based on; of one that stands alone, rules of its own figures and no others."""
+        document, figures = self.document, self.figures
+        if document.based_on != "none":
+            return _named(document.based_on, foil, self.place, f"{self.place.prefix}based_on", self.remarks)
+        lacking = [name for name in _NEEDED if name not in figures]
+        has_lines = document.tracks or {"trace_width", "trace_spacing"} <= figures.keys() or document.by_foil
+        lacking += [] if has_lines else ["tracks"]
+        if lacking:
+            message = f"a profile that is based on none states every figure, and not {', '.join(lacking)}"
+            self._complain("SIT003", "based_on", message, f"add them, or {_BEGINS}")
+            return installed_rules(_FALLBACK)
+        needed: dict[str, Any] = {name: figures[name].value for name in _NEEDED}
+        return DesignRules(
+            name="",
+            trace_width=0.0,
+            trace_spacing=0.0,
+            coil_trace_width=None,
+            coil_trace_spacing=None,
+            coil_rule_binding=False,
+            **needed,
+        )
+
+    def _whole_source(self, base: DesignRules) -> str:
+        """Where the whole profile comes from."""
+        if self.place.installed:
+            return f"design rules {self.name}, each figure with its own source"
+        is_said = not self.place.chain or "source" in self.place.source.keys
+        own = self.document.source if is_said else self.place.label
+        return f"{own}; the rest from {base.name}" if base.name else own
+
+    def _binding(
+        self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
+    ) -> dict[str, Any]:
+        """Whether the minimums of coils are errors: where that is written, else those that are written here are."""
+        if "coil_rule_binding" in self.figures:
+            return {"coil_rule_binding": self.figures["coil_rule_binding"].value}
+        own = {*self.figures, *self.document.by_foil, *(kind for kind in rows if rows[kind])}
+        has_coil_rules = any(field.startswith("coil_trace") for field in own)
+        found: dict[str, Any] = {"coil_rule_binding": has_coil_rules or base.coil_rule_binding}
+        if has_coil_rules and not (base.coil_rule_binding or rows["coil_trace"]):
+            found["unbound"] = tuple(f for f in ("coil_trace_width", "coil_trace_spacing") if f not in changed)
+        return found
+
+    def _tables(
+        self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
+    ) -> dict[str, Any]:
+        """Lines by foil: a table that is written is the whole one, rows in keys of their own lie over the base's; the
+        table goes where a figure for every foil is written.
+        """
+        found: dict[str, Any] = {}
+        for kind, (key, table) in _TABLES.items():
+            is_plain = f"{kind}_width" in changed or f"{kind}_spacing" in changed
+            is_whole = getattr(self.document, key) is not None
+            kept = {} if is_plain or is_whole else {row.copper: row for row in getattr(base, table)}
+            kept |= {row.copper: row for row in rows[kind]}
+            found[table] = tuple(kept[copper] for copper in sorted(kept))
+            if is_plain and kind == "coil_trace":
+                found["coil_copper"] = None
+        return found
+
+    def _lines(self, kind: str) -> tuple[FoilLines, ...]:
+        """Widths and spacings by foil, from the thinnest; what contradicts itself is a flaw."""
+        key, both = _TABLES[kind][0], (f"{kind}_width", f"{kind}_spacing")
+        is_table = getattr(self.document, key) is not None
+        older = [each for each in self.document.by_foil if each.rpartition("_")[0] in both]
+        like = key if is_table else f"{both[0]}_{min(each.rpartition('_')[2] for each in older)}" if older else ""
+        for one in both:
+            if like and one in self.figures:
+                said = f"{like} or its like" if older else like
+                self._complain("SIT009", one, f"it holds for every copper, and {said} for one", "keep one of the two")
+        for each in older if is_table else ():
+            self._complain("SIT009", each, f"it is a row of {key}, which is given too", f"move it into {key}")
+        found = self._rows(key) if is_table else self._older_rows(kind, older)
+        return tuple(sorted(found, key=lambda row: row.copper))
+
+    def _rows(self, key: str) -> Iterator[FoilLines]:
+        """The rows of a table."""
+        seen: set[float] = set()
+        written = getattr(self.document, key)
+        if not 1 <= len(written) <= 20:
+            message = f"{len(written)} rows are out of range: 1 to 20"
+            self._complain("SIT006", key, message, "one row a foil, or leave it out")
+        for number, row in enumerate(written):
+            if row.copper in seen:
+                where = f"{key}.{number}.copper"
+                self._complain("SIT009", where, "a second row for the same copper", "keep one of the two")
+            seen.add(row.copper)
+            yield self._row(row.copper, {f"{key}.{number}.{what}": getattr(row, what) for what in ("width", "spacing")})
+
+    def _older_rows(self, kind: str, keys: list[str]) -> Iterator[FoilLines]:
+        """Rows that are written as two keys each, with the foil in their names."""
+        for foil in dict.fromkeys(key.rpartition("_")[2] for key in keys):
+            pair = (f"{kind}_width_{foil}", f"{kind}_spacing_{foil}")
+            lone = [each for each in pair if each not in self.document.by_foil]
+            if lone:
+                other = pair[1] if lone[0] == pair[0] else pair[0]
+                self._complain("SIT003", other, f"it goes with {lone[0]}, which is missing", "give both")
+                continue
+            yield self._row(parse_quantity(foil, "length"), {each: self.document.by_foil[each] for each in pair})
+
+    def _row(self, copper: float, pair: Mapping[str, Figure]) -> FoilLines:
+        """A row of width and spacing, each by the key that it stands at."""
+        width, spacing = (figure.value for figure in pair.values())
+        sources = (self._source(key, figure) for key, figure in pair.items())
+        return FoilLines(copper, width, spacing, *sources, *(self._holder(key) for key in pair))
+
+    def _holder(self, field: str) -> str:
+        """The profile that a figure stands in, and its line there if it is a user's."""
+        place = self.place
+        if place.installed:
+            return self.name
+        line = place.source.locate(f"{place.prefix}{field}")[0]
+        if place.chain:
+            return f"{self.name} ({place.label} line {line})"
+        return f"{self.name if self._is_written('name') else 'the spec'} (line {line})"
+
+    def _source(self, key: str, figure: Figure) -> str:
+        """Where a figure comes from: what is said of it, after the file and line that it stands in; marked if not
+        seen.
+        """
+        said, place = figure.source or self.document.source, self.place
+        if place.chain:
+            line = place.source.locate(key)[0]
+            own = figure.source or (self.document.source if "source" in place.source.keys else "")
+            said = f"{place.label} line {line}" + (f": {own}" if own else "")
+        return said if figure.is_verified else UNVERIFIED + said

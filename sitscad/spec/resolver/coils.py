@@ -1,0 +1,305 @@
+"""The coils as written, to values: their turns against shape and size, where they stand, and how far apart they are.
+
+Regular patterns lie symmetric about the origin and are numbered from the far end of the jaw (most negative x) to the
+tail at +x, and from negative to positive y where x is equal; written centres keep the order in which they are written.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+
+from sitscad.finding import Edit
+from sitscad.geometry.shapes import SHAPES
+from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
+from sitscad.spec.reading import Remarks
+from sitscad.units import show
+
+Point = tuple[float, float]
+
+MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0
+"""Turns of all layers of one coil, and of all coils: the memory of an estimate grows with the square of the first (0.5
+GB at 400 turns near metal), its time with both.
+"""
+
+
+def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
+    """The coil, with its turns held against its shape and size."""
+    outline = written.outline
+    turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in written.layer_turns)
+    if len(turns) not in (1, len(written.layers)):
+        message = f"{len(turns)} numbers of turns for {len(written.layers)} layers"
+        facts = {"measured": float(len(turns)), "limit": float(len(written.layers))}
+        remarks.flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all", **facts)
+    coil = replace(written, turns=turns if len(set(turns)) > 1 else turns[0])
+    check_coil(coil, remarks, turns)
+    return coil
+
+
+def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()) -> None:
+    """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are."""
+    (x, y), outline, most = coil.size, coil.outline, _most_turns(coil)
+    if not outline.is_long and x != y:
+        hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
+        remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
+    if outline.is_long and not outline.sides and x <= y:
+        message = f"a {coil.shape}'s x ({show(x, 'm')}) must be larger than its y ({show(y, 'm')})"
+        hint = "its straight sides run along x: write [x, y] with x > y"
+        remarks.flaw("SIT009", "coil.outer_diameter", message, hint)
+    if most <= 0:
+        message = f"a trace of {show(coil.trace_width, 'm')} leaves no inside in {show(coil.outer_diameter, 'm')}"
+        remarks.flaw("SIT016", "coil.outer_diameter", message, "make the coil larger or the trace finer")
+    turns = written or (coil.layer_turns if coil.has_unequal_turns else coil.layer_turns[:1])
+    for index, number in enumerate(turns):
+        _check_turns(coil, number, most, "coil.turns" if len(turns) == 1 else f"coil.turns.{index}", remarks)
+    limit = coil.outer_diameter / 2
+    if coil.corner_radius and not outline.sides:
+        message, none = f"a {coil.shape} has no corners to round", (Edit("coil.corner_radius", "0"),)
+        remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out", edits=none)
+    elif coil.corner_radius > limit:
+        message = f"a corner radius of {show(coil.corner_radius, 'm')} is more than half the size ({show(limit, 'm')})"
+        remarks.flaw("SIT009", "coil.corner_radius", message, "", measured=coil.corner_radius, limit=limit, unit="m")
+
+
+def _most_turns(coil: CoilSpec) -> float:
+    return coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
+
+
+def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: Remarks) -> None:
+    """Whether the turns of a layer, written at a key, end where the shape has an end, and fit."""
+    parts = coil.outline.ends
+    if parts and not coil.outline.is_whole(turns):
+        nearest = coil.outline.nearest_turns(turns)
+        nearest = most if nearest > most > 0 else nearest
+        end = "corner" if coil.outline.sides else "side"
+        message = f"{turns:g} turns of a {coil.shape} do not end at a {end}: a multiple of 1/{parts} is wanted"
+        whole = (Edit(key, f"{nearest:.7g}"),) if nearest > 0 else ()
+        facts = {"measured": turns, "limit": nearest}
+        remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", **facts, edits=whole)
+    if most > 0 and turns > most * (1 + 1e-9):
+        fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
+        message = f"{turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
+        hint = (
+            "fewer turns (vias inside the innermost turn need room as well), a finer trace and spacing, more layers, "
+            "or a larger coil"
+        )
+        remarks.flaw("SIT016", key, message, hint, measured=turns, limit=float(fits))
+
+
+def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
+    """Whether all turns together are no more than an estimate can be made of."""
+    one = math.fsum(coil.layer_turns)
+    for turns, most, whose in ((one, MOST_OF_A_COIL, "a coil"), (one * coils, MOST_OF_ALL, f"all {coils} coils")):
+        if turns > most:
+            message = (
+                f"{turns:g} turns in all layers of {whose} are too many to be estimated: at most {most:g}; memory and "
+                "time grow with their square"
+            )
+            hint = "fewer turns or layers" + (", or fewer coils" if coils > 1 else "")
+            remarks.flaw("SIT019", "coil.turns", message, hint, measured=turns, limit=most)
+            return
+
+
+MOST_COILS = 64
+_DEFAULT_GAP = 0.5e-3
+MORE_ROOM = "leads and vias between the coils may need more"
+_GRAIN = 1e-6  # missing lengths are named in micrometres
+_NEARLY = 1 - 1e-6  # a gap that is so much of the one that is wanted is wide enough
+_COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
+_PATTERN_KEYS = {
+    "single": (),
+    "line": ("count", "pitch"),
+    "triangle": ("pitch",),
+    "grid": ("count", "pitch"),
+    "explicit": ("centres", "rotations"),
+}
+
+
+def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> ArraySpec:
+    """The coils' places; unfit ones fall back on a single coil, with a flaw."""
+    pattern = document.pattern or _implied_pattern(document)
+    if document.pattern is None:
+        remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
+    _check_keys(document, pattern, remarks)
+    pitch = _pitch(document, pattern, coil, remarks)
+    centres = _centres(document, pattern, pitch or 0.0, remarks)
+    if not 1 <= len(centres) <= MOST_COILS:
+        key = "array.centres" if pattern == "explicit" else "array.count"
+        message, limit = f"{len(centres)} coils are out of range: 1 to {MOST_COILS}", MOST_COILS if centres else 1
+        remarks.flaw("SIT006", key, message, measured=float(len(centres)), limit=float(limit))
+        return ArraySpec(pattern, named(((0.0, 0.0),)), pitch)
+    array = ArraySpec(pattern, named(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
+    check_gaps(array, coil, remarks)
+    return array
+
+
+def _implied_pattern(document: ArrayDocument) -> str:
+    if document.centres is not None:
+        return "explicit"
+    if document.count is not None and len(document.count) == 2:
+        return "grid"
+    return "line" if document.count is not None or document.pitch is not None else "single"
+
+
+def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None:
+    """Note keys that mean nothing with a pattern, or are missing."""
+    wanted = _PATTERN_KEYS[pattern]
+    for name in ("count", "pitch", "centres", "rotations"):
+        value = getattr(document, name)
+        if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
+            continue
+        hint = f"it takes {', '.join(wanted) or 'no other key'}"
+        remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
+    if "centres" in wanted and document.centres is None:
+        message = "centres are missing: pattern explicit needs them"
+        remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
+    if document.count is not None and "count" in wanted and len(document.count) != len(_COUNTS[pattern]):
+        form = "[nx, ny]" if pattern == "grid" else "one number"
+        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
+
+
+def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
+    """The pitch (m) that is written, else the least one at which alike coils stand apart; None where there is none."""
+    if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
+        return document.pitch
+    size = coil.size[0] if pattern == "line" else max(coil.size)
+    gap = max(_DEFAULT_GAP, coil.trace_spacing)
+    pitch = size + gap
+    # in the smallest array of a pattern every coil has the neighbours that it has in a larger one
+    centres = {"line": line(2, pitch), "grid": grid(2, 2, pitch)}.get(pattern, triangle(pitch))
+    scale = least_scale(ArraySpec(pattern, named(centres), pitch), replace(coil, trace_spacing=gap)) or 1.0
+    if scale > 1.0 + 1e-9:  # corners that face each other, or flat sides at an angle
+        pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
+    remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
+    return pitch
+
+
+def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remarks) -> tuple[tuple[float, float], ...]:
+    """The coils' centres (m) by their pattern."""
+    if pattern == "explicit":
+        return ((0.0, 0.0),) if document.centres is None else tuple(document.centres)
+    if pattern == "single":
+        return ((0.0, 0.0),)
+    if pattern == "triangle":
+        return triangle(pitch)
+    count = document.count if document.count and len(document.count) == len(_COUNTS[pattern]) else _COUNTS[pattern]
+    if document.count is None:
+        remarks.default("array.count", str(list(count) if len(count) > 1 else count[0]))
+    return line(count[0], pitch) if len(count) == 1 else grid(count[0], count[1], pitch)
+
+
+def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remarks) -> tuple[float, ...]:
+    """The coils' rotations (rad); 0 for all patterns but the explicit one."""
+    if document.rotations is None or pattern != "explicit":
+        return (0.0,) * coils
+    if len(document.rotations) == coils:
+        return tuple(document.rotations)
+    message = f"{len(document.rotations)} rotations for {coils} centres"
+    remarks.flaw("SIT009", "array.rotations", message, "one for every coil, in the order of the centres")
+    return (0.0,) * coils
+
+
+def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
+    """Whether the coils of an array keep the trace spacing from each other."""
+    smallest, first, second = _smallest_gap(array, coil)
+    if smallest >= coil.trace_spacing * _NEARLY:
+        return
+    what = f"overlap by {show(-smallest, 'm')}" if smallest < 0 else f"stand {show(smallest, 'm')} apart"
+    key = "array.centres" if array.pattern == "explicit" else "array.pitch"
+    message = f"{first} and {second} {what}: at least the trace spacing, {show(coil.trace_spacing, 'm')}, is wanted"
+    scale = least_scale(array, coil)
+    if scale is None:
+        hint = "move them apart"
+    elif array.pitch is None:
+        hint = f"centres {math.ceil(scale * 1e4) / 1e4:.4f} times as far from each other leave that gap; {MORE_ROOM}"
+    else:
+        more = math.ceil(array.pitch * (scale - 1.0) / _GRAIN - 1e-5) * _GRAIN
+        hint = f"a pitch larger by {more * 1e3:.3f} mm leaves that gap; {MORE_ROOM}"
+    remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")
+
+
+def _smallest_gap(array: ArraySpec, coil: CoilSpec) -> tuple[float, str, str]:
+    """The smallest gap (m) between two coils, and which they are; infinite where none are near each other."""
+    # pairs farther apart than any outline reaches need no closer look
+    far = math.hypot(*coil.size) + coil.trace_spacing
+    pairs = [(a, b) for a, b in combinations(array.placements, 2) if math.dist(a.centre, b.centre) < far]
+    found = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
+    return min(found, default=(math.inf, "", ""))
+
+
+def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
+    """How many times as far apart the centres must be, within a millionth above; None where two are in one place."""
+    near = min(math.dist(a.centre, b.centre) for a, b in combinations(array.placements, 2))
+    if near <= 0.0:
+        return None
+
+    def fits(scale: float) -> bool:
+        return _smallest_gap(scaled(array, scale), coil)[0] >= coil.trace_spacing * _NEARLY
+
+    low, high = ((size + coil.trace_spacing) / near for size in (min(coil.size), math.hypot(*coil.size)))
+    if fits(low):
+        return low
+    while high - low > 1e-6 * low:
+        middle = (low + high) / 2
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    return high
+
+
+def line(count: int, pitch: float) -> tuple[Point, ...]:
+    """Centres (m) of a row along x."""
+    return tuple(((i - (count - 1) / 2) * pitch, 0.0) for i in range(count))
+
+
+def triangle(pitch: float) -> tuple[Point, ...]:
+    """Centres (m) of three coils at one distance, the far one alone on the axis, their centroid at the origin."""
+    return (
+        (-pitch / math.sqrt(3), 0.0),
+        (pitch / (2 * math.sqrt(3)), -pitch / 2),
+        (pitch / (2 * math.sqrt(3)), pitch / 2),
+    )
+
+
+def grid(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
+    """Centres (m) of a grid, `columns` along x and `rows` along y."""
+    return tuple((x, y) for x, _ in line(columns, pitch) for y, _ in line(rows, pitch))
+
+
+def scaled(array: ArraySpec, factor: float) -> ArraySpec:
+    """The array with all centres so many times as far from the origin, and from each other."""
+    placements = (replace(p, centre=(p.centre[0] * factor, p.centre[1] * factor)) for p in array.placements)
+    return replace(array, placements=tuple(placements), pitch=None if array.pitch is None else array.pitch * factor)
+
+
+def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None) -> tuple[CoilPlacement, ...]:
+    """Placements C1, C2, ... in the order given, turned by `rotations` (rad)."""
+    turned = zip(centres, rotations or (0.0,) * len(centres), strict=True)
+    return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
+
+
+def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
+    """Smallest gap (m) between the outer copper edges of two equal coils; negative where they overlap.
+
+    Exact for circles and racetracks that do not overlap; for polygons the largest gap between two parallel lines
+    along a side of either, which is at most the true one.
+    """
+    # Every outline is a convex core of points with a radius round it; two convex cores are as far apart as they are in
+    # the best direction, which is square to a side of one of them or, between two corners, along the line through both.
+    core, radius = SHAPES[shape].core(size)
+    one, other = (_placed(core, place) for place in (first, second))
+    sides = [side for each in (one, other) if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]
+    directions = [math.pi / 2 + math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in sides]
+    directions += [math.atan2(b[1] - a[1], b[0] - a[0]) for a in one for b in other]
+    return max(_apart(one, other, angle + turn) for angle in directions for turn in (0.0, math.pi)) - 2.0 * radius
+
+
+def _placed(points: Sequence[Point], place: CoilPlacement) -> list[Point]:
+    cosine, sine = math.cos(place.rotation), math.sin(place.rotation)
+    return [(place.centre[0] + u * cosine - v * sine, place.centre[1] + u * sine + v * cosine) for u, v in points]
+
+
+def _apart(one: list[Point], other: list[Point], angle: float) -> float:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    farthest = max(x * cosine + y * sine for x, y in one)
+    return min(x * cosine + y * sine for x, y in other) - farthest

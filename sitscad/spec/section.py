@@ -1,0 +1,283 @@
+"""Sections of the spec: classes whose attributes declare keys, read by pydantic's core.
+
+One declaration serves everything: what is read and refused, the value that the spec holds where nothing has to be
+worked out (a section that is a record is that value), the JSON Schema, the tables of docs/spec.md, and the ranges that
+values of programs are held against.
+
+pydantic's model layer is left out on purpose: it more than doubles the start-up time of `check`, and the core alone
+validates, collects every error at once, and says where each one is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import Field, field, replace
+from typing import Any, ClassVar, NoReturn
+
+from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
+
+from sitscad.record import record
+from sitscad.spec.kinds import Choice, Kind, Preset, ProfileName, with_hint
+
+NAME = "<name>"
+WRITTEN = "<written out>"
+GATHERED = "<keys alike>"
+REQUIRED: Any = object()
+WRITTEN_SOURCE = "the spec"
+"""Where a figure comes from that the user wrote."""
+
+SHOWN_KEYS = 12
+"""Optional keys that a hint lists; the others are in docs/spec.md."""
+
+
+@record
+class Key:
+    """One key of a section: the kind of its value, its default as a person would write it, what it is for, and how it
+    is written where that is not its attribute's name.
+    """
+
+    kind: Kind
+    default: Any
+    about: str
+    written: str = ""
+
+    @property
+    def is_required(self) -> bool:
+        """Whether a spec without the key is refused."""
+        return self.default is REQUIRED
+
+    def usual(self) -> Any:
+        """The default as it is read."""
+        return SchemaValidator(self.kind.validator()).validate_python(self.default)
+
+
+def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> Any:
+    """Declare a key. A default of None means that there is no value; any other is read like a written one."""
+    made = Key(kind, default, about, written)
+    if default is None:
+        return field(default=None, metadata={"key": made})
+    if default is REQUIRED:
+        return field(metadata={"key": made})
+    return field(default_factory=made.usual, metadata={"key": made})
+
+
+@record
+class KeysLike:
+    """Keys whose names follow a pattern, with values of one kind: an attribute that holds them all by name."""
+
+    pattern: re.Pattern[str]
+    example: str
+    kind: Kind
+    about: str
+
+    def gathered(self, value: Any) -> Any:
+        """A section's values with these keys under one."""
+        if not isinstance(value, dict):
+            return value
+        own = {name: each for name, each in value.items() if self.pattern.fullmatch(str(name))}
+        return {**{name: each for name, each in value.items() if name not in own}, GATHERED: own} if own else value
+
+
+def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) -> Any:
+    """Declare keys by a pattern of their names; a section may have one such declaration."""
+    return KeysLike(pattern, example, kind, about)
+
+
+class Section:
+    """A section of the spec, read-only: `keys` are those declared in the class, as they are written, each an attribute
+    of the instance.
+
+    ``attributes`` are the attributes of keys; ``alike`` the keys that are declared by a pattern: the attribute's name
+    and the declaration; ``form`` is what the JSON Schema calls the section. The first paragraph of the docstring is
+    for users. A section that is also a record is the spec's own value.
+    """
+
+    keys: ClassVar[dict[str, Key]] = {}
+    attributes: ClassVar[dict[str, str]] = {}
+    alike: ClassVar[dict[str, KeysLike]] = {}
+    form: ClassVar[str] = ""
+    is_whole: ClassVar[bool] = False
+
+    def __init_subclass__(cls) -> None:
+        """Collect the keys that the class declares."""
+        found = {name: value.metadata["key"] for name, value in vars(cls).items() if _is_key(value)}
+        cls.attributes = {one.written or name: name for name, one in found.items()}
+        cls.keys = {one.written or name: one for name, one in found.items()}
+        cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
+        cls.form = f"{re.sub('(Document|Spec)$', '', cls.__name__)}Document"
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        """Refuse: a section is what was written."""
+        raise AttributeError(f"{type(self).__name__} is read-only")
+
+    def values(self) -> dict[str, Any]:
+        """The values of all keys by their attributes, defaults included."""
+        return {name: getattr(self, name) for name in self.attributes.values()}
+
+    @classmethod
+    def about(cls) -> str:
+        """What the section is, for users."""
+        return (cls.__doc__ or "").partition("\n\n")[0]
+
+
+def _is_key(value: object) -> bool:
+    return isinstance(value, Field) and "key" in value.metadata
+
+
+@record
+class Part(Kind):
+    """A section inside another one."""
+
+    section: type[Section]
+
+    def validator(self) -> core_schema.CoreSchema:
+        """An instance of the section; unknown keys are refused."""
+        section = self.section
+        declared = [
+            core_schema.dataclass_field(
+                name, _with_default(section.keys[written]), validation_alias=written if written != name else None
+            )
+            for written, name in section.attributes.items()
+        ]
+        for name, like in section.alike.items():
+            each = core_schema.dict_schema(values_schema=like.kind.validator())
+            empty = core_schema.with_default_schema(each, default_factory=dict)
+            declared.append(core_schema.dataclass_field(name, empty, validation_alias=GATHERED))
+        arguments = core_schema.dataclass_args_schema(section.__name__, declared)
+        config = core_schema.CoreConfig(extra_fields_behavior="forbid")
+        names = [*section.attributes.values(), *section.alike]
+        read: core_schema.CoreSchema = core_schema.dataclass_schema(section, arguments, names, config=config)
+        for like in section.alike.values():
+            read = core_schema.no_info_before_validator_function(like.gathered, read)
+        return read
+
+    def schema(self) -> dict[str, Any]:
+        """A reference to the section's own schema."""
+        return {"$ref": f"#/$defs/{self.section.form}"}
+
+
+def _with_default(k: Key) -> core_schema.CoreSchema:
+    inner = k.kind.validator()
+    if k.is_required:
+        return inner
+    return core_schema.with_default_schema(inner, default=k.default, validate_default=k.default is not None)
+
+
+@record
+class ListOf(Kind):
+    """A list whose entries are all of one kind."""
+
+    entry: Kind
+
+    def validator(self) -> core_schema.CoreSchema:
+        """A list, each entry read on its own."""
+        return core_schema.list_schema(self.entry.validator(), strict=True)
+
+    def schema(self) -> dict[str, Any]:
+        """An array."""
+        return {"type": "array", "items": self.entry.schema()}
+
+
+@record
+class NameOr(Kind):
+    """The name of a preset (or a word out of a list), or the same thing written out; `made` makes the spec's value of
+    the written form where that is not itself.
+    """
+
+    preset: Preset | Choice | ProfileName
+    written: Kind
+    made: Callable[[Any], Any] | None = None
+
+    def validator(self) -> core_schema.CoreSchema:
+        """Decides by what is written, so that complaints are about the form that was meant."""
+        form = "a list" if isinstance(self.written, ListOf) else "a section"
+        written = self.written.validator()
+        if self.made is not None:
+            written = core_schema.no_info_after_validator_function(self.made, written)
+        return core_schema.tagged_union_schema(
+            {NAME: core_schema.no_info_plain_validator_function(self._read_name), WRITTEN: written},
+            lambda value: NAME if isinstance(value, str) else WRITTEN if isinstance(value, (dict, list)) else None,
+            custom_error_type="SIT004",
+            custom_error_message=f"neither a preset's name nor {form} that writes it out",
+        )
+
+    def _read_name(self, value: str) -> Any:
+        """What the name stands for; where there is none like it, the hint also says how to write the thing out."""
+        try:
+            return self.preset.read(value)
+        except PydanticCustomError as error:
+            raise with_hint(error, f"; or write it out: {self._form()} (examples: docs/spec.md)") from None
+
+    def _form(self) -> str:
+        """The keys of the written form: those that it must have, then those that it may have."""
+        section = section_of(self.written)
+        keys = section.keys if section else {}
+        if isinstance(self.written, ListOf):
+            return f"a list of sections with {', '.join(keys)}"
+        needed = [name for name, k in keys.items() if k.is_required]
+        others = [name for name, k in keys.items() if not k.is_required]
+        some = ", ".join(others[:SHOWN_KEYS]) + (", ..." if len(others) > SHOWN_KEYS else "")
+        form = f"a section with {', '.join(needed)}" if needed else f"a section with any of {some}"
+        return f"{form} and, if wanted, {some}" if needed and others else form
+
+    def schema(self) -> dict[str, Any]:
+        """Either form."""
+        names = self.preset.schema()
+        return {"anyOf": [*names.get("anyOf", [names]), self.written.schema()]}
+
+
+def of_the_spec(value: Any) -> Any:
+    """A value that is written out, with the spec as its source."""
+    return replace(value, source=WRITTEN_SOURCE)
+
+
+def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] = of_the_spec) -> NameOr:
+    """A preset that is looked up by its name, or written out."""
+    return NameOr(Preset(kind, up=True), Part(section), made)
+
+
+def section_of(kind: Kind) -> type[Section] | None:
+    """The section that a kind of value is, or may be when written out; None for single values."""
+    if isinstance(kind, Part):
+        return kind.section
+    if isinstance(kind, ListOf):
+        return section_of(kind.entry)
+    return section_of(kind.written) if isinstance(kind, NameOr) else None
+
+
+def schema_of(section: type[Section], title: str) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a document, with descriptions and the names of the installed presets."""
+    found: dict[str, type[Section]] = {}
+
+    def collect(inner: type[Section]) -> None:
+        for k in inner.keys.values():
+            each = section_of(k.kind)
+            if each is not None and each.form not in found:
+                found[each.form] = each
+                collect(each)
+
+    collect(section)
+    definitions = {name: _object(found[name]) for name in sorted(found)}
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": dialect, "title": title, **_object(section), "$defs": definitions}
+
+
+def _object(section: type[Section]) -> dict[str, Any]:
+    """The JSON Schema of a section."""
+    properties = {}
+    for name, k in section.keys.items():
+        default = {} if k.is_required or k.default is None else {"default": k.default}
+        properties[name] = {"description": k.about, **k.kind.schema(), **default}
+    alike = {
+        f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
+        for like in section.alike.values()
+    }
+    return {
+        "type": "object",
+        "description": section.about(),
+        "additionalProperties": False,
+        "required": [name for name, k in section.keys.items() if k.is_required],
+        "properties": properties,
+        **({"patternProperties": alike} if alike else {}),
+    }
