@@ -21,7 +21,8 @@ from sitscad.spec.reading import finding_from_text
 from sitscad.spec.rewriting import CannotWriteError, rewritten
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import VERSION, SensorSpec
-from sitscad.spec.yaml_text import TextError, dotted, plain_value, read_yaml, undotted
+from sitscad.spec.yaml_reader import read_yaml
+from sitscad.spec.yaml_text import TextError, dotted, plain_value, undotted
 
 MOST_VALUES = 20_000
 """Values of a spec, sections and lists among them; and of an array that one of them is."""

@@ -21,7 +21,8 @@ from sitscad.spec.kinds import described, is_like
 from sitscad.spec.rules import RULE_NAMES, SpecError
 from sitscad.spec.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
 from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import MAX_BYTES, TextError, dotted, read_yaml, undotted
+from sitscad.spec.yaml_reader import read_yaml
+from sitscad.spec.yaml_text import MAX_BYTES, TextError, dotted, undotted
 
 Form = TypeVar("Form", bound=Section)
 

@@ -23,7 +23,7 @@ from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.rewriting import rewritten  # noqa: E402
 from sitscad.spec.rules import SpecError  # noqa: E402
-from sitscad.spec.yaml_text import read_yaml  # noqa: E402
+from sitscad.spec.yaml_reader import read_yaml  # noqa: E402
 
 plain = YAML(typ="safe")
 TEMPLATES = {name: templates.read(name) for name in templates.names()}

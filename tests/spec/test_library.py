@@ -18,7 +18,7 @@ from sitscad.spec import templates
 from sitscad.spec.changing import plain, yaml_text
 from sitscad.spec.rewriting import rewritten
 from sitscad.spec.validity import refuse_unusable
-from sitscad.spec.yaml_text import read_yaml
+from sitscad.spec.yaml_reader import read_yaml
 
 COIL = {
     "shape": "circle",

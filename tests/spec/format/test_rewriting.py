@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sitscad.finding import Edit
 from sitscad.spec import templates
 from sitscad.spec.rewriting import CannotWriteError, completed, rewritten
-from sitscad.spec.yaml_text import read_yaml
+from sitscad.spec.yaml_reader import read_yaml
 
 TEXT = """\
 # a spec in every style
