@@ -164,11 +164,19 @@ class MendedSpec:
 
     @property
     def words_of_rolled_back(self) -> str:
-        """What was tried and not written, a line a fix, each with the reason."""
-        return "\n".join(
+        """What was not written, a line a fix, each with the reason."""
+        lines = (
             f"{one.finding.rule} not mended by {'; '.join(edit.words for edit in one.remedy.edits)}: {one.why}"
             for one in self.rolled_back
         )
+        return "\n".join(dict.fromkeys(lines))
+
+    @property
+    def words_of_unmended(self) -> str:
+        """What errors and warnings there is no fix for, in a line."""
+        grave = (one for one in self.inspection.checked.findings if one.severity.weighs(Severity.WARNING))
+        without = sorted({one.rule for one in grave if not one.fixes} - {one.finding.rule for one in self.rolled_back})
+        return f"no fix is known for {', '.join(without)} (check -v has hints)" if without else ""
 
 
 NO_LINE_END = "\\ No newline at end of file"
@@ -190,7 +198,7 @@ def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIV
         return inspect_text(of, path, "none", held).checked
 
     found = mended_text(text, said, may, verdict)
-    tried = [one.remedy for one in found.rolled_back]
+    tried = [one.remedy for one in found.rolled_back if not one.remedy.brings]
     left = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried)) for each in found.said.findings)
     said_last = replace(found.said, findings=tuple(left)) if tried else found.said
     return MendedSpec(path, text, found.text, Inspection(said_last), found.applied, found.rolled_back)

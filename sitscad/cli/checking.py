@@ -110,8 +110,9 @@ def check(
     for each in mended:
         if not diff:
             _write(each)
-        for line in each.words_of_rolled_back.splitlines():
-            say(f"{each.path}: {line}")
+        for line in (*each.words_of_rolled_back.splitlines(), each.words_of_unmended if unsafe_fixes else ""):
+            if line:
+                say(f"{each.path}: {line}")
     if diff or (fix and "-" in specs):
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)

@@ -8,6 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity
 from sitscad.record import record
+from sitscad.remedy.fix import warn
 from sitscad.spec.rewriting import CannotWriteError, rewritten
 
 
@@ -81,9 +82,13 @@ def _next(
     text: str, said: Said, judge: Judge[Said], verdict: Judge[Said], may: May, seen: set[str]
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
     """The text with the first fix that makes it better, and that (None where none does); those that do not."""
-    rolled_back = []
+    rolled_back: list[RolledBack] = []
     for finding, remedy in _fixes(said.findings):
-        if remedy.brings or not may(finding, remedy):
+        if not may(finding, remedy):
+            continue
+        if remedy.brings:
+            if all(one.finding != finding for one in rolled_back):
+                rolled_back.append(RolledBack(finding, remedy, f"{warn(remedy.brings)} then"))
             continue
         try:
             changed = rewritten(text, remedy.edits)

@@ -119,6 +119,19 @@ def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run,
     assert "slips.yaml: SIT002 not mended by " in done.err and "fixes: for " not in done.out
 
 
+def test_what_is_not_mended_says_in_a_line_what_its_fix_would_bring(run, tmp_path):
+    """JSON had `brings`, and the text nothing: --fix --unsafe-fixes changed nothing and did not say why."""
+    broken = (Path(__file__).parents[1] / "report/broken/SIT407.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "soft.yaml"
+    path.write_text(f"{broken}fpc: {{margin: [0, 0.1]}}\n", encoding="utf-8")
+    before = path.read_bytes()
+    done = run("check", "--fix", "--unsafe-fixes", "--hints", "decisive", "soft.yaml")
+    said = [line.removeprefix("sitscad: soft.yaml: ") for line in done.err.splitlines()]
+    assert "SIT312 not mended by elastomer.material: dragon-skin-10 instead of ecoflex-00-30: SIT217 warns then" in said
+    assert "no fix is known for SIT103, SIT134, SIT217 (check -v has hints)" in said
+    assert len(said) == len(set(said)) and path.read_bytes() == before
+
+
 def test_only_the_chosen_rules_are_mended(run, slips):
     run("check", "--fix", "slips.yaml", "--ignore", "SIT202")
     assert slips.read_text() == MENDED.replace("150 pF", "47 pF")
