@@ -100,7 +100,7 @@ SEVERITIES: dict[str, str] = {
     "SIT308": "note, warning or error by layers and bend",
     "SIT309": "warning where it is too narrow, error",
     "SIT310": "note, warning where a target free to tilt gives way, error where one held level does",
-    "SIT312": "note where only the softest case passes, warning",
+    "SIT312": "note where only the softest case passes, or the law is extrapolated, warning",
     "SIT319": "warning, error where less than half is carried",
     "SIT326": "warning, error where less than half is carried",
 }

@@ -14,6 +14,7 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.mechanics import elastomer
+from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.remedy.feeling import other_thicknesses
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import stiffer_pad
@@ -162,6 +163,16 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
+def _extrapolated_shear(spec: SensorSpec, force: float) -> Iterator[Verdict]:
+    """That a shear force (N) goes beyond what the pad's law was held against, as data sheet and calibration say."""
+    from sitscad.estimates.performance.bench import beyond_held_shear, held_shear
+
+    held = held_shear(spec)
+    if force > held:
+        beyond = beyond_held_shear(held)
+        yield EXTRAPOLATED_SHEAR.found("requirements.shear_force", force, held, "N", beyond=beyond)
+
+
 def _stays_over_the_coils(spec: SensorSpec, force: float, left: Left) -> str:
     """A hint with the softest silicone on which the target stays over the coils, then with pads of other thickness."""
     assert spec.elastomer is not None and spec.array.pitch is not None
@@ -197,6 +208,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     softest = _softest(material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
+        yield from _extrapolated_shear(spec, force)
         return
     beyond = strain > limit
     factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
@@ -432,6 +444,12 @@ PAST_THE_COILS = Case(
     hint="a stiffer, a larger or a thinner pad",
 )
 
+EXTRAPOLATED_SHEAR = Case(
+    "{measured:N} of shear are required; {beyond}",
+    hint="a stiffer pad, or a larger one under a larger target, goes less far",
+    severity=Severity.NOTE,
+)
+
 TOO_MUCH_SHEAR = Case(
     "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} "
     "({usual} with a modulus one sigma softer)",
@@ -480,7 +498,8 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT312", "elastomer-shear", Severity.WARNING,
         "The required shear force moves the target by no more than the pad is thick (shear strain "
-        f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that) and by "
+        f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that, or from "
+        f"{100.0 * HELD_SHEAR:.0f} % on, up to where its law was held against finite elements) and by "
         "less than half the coils' distance, with the required normal force or without, the pad being loaded under the "
         "target alone (as the range in a data sheet); that distance is not judged for arrays without a common one.",
         "Beyond half the distance the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one "
