@@ -53,6 +53,9 @@ def test_what_lies_in_the_bend(advised, bench):
     assert len(found) == 1 and "via of C1" in found[0].message and found[0].place.x == middle.x
     pad = replace(bench, pads=(*bench.pads, Pad(middle, (1 * MM, 0.3 * MM), 1, "C2", "C2.A", 9)))
     assert any("contact C2.A" in f.message for f in advised("SIT123", bench.spec, pad))
+    edge = replace(pad, pads=(*bench.pads, replace(pad.pads[-1], centre=Point(end + 0.4 * MM, 0.0))))
+    (found,) = [f for f in advised("SIT123", bench.spec, edge) if "contact C2.A" in f.message]
+    assert found.measured == approx(0.1 * MM, rel=1e-6)
     outline = Region(rectangle(end - 0.5 * MM, -1e-3, end + 4e-3, 1e-3))
     plate = replace(bench, stiffener=replace(bench.stiffener, outline=outline))
     (stiff,) = [f for f in advised("SIT123", bench.spec, plate) if f.severity is Severity.ERROR]
@@ -69,6 +72,18 @@ def test_a_bend_in_a_zone_that_is_long_enough_but_nowhere_straight_is_a_warning(
     needed, (start, _) = bend_length(bench.spec), bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
     assert found.severity is Severity.WARNING and found.measured < found.limit == needed
+
+
+@pytest.mark.parametrize("kind", ["static", "dynamic"])
+def test_a_bend_has_room_where_the_hint_says(advised, kind):
+    def misplaced(at):
+        here = spec(f"length: 40, layers: 2, bend: {{kind: {kind}, at: {at:.2f}}}")
+        found = [f for f in advised("SIT123", here, lay_out(here)) if f.key == "fpc.tail.bend.at"]
+        return found[0] if found and found[0].severity is not Severity.NOTE else None
+
+    low, high = map(float, re.search(r"from ([\d.]+) mm to ([\d.]+) mm", misplaced(200.0).hint).groups())
+    assert misplaced(low + 0.05) is misplaced(high - 0.05) is None
+    assert misplaced(low - 0.3) and misplaced(high + 0.3)
 
 
 def short(advised, changed):
