@@ -99,6 +99,14 @@ def test_stack_height_in_the_port(port, source, severity, judge, design, drawn):
         assert ("smallest measured port" in f.whole_message) == (f.measured <= 1.1 * port)
 
 
+@pytest.mark.parametrize(("layers", "severity", "most"), [(4, Severity.ERROR, 2.0), (2, Severity.WARNING, 1.0)])
+def test_a_tail_that_bends_at_every_grasp_has_one_layer(judge, design, layers, severity, most):
+    spec = design(fpc__tail__bend="dynamic", fpc__tail__layers=layers, fpc__stackup="flex-4l")
+    (found,) = [f for f in judge("SIT308", spec, lay_out(spec)) if f.key == "fpc.tail.layers"]
+    assert (found.severity, found.measured, found.limit) == (severity, layers, most)
+
+
+
 def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
     spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
     for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):
