@@ -59,6 +59,16 @@ def test_a_track_drawn_too_narrow(judge, bench):
     assert (found.place.x, found.place.y, found.place.layer) == (*thin.path.start, 1) and found.place.nets == ("C1",)
 
 
+@pytest.mark.parametrize(("apart", "is_loose"), [(0.0, False), (45 * UM, False), (55 * UM, True), (150 * UM, True)])
+def test_an_end_beside_a_track_is_loose_where_it_lies_on_no_copper_of_it(judge, bench, apart, is_loose):
+    trunk = only(bench, polyline([Point(0.0, 0.0), Point(2 * MM, 0.0)]))
+    end = Point(1 * MM, apart)
+    found = judge("SIT125", bench.spec, with_track(trunk, [Point(1 * MM, 1 * MM), end]))
+    places = {(f.place.x, f.place.y) for f in found}
+    assert {(0.0, 0.0), (2 * MM, 0.0), (1 * MM, 1 * MM)} == places - {end}
+    assert (end in places) is is_loose
+
+
 @pytest.mark.parametrize(("degrees", "fires"), [(30, True), (59, True), (61, False), (135, False)])
 def test_acute_angle(judge, bench, degrees, fires):
     corner = Point(2 * MM, 1 * MM)
