@@ -143,6 +143,25 @@ def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_
     assert in_order(in_one_line(sitscad.lay_out(thick)), "drop the target", "Cast the skin", "Push the board out")
 
 
+@pytest.mark.parametrize(
+    ("template", "changes", "made"),
+    [
+        ("bench_7mm", {}, "Make the mount and the jig from"),
+        ("bench_7mm", {"mount": {"kind": "custom"}}, "Make the jig from"),
+        ("bench_7mm", {"mount": {"kind": "custom"}, "target": None, "elastomer": None}, ""),
+        ("single_coil", {"mount": {"kind": "bench-plate"}}, "Make the mount from"),
+        ("jaw_5x20", {"mount.standoff": 0, "shield": None}, "Make the jig from"),
+    ],
+)
+def test_what_is_made_is_what_the_package_has(template, changes, made):
+    """With a mount of one's own the first step made one from mount/, where none is."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml").replace(changes))
+    said, names = in_one_line(layout), {each.name for each in (*parts.solids(layout), *parts.aids(layout))}
+    assert (made in said) if made else "Make the" not in said
+    assert ("the mount" in made) == ("mount" in names) and ("the jig" in made) == ("jig-base" in names)
+    assert ("Wax the jig" in said) == ("jig-base" in names)
+
+
 @pytest.mark.parametrize("template", MOUNTED)
 def test_steps_name_what_is_there(template):
     """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""

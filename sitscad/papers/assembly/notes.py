@@ -57,10 +57,11 @@ def _head(layout: Layout) -> str:
     """What is needed, and where the pictures are."""
     mount = layout.spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{layout.spec.name}-jaw-drawing.pdf the closed pair"
+    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""
     return (
         f"mount/assembly.svg shows the pieces apart{jaws}. "
         "Parts and quantities are in bom.csv. Work under a microscope, with gloves; clean metal and plastic with "
-        "isopropanol. Wax the jig, or wipe it with mould release, so that no glue holds it. Lengths are in mm."
+        f"isopropanol. {jig}Lengths are in mm."
     )
 
 
@@ -70,7 +71,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from _prepared(layout)
     yield bare_board(layout, estimates, bench)
     yield from _primed(layout)
-    if spec.elastomer is not None or spec.target is not None:
+    if _has_jig(layout):
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
         yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
     if spec.elastomer is not None:
@@ -81,7 +82,7 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
     if is_cast:
         yield from _sealed(layout)
-    if spec.elastomer is not None or spec.target is not None:
+    if _has_jig(layout):
         yield "Push the board out of the base from below, by the hole."
     yield from _into_jaw(layout, at)
     if not is_cast:
@@ -91,18 +92,33 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield assembled(bench, _closing(layout), _unseen_metals(layout))
 
 
+def _has_jig(layout: Layout) -> bool:
+    """Whether there is anything to glue on the board, and so a jig."""
+    return layout.spec.elastomer is not None or layout.spec.target is not None
+
+
+def _has_printed_mount(layout: Layout) -> bool:
+    """Whether the mount is made from the package: not one of the user's own, nor the jaw's metal itself."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind == "custom":
+        return False
+    return mount.jaw is None or any(layer.part.startswith("mount") for layer in column(layout))
+
+
 def _prepared(layout: Layout) -> Iterator[str]:
     """Print, cut and cast."""
     spec, mount, poured = layout.spec, layout.spec.mount, pour(layout)
     assert mount is not None
     counts = (
         ""
-        if mount.jaw is None
+        if mount.jaw is None or not _has_printed_mount(layout)
         else (
             " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too thick."
         )
     )
-    yield f"Make the mount and the jig from mount/ ({mount.process}).{counts}"
+    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(layout)
+    if made:
+        yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
     if cures_badly(layout) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
