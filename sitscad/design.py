@@ -7,8 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import Family
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec, without_text
 
@@ -196,9 +195,9 @@ class Design:
         return aids(self.layout)
 
     @property
-    def family(self) -> Family:
+    def converter(self) -> Converter:
         """What the converter can do: its data sheet's limits and formulas."""
-        return FAMILIES[self.spec.readout.device.family]
+        return self.spec.readout.device
 
     @property
     def distance_key(self) -> str:

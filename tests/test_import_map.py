@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "physics": {"units"},
     "readout": {"units"},
     "mechanics": {"units"},
-    "spec": {"units", "finding", "geometry"},
+    "spec": {"units", "finding", "geometry", "readout"},
     "layout": {"units", "finding", "geometry", "spec"},
     "scene": {"units", "finding", "measured", "geometry", "spec", "layout"},
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
-    "formats": {"units", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer",
+    "formats": {"units", "readout", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer",
                 "calibration"},
     "papers": {
         "units", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication",

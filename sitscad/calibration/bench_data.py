@@ -273,8 +273,21 @@ def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:
     if np.any(values <= 0.0):
         raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {column.name}: a reading is above 0")
     if column.kind == "counts":
-        return np.asarray(values / 2.0**28 * (readout.input_divider or 1) * readout.reference_frequency)
+        return _counted(table, sensors, column, values)
     if column.kind == "H":
         assert readout.conversion_capacitance is not None
         return np.asarray(1.0 / (2.0 * math.pi * np.sqrt(values * readout.conversion_capacitance)))
     return np.asarray(values)
+
+
+def _counted(table: Table, sensors: Sensors, column: Column, counts: Array) -> Array:
+    """Frequencies (Hz; n) of a column of counts; raises BenchError where the converter's result cannot have them."""
+    least, most = sensors.conversion.ends(sensors.coils.index(column.name))
+    beyond = (counts <= least) | (counts >= most)
+    if np.any(beyond):
+        raise BenchError(
+            f"{table.where(int(np.argmax(beyond)), column)} {column.name}: counts of the "
+            f"{sensors.conversion.device.part} as it is set lie above {least} and below {most} (its header in firmware "
+            "makes counts of results)"
+        )
+    return sensors.conversion.frequencies(counts)

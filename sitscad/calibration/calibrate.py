@@ -240,7 +240,7 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
     sensors, fit = charted_fit(sensors, points)
     found = own_map(sensors, form.form, fit.errors)
     settled = points.settled
-    rest = np.rint(sensors.counts(points.rest))
+    rest = np.rint(sensors.conversion.counts(points.rest))
     if points.loads is None:
         error = stated_error(sensors, found, fit)
         return Calibration(sensors, replace(found, rest=rest, error=error), form, tried, None, points, fit)

@@ -133,7 +133,7 @@ def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> Invers
     if shape is None:
         shape = fitted(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
     assert shape is not None
-    rest = np.rint(sensors.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
+    rest = np.rint(sensors.conversion.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
     return _as_map(sensors, shape, own, rest)
 
 

@@ -18,8 +18,9 @@ from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.terminals import tank_frequencies
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
-from sitscad.readout import FAMILIES
+from sitscad.readout.conversion import Conversion
 from sitscad.record import record
+from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
@@ -184,7 +185,7 @@ class Sensors:
         inductance, resistance = terminals(self.model, poses) if exact else self.chart(poses)
         off, free = named(self.known, errors), self.alone[0]
         changed = free + (inductance - free) * math.exp(off["target_change"])
-        delay = self.model.tank.family.limit("drive_delay")
+        delay = self.model.tank.converter.limit("drive_delay")
         found = []
         for k, (name, network) in enumerate(zip(self.coils, self.model.networks, strict=True)):
             more = free[k] * (off["inductance"] + off[f"inductance.{name}"])
@@ -199,24 +200,38 @@ class Sensors:
     @cached_property
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the sensor as drawn without its target, jaw and shield where they are."""
-        delay = self.model.tank.family.limit("drive_delay")
+        delay = self.model.tank.converter.limit("drive_delay")
         pairs = zip(self.model.networks, *self.alone, strict=True)
         return np.array([tank_frequencies(network, np.array([own]), np.array([lost]), delay)[0][0]
                          for network, own, lost in pairs])  # fmt: skip
 
     @cached_property
+    def conversion(self) -> Conversion:
+        """How the converter counts: it is set, else there were no sensors (`sensors_of`)."""
+        found = self.model.estimates.readout.conversion
+        assert found is not None
+        return found
+
+    @cached_property
+    def rounding(self) -> Array:
+        """One sigma of what the rounding of results takes from readings and their means, relative to the frequency
+        (coils).
+        """
+        states = [coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils]
+        return np.array([self.conversion.rounding(state.frequency) / state.frequency for state in states])
+
+    @cached_property
+    def counting(self) -> float:
+        """One sigma of the noise of counting in one reading, relative to the frequency; means of many have less."""
+        return self.conversion.device.count_noise(1.0, self.conversion.rcount)
+
+    @property
     def noise(self) -> Array:
         """One sigma of one reading, relative to the frequency (coils)."""
-        readout, family = self.model.estimates.readout, FAMILIES[self.model.spec.readout.device.family]
-        assert readout.rcount is not None
-        return np.array([family.measured_noise(1.0, readout.rcount)] * len(self.coils))
-
-    def counts(self, frequency: Array) -> Array:
-        """What the converter makes of frequencies (Hz): 28-bit results, not rounded."""
-        readout = self.model.estimates.readout
-        return frequency / ((readout.input_divider or 1) * readout.reference_frequency) * 2.0**28
+        return np.hypot(self.counting, self.rounding)
 
     def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
         """Frequencies (Hz; n, coils) as the converter gives them: with its noise, the mean of so many readings."""
         many = int(usual("readings")) if readings is None else readings
-        return frequency * (1.0 + self.noise / math.sqrt(many) * generator.normal(size=frequency.shape))
+        sigma = np.hypot(self.counting / math.sqrt(many), self.rounding)
+        return frequency * (1.0 + sigma * generator.normal(size=frequency.shape))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.remedy.search import Left
 from sitscad.spec.sensor import SensorSpec
@@ -172,7 +173,7 @@ def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(named(rule, verdict), verdict.advice))
+            found.append(Outcome(named(rule, verdict, design.converter), verdict.advice))
     return found, undecided
 
 
@@ -189,8 +190,8 @@ def _reason(need: str, spec: SensorSpec) -> str:
     return NEEDS[need][1]
 
 
-def named(rule: Rule, complaint: Complaint) -> Finding:
-    """The finding that a complaint becomes under its rule's name."""
+def named(rule: Rule, complaint: Complaint, converter: Converter) -> Finding:
+    """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
     return Finding(
         rule=rule.id,
         name=rule.name,
@@ -201,7 +202,7 @@ def named(rule: Rule, complaint: Complaint) -> Finding:
         measured=complaint.measured,
         limit=complaint.limit,
         unit=complaint.unit,
-        source=complaint.source or rule.source,
+        source=complaint.source or converter.cited_alone(rule.source),
         place=complaint.place,
         sigma=complaint.sigma,
         keeps_limit=complaint.keeps_limit,

@@ -76,7 +76,7 @@ class Trials:
         advised = advice(left) if self.budget.left > 0.0 else ""
         if isinstance(advised, Complaint):
             rule = next(rule for rule in self._rules if rule.id == finding.rule)
-            finding = named(rule, advised)
+            finding = named(rule, advised, self._design.converter)
         elif advised:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:

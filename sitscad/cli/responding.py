@@ -72,7 +72,8 @@ def response(
       by target      what the target alone changes of the winding's inductance.
       +-             stated error of that, relative to the larger of it and 1 %
                      of the free winding's inductance.
-      counts         the converter's 28-bit result.
+      counts         of the converter, as its header in firmware/ makes them of
+                     results: in proportion to the frequency.
       Rp             parallel resistance of the tank.
 
     \b

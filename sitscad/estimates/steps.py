@@ -13,7 +13,15 @@ from sitscad.estimates.circuit.coils import coil_circuits, handed_over, self_res
 from sitscad.estimates.circuit.drive import driven
 from sitscad.estimates.circuit.failed_states import damped_words, overdamped, without, working
 from sitscad.estimates.circuit.leads import missing_leads
-from sitscad.estimates.circuit.tank import CoilCircuit, Tank, choose_capacitor, settle, state_estimates, with_margin
+from sitscad.estimates.circuit.tank import (
+    CoilCircuit,
+    Tank,
+    choose_capacitor,
+    settle,
+    state_estimates,
+    with_margin,
+    with_steps,
+)
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import Assembly, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
@@ -237,8 +245,8 @@ def read(tuned: Tuned) -> Read:
         _coil_estimate(coil, circuit, tuned, states[coil.name])
         for coil, circuit in zip(coils, tuned.circuits, strict=True)
     ]
-    everywhere = [state for coil in found for state in coil.states.values()]
-    readout = with_margin(tuned.readout, everywhere, tuned.tank.family)
+    readout = with_margin(tuned.readout, found)
+    found = [with_steps(coil, tuned.tank, readout) for coil in found]
     return Read(tuned, *driven(found, readout, tuned.wound.given.spec.readout))
 
 

@@ -22,8 +22,6 @@ from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
 from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import Family
 from sitscad.record import record
 from sitscad.scene.gaps import lines_below_target
 from sitscad.scene.state import FREE
@@ -84,7 +82,7 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     found = {name: row.sigma for name, row in tolerances().items()}
     found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec).items()}
     found[THICKNESS] = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
-    found[CAPACITOR] = _family(spec).limit("capacitor_tolerance") / math.sqrt(3.0)
+    found[CAPACITOR] = spec.readout.device.limit("capacitor_tolerance") / math.sqrt(3.0)
     # of independent lines squares add up
     found[GLUE] = math.sqrt(lines_below_target(spec)) * spec.assembly.glue_tolerance / math.sqrt(3.0)
     return found
@@ -125,15 +123,11 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
     return math.hypot(found[WIDTH], found[THICKNESS], found[DIAMETER])
 
 
-def _family(spec: SensorSpec) -> Family:
-    return FAMILIES[spec.readout.device.family]
-
-
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
     absent = set(_own_bands(spec)) if spec.elastomer is not None else {PAD, PAD_SIZE}
     unseen = [name for name, row in tolerances().items() if not row.verified and name not in absent]
-    if not _family(spec).limits()["capacitor_tolerance"].verified:
+    if not spec.readout.device.limits["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 

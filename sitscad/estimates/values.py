@@ -9,9 +9,10 @@ from typing import Any
 
 from sitscad.estimates.states.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
+from sitscad.readout.conversion import Conversion
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State
-from sitscad.spec.readout import Converter
 
 
 @record
@@ -193,7 +194,8 @@ class ReadoutEstimate:
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
     relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and cable, not
-    the coil's own. Where no coil has a state left, what follows from states is None or NaN.
+    the coil's own. `output_gain` and `offsets` (one a coil) bring results of few bits where the frequencies are: see
+    `Conversion`. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     device: Converter
@@ -217,10 +219,21 @@ class ReadoutEstimate:
     supply_current: float | None = None
     conversion_capacitance: float | None = None
     drive_codes: tuple[int, ...] = ()
+    output_gain: int = 0
+    offsets: tuple[int, ...] = ()
 
     def code_of(self, coil: int) -> int | None:
         """The drive code of the coil of that number, from 0."""
         return self.drive_codes[coil] if self.drive_codes else self.drive_code
+
+    @property
+    def conversion(self) -> Conversion | None:
+        """How the converters count; None where they are not set."""
+        if self.rcount is None or self.input_divider is None:
+            return None
+        return Conversion(
+            self.device, self.reference_frequency, self.input_divider, self.rcount, self.output_gain, self.offsets
+        )
 
     @property
     def readable_rate(self) -> float | None:
@@ -431,6 +444,7 @@ def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
         "reference_divider": readout.reference_divider,
         "reference_frequency_Hz": _number(readout.reference_frequency),
         "input_divider": readout.input_divider,
+        **({"output_gain": readout.output_gain, "offsets": list(readout.offsets)} if readout.device.has_gains else {}),
         "rcount": readout.rcount,
         "settle_count": readout.settle_count,
         "dwell_time_s": _number(readout.dwell_time),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.maps.inverse_map import BEYOND, LEAST, InverseMap
+from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
 
 Array = NDArray[np.float64]
@@ -16,14 +17,15 @@ WIDTH = 116
 """Columns of a line at most."""
 
 
-def header(found: InverseMap, remarks: Sequence[str] = ()) -> bytes:
-    """The header of a map. `remarks` stand in its first comment."""
+def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = ()) -> bytes:
+    """The header of a map, for a converter that counts so. `remarks` stand in its first comment."""
     lines = [
-        *_comment(found, remarks),
+        *_comment(found, conversion, remarks),
         *_opening(found),
         *_tables(found),
+        *_ends(found, conversion),
         *_tare(found),
-        *_function(found),
+        *_function(found, conversion),
         "",
         "#endif",
         "",
@@ -31,10 +33,16 @@ def header(found: InverseMap, remarks: Sequence[str] = ()) -> bytes:
     return "\n".join(lines).encode("ascii", "replace")
 
 
-def _comment(found: InverseMap, remarks: Sequence[str]) -> list[str]:
+def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
     """The comment at the file's head: which sensor, how good, what goes in and comes out."""
     shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))  # fmt: skip
+    device, coils = conversion.device, ", ".join(map(_plain, found.coils))
+    if device.has_gains:
+        counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
+                  f"   makes them of results: {device.count_bits} bits, of which a result shows some."]  # fmt: skip
+    else:
+        counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
     revision = f", revision {_plain(found.revision)}" if found.revision else ""
     return [
         "/*",
@@ -43,7 +51,8 @@ def _comment(found: InverseMap, remarks: Sequence[str]) -> list[str]:
         f" * One sigma of the force: {shown} (full scale).",
         *(f" * {_plain(line)}" for line in remarks),
         " *",
-        " * counts: 28-bit results of the coils " + ", ".join(map(_plain, found.coils)) + ", in this order.",
+        f" * counts: {counts[0]}",
+        *(f" * {line}" for line in counts[1:]),
         " * forces: " + ", ".join(map(_plain, found.axes)) + ", in newtons; normal is positive towards the board.",
         " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
         " *",
@@ -123,9 +132,21 @@ def _tare(found: InverseMap) -> list[str]:
             f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};"]  # fmt: skip
 
 
-def _function(found: InverseMap) -> list[str]:
+def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
+    """The ends of every coil's counts, where they are not alike: a result is a part of a conversion."""
+    if not conversion.device.has_gains:
+        return []
+    least, most = zip(*(conversion.ends(coil) for coil in range(len(found.coils))), strict=True)
+    return [
+        "", "/* Counts of the smallest and the largest result: both say that a coil gives none. */",
+        *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
+        *_array("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
+    ]  # fmt: skip
+
+
+def _function(found: InverseMap, conversion: Conversion) -> list[str]:
     """C of the map: a product of powers, and the forces at counts."""
-    return ["", *_product(found), *_changes(found), *_mixed(), *_terms(found), *_sums(found)]
+    return ["", *_product(found), *_changes(found, conversion), *_mixed(), *_terms(found), *_sums(found)]
 
 
 def _product(found: InverseMap) -> list[str]:
@@ -145,9 +166,13 @@ def _product(found: InverseMap) -> list[str]:
     ]  # fmt: skip
 
 
-def _changes(found: InverseMap) -> list[str]:
+def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
     """C that begins the function: what every coil sees, by its counts over the tare's."""
-    log = found.logarithmic
+    log, most = found.logarithmic, f"0x{conversion.ends(0)[1]:08X}u"
+    beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
+    if conversion.device.has_gains:
+        ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
+        beyond = " || ".join(ends)
     return [
         "/* Forces (N) at counts after a tare; SITSCAD_OK, or what is wrong. */",
         "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
@@ -160,7 +185,7 @@ def _changes(found: InverseMap) -> list[str]:
         "        forces[axis] = 0.0f;",
         "    for (int coil = 0; coil < SITSCAD_COILS; ++coil) {",
         "        const uint32_t now = counts[coil], rest = tare->counts[coil];",
-        "        if (now == 0u || now >= 0x0FFFFFFFu || rest == 0u || rest >= 0x0FFFFFFFu)",
+        f"        if ({beyond})",
         "            return SITSCAD_NO_READING;",
         "        /* the difference of whole numbers is exact: no digits are lost */",
         "        const float share = (float)((int32_t)rest - (int32_t)now) / (float)now;",

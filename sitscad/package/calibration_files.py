@@ -28,7 +28,7 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
     files = {
         "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
-        "calibration.h": header(found.map, remarks),
+        "calibration.h": header(found.map, found.sensors.conversion, remarks),
         "example.c": program(),
         "calibration.html": calibration_page(found),
     }

@@ -9,12 +9,10 @@ from typing import Any
 
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_macros
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import ChannelSettings, Register
+from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_document, result_macros
+from sitscad.readout.converter import ChannelSettings, Converter, Register
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED
-from sitscad.spec.readout import Converter
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -104,9 +102,13 @@ def _registers(
     if not frequencies:
         raise ValueError("no sensor frequency is known: the converter cannot be set up")
     codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
-    channels = tuple(replace(channel, drive_code=code) for code in codes)
-    family = FAMILIES[converter.family]
-    return family.registers(channels, max(frequencies), high_current=readout.high_current)
+    offsets = readout.offsets[first : first + len(coils)] or (0,) * len(coils)
+    channels = tuple(
+        replace(channel, drive_code=code, offset=offset) for code, offset in zip(codes, offsets, strict=True)
+    )
+    return converter.registers(
+        channels, max(frequencies), high_current=readout.high_current, output_gain=readout.output_gain
+    )
 
 
 def _known(name: str, value: int | None) -> int:
@@ -118,15 +120,16 @@ def _known(name: str, value: int | None) -> int:
 def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     converter = spec.readout.device
-    identity = FAMILIES[converter.family].identity()
+    registers = converter.register_map
     value: dict[str, Any] = {
         **({"warning": FORCED} if forced else {}),
         "name": spec.name,
         **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
         "device": converter.name,
-        "manufacturer_id": identity.manufacturer,
-        "device_id": identity.device,
+        "manufacturer_id": registers.MANUFACTURER,
+        "device_id": converter.device_id,
         "clock_Hz": spec.readout.clock,
+        **result_document(converter, estimates.readout),
         "reference_divider": estimates.readout.reference_divider,
         "reference_frequency_Hz": estimates.readout.reference_frequency,
         "input_divider": estimates.readout.input_divider,
@@ -140,20 +143,22 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
             "read_back_time_s": estimates.readout.read_back_time,
         },
         "supply_current_A": estimates.readout.supply_current,
-        "coils": [_coil_document(spec, coil, index) for index, coil in enumerate(estimates.coils)],
+        "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
         "converters": [_device_document(converter, device) for device in found],
     }
     return json.dumps(value, indent=2) + "\n"
 
 
-def _coil_document(spec: SensorSpec, coil: CoilEstimate, index: int) -> dict[str, Any]:
+def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
     """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
-    channel, force = spec.readout.device.channel_of(index), spec.requirements.normal_force
+    coil, channel = estimates.coils[index], spec.readout.device.channel_of(index)
+    force = spec.requirements.normal_force
     return {
         "name": coil.name,
         "converter": channel.converter,
         "channel": channel.number,
         "i2c_address": channel.address,
+        **({"offset": estimates.readout.offsets[index]} if estimates.readout.offsets else {}),
         "centre_m": list(coil.centre),
         "expected": {
             name: {
@@ -182,7 +187,7 @@ def _device_document(converter: Converter, device: Device) -> dict[str, Any]:
 def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
     readout, converter = estimates.readout, spec.readout.device
-    identity, macro, name = FAMILIES[converter.family].identity(), converter.part, converter.name
+    macro, name = converter.part, converter.name
     lines = [
         "/*",
         *([f" * {FORCED}."] if forced else []),
@@ -199,11 +204,11 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         "",
         "#include <stdint.h>",
         "",
-        f"#define {macro}_MANUFACTURER_ID 0x{identity.manufacturer:04X}u",
-        f"#define {macro}_DEVICE_ID 0x{identity.device:04X}u",
+        f"#define {macro}_MANUFACTURER_ID 0x{converter.register_map.MANUFACTURER:04X}u",
+        f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
         f"#define {macro}_CONVERTERS {len(found)}u",
         *_conversion(spec, readout),
-        *result_macros(converter),
+        *result_macros(converter, readout),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -219,7 +224,9 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
 
 def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
-    force, part = spec.requirements.normal_force, spec.readout.device.part
+    force, device = spec.requirements.normal_force, spec.readout.device
+    part, result = device.part, "COUNTS" if device.has_gains else "DATA"
+    pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     lines = [*_timing(estimates), "", "Expected (estimates; compare with what the first board gives):"]
     for coil in estimates.coils:
         for name, state in coil.states.items():
@@ -227,7 +234,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
                 f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
                 f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"one count of the reference {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
+                f"{_step(estimates.readout, state)} {_shown(state.quantum, 'H', 2)}{_scatter(state)}"
             )
     if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
@@ -238,10 +245,14 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     return [
         *lines,
         "",
-        "f_SENSOR = FIN_DIVIDER * f_REF * DATA / 2^28 (SNOSCY9A equation 6), where f_REF = f_CLK / FREF_DIVIDER;",
-        f"L = 1 / (C (2 pi f_SENSOR)^2) (equation 3), where C = {part}_CAPACITANCE_F: the tank capacitor, 4 pF of the",
-        "converter's pins (SNOSCY9A 6.5) and the cable. The capacitance of coil and tail is not in C: L contains what",
-        "it does. The losses and the 5 ns of the drive make L read high by 1/Q^2 + 5 ns * 2 pi f_SENSOR / Q; a cable",
+        f"f_SENSOR = FIN_DIVIDER * f_REF * {result} / 2^{device.count_bits} ({device.source_of('cite_frequency')}), "
+        "where f_REF = f_CLK / FREF_DIVIDER;",
+        f"L = 1 / (C (2 pi f_SENSOR)^2) ({device.source_of('cite_inductance')}), where C = {part}_CAPACITANCE_F: "
+        f"the tank capacitor, {pins} of the",
+        f"converter's pins ({device.source_of('cite_pins')}) and the cable. "
+        "The capacitance of coil and tail is not in C: L contains what",
+        f"it does. The losses and the {delay} of the drive make L read high by 1/Q^2 + {delay} * 2 pi f_SENSOR / Q; "
+        "a cable",
         "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
     ]
 
@@ -268,6 +279,13 @@ def _timing(estimates: Estimates) -> list[str]:
     if readout.supply_current is not None:
         lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
     return lines
+
+
+def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
+    """What a step of a reading is: of its result, or of what is counted."""
+    conversion = readout.conversion
+    is_rounded = conversion is not None and bool(conversion.rounding(state.frequency))
+    return "one step of the result" if is_rounded else "one count of the reference"
 
 
 def _scatter(state: StateEstimate) -> str:
@@ -325,7 +343,7 @@ def _device(converter: Converter, number: int, device: Device) -> list[str]:
     channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
-        f"/* Converter {number}, its pin ADDR {pin} (SNOSCY9A 8.5.1): {channels}. */",
+        f"/* Converter {number}, its pin ADDR {pin} ({converter.source_of('cite_address')}): {channels}. */",
         f"#define {macro}_I2C_ADDRESS 0x{device.address:02X}u",
         f"#define {macro}_CHANNELS {len(device.coils)}u",
         f"static const {name}_register_t {name}_{number}_config[] = {{",

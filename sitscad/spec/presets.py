@@ -14,6 +14,7 @@ from typing import Any
 
 from sitscad.data import Row, cited, cited_by_field
 from sitscad.data import rows as read_rows
+from sitscad.readout.converter import Converter
 from sitscad.spec.circuit import Chip, Connector
 from sitscad.spec.kinds import FOLDERS, TABLES
 from sitscad.spec.kinds import names as names
@@ -29,7 +30,6 @@ from sitscad.spec.materials import (
     stiffened,
 )
 from sitscad.spec.mount import Hole, HolePattern, Jaw
-from sitscad.spec.readout import Converter
 from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import parse_quantity
 

@@ -48,7 +48,7 @@ def table(tmp_path, sensors, bench):
     """Writes the bench's table, changed by a function of its header and rows, and gives its path."""
 
     def written(change=lambda head, rows: (head, rows), name="bench.csv"):
-        counts = np.rint(sensors.counts(bench.frequency)).astype(int)
+        counts = np.rint(sensors.conversion.counts(bench.frequency)).astype(int)
         loads = bench.loads[:, sensors.range.columns]
         head = [f"{axis}_N" for axis in sensors.range.axes] + [f"{coil}_counts" for coil in sensors.coils]
         rows = [[*map(str, load), *map(str, count)] for load, count in zip(loads, counts, strict=True)]

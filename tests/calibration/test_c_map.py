@@ -63,9 +63,9 @@ int main(void)
 """
 
 
-def _run_c(tmp_path, found, counts, tare):
+def _run_c(tmp_path, found, conversion, counts, tare):
     """Results, forces and nanoseconds a call of the compiled header."""
-    (tmp_path / "calibration.h").write_bytes(header(found, ["a remark with */ in it"]))
+    (tmp_path / "calibration.h").write_bytes(header(found, conversion, ["a remark with */ in it"]))
     (tmp_path / "main.c").write_text(MAIN)
     program = tmp_path / "map"
     command = ["gcc", *FLAGS, f"-DROWS={len(counts)}", "-o", str(program), str(tmp_path / "main.c"), "-lm"]
@@ -81,7 +81,7 @@ def _run_c(tmp_path, found, counts, tare):
 
 @pytest.mark.clients("gcc")
 def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
-    (tmp_path / "calibration.h").write_bytes(header(foretold.map))
+    (tmp_path / "calibration.h").write_bytes(header(foretold.map, foretold.sensors.conversion))
     (tmp_path / "example.c").write_bytes(program())
     made = tmp_path / "forces"
     command = ["gcc", *FLAGS, "-o", str(made), str(tmp_path / "example.c"), "-lm"]
@@ -101,14 +101,14 @@ def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
 
 def _at_loads(sensors, errors, count):
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(count, 2000)])
-    counts = np.rint(sensors.counts(sensors.under(errors, loads)))
+    counts = np.rint(sensors.conversion.counts(sensors.under(errors, loads)))
     return loads[1:], counts[1:], counts[0]
 
 
 @pytest.mark.clients("gcc")
 def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
     loads, counts, tare = _at_loads(sensors, np.zeros(len(sensors.known)), 1000)
-    result, forces, time = _run_c(tmp_path, foretold.map, counts, tare)
+    result, forces, time = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)
     wanted, full = foretold.map(counts, tare), foretold.map.full_scale
     apart = np.abs(forces - wanted) / full
     truth = np.sqrt(np.mean((forces - loads[:, sensors.range.columns]) ** 2, axis=0)) / full
@@ -125,10 +125,10 @@ def test_the_header_gives_the_map_s_forces(tmp_path, sensors, foretold, capsys):
 def test_every_kind_of_form_is_written(tmp_path, sensors, hidden, form: Form):
     found = own_map(sensors, form, hidden)
     _, counts, tare = _at_loads(sensors, hidden, 200)
-    code = re.sub(r"/\*.*?\*/", "", header(found).decode("ascii"), flags=re.DOTALL)
+    code = re.sub(r"/\*.*?\*/", "", header(found, sensors.conversion).decode("ascii"), flags=re.DOTALL)
     tables = re.findall(r"static const \w+ (\w+)\[", code)
     assert tables and [name for name in tables if len(re.findall(rf"\b{name}\b", code)) < 2] == [], "unused"
-    _, forces, _ = _run_c(tmp_path, found, counts, tare)
+    _, forces, _ = _run_c(tmp_path, found, sensors.conversion, counts, tare)
     assert np.abs(forces - found(counts, tare)).max() < 3e-5 * found.full_scale.max()
 
 
@@ -136,15 +136,15 @@ def test_every_kind_of_form_is_written(tmp_path, sensors, hidden, form: Form):
 def test_faults_are_told(tmp_path, foretold):
     tare = foretold.map.rest
     counts = np.floor([tare, 0 * tare, 0 * tare + 2**28 - 1, 1.1 * tare, 0.9 * tare])
-    result, forces, _ = _run_c(tmp_path, foretold.map, counts, tare)
+    result, forces, _ = _run_c(tmp_path, foretold.map, foretold.sensors.conversion, counts, tare)
     assert list(result) == [0, 1, 1, 2, 2]
     assert np.all(forces[:3] == 0.0), "no change is no force, exactly"
     assert np.abs(forces[3:] - foretold.map(counts[3:], tare)).max() < 1e-4 * foretold.map.full_scale.max()
 
 
 def test_bytes_are_the_same_every_time(foretold):
-    text = header(foretold.map).decode("ascii")
-    assert header(foretold.map).decode("ascii") == text
+    text = header(foretold.map, foretold.sensors.conversion).decode("ascii")
+    assert header(foretold.map, foretold.sensors.conversion).decode("ascii") == text
     assert "malloc" not in text and "double" not in text and max(map(len, text.splitlines())) <= 120
     for word in ("newtons", "grasper-4layer", "One sigma"):
         assert word in text

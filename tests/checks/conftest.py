@@ -14,10 +14,12 @@ from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
-from sitscad.readout import ldc161x
 from sitscad.remedy.budget import Budget
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
+
+LDC1614 = presets.converter("ldc1614")
 
 JAW = {"width": 4.8, "length": 20, "height": 1.3, "port_diameter": 6}
 """A jaw like generic-5mm, with a port that has been measured and is wide enough for glue and tolerances."""
@@ -78,9 +80,9 @@ def estimates(
     """Estimates by hand: one state for each entry of `resistances` (ohm), the same for every coil."""
     resistances = resistances or {"free": 2200.0, "rest": 1300.0, "pressed": 1100.0}
     working = [r for state, r in resistances.items() if state != "free"] or [resistances["free"]]
-    code = readout.get("drive_code", ldc161x.drive_code(max(working)))
+    code = readout.get("drive_code", LDC1614.drive_code(max(working)))
     states = {
-        state: StateEstimate(state, inductance, 5.0, frequency, r, quality, ldc161x.amplitude(r, code))
+        state: StateEstimate(state, inductance, 5.0, frequency, r, quality, LDC1614.amplitude(r, code))
         for state, r in resistances.items()
     }
     coils = tuple(

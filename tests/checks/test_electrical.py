@@ -17,8 +17,10 @@ from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.mechanics.elastomer import VALID_STRAIN
-from sitscad.readout import ldc161x
+from sitscad.spec import presets
 from sitscad.units import parse_quantity
+
+LDC1614 = presets.converter("ldc1614")
 
 
 @pytest.mark.parametrize("rule", [f"SIT2{n:02d}" for n in range(1, 15)])
@@ -82,7 +84,7 @@ def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tr
     assert not re.search(r"\d", found.hint)
     (found,) = (f for f in check(spec).findings if f.rule == "SIT202")
     value = parse_quantity(re.search(r"readout.capacitance: (\d+ pF)", found.hint).group(1), "capacitance")
-    assert any(value == approx(each, rel=1e-6) for each in preferred_values(ldc161x))
+    assert any(value == approx(each, rel=1e-6) for each in preferred_values(LDC1614))
     spec = design()
     assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
     assert judge("SIT202", spec, None, estimates(spec, frequency=900.0))[0].limit == 1e3
@@ -359,21 +361,21 @@ def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
 
 
 def test_the_explanations_name_the_limits_that_are_applied() -> None:
-    kilohms = [ldc161x.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
-    volts = [ldc161x.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
+    kilohms = [LDC1614.limit(f"parallel_resistance_{name}") / 1e3 for name in ("min", "driveable", "high_current")]
+    volts = [LDC1614.limit(f"amplitude_{name}") for name in ("max", "optimum_min", "stable_min")]
     words = {
-        "SIT201": [f"{ldc161x.limit('inductance_min') * 1e6:g} uH"],
-        "SIT202": ["1 kHz to 10 MHz" if ldc161x.limit("sensor_frequency_max") == 10e6 else "?"],
+        "SIT201": [f"{LDC1614.limit('inductance_min') * 1e6:g} uH"],
+        "SIT202": ["1 kHz to 10 MHz" if LDC1614.limit("sensor_frequency_max") == 10e6 else "?"],
         "SIT203": [f"{kilohms[0]:.1f} kohm", f"{kilohms[1]:.2f} kohm", f"{kilohms[2]:.2f} kohm"],
         "SIT204": [f"above {volts[0]:g} V", f"below {volts[1]:g} V", f"below {volts[2]:g} V"],
-        "SIT205": [f"at least {ldc161x.limit('quality_factor_min'):g}"],
+        "SIT205": [f"at least {LDC1614.limit('quality_factor_min'):g}"],
         "SIT206": [
-            f"{ldc161x.limit('self_resonance_fraction'):g}",
-            f"{ldc161x.limit('self_resonance_fraction_strict'):g}",
+            f"{LDC1614.limit('self_resonance_fraction'):g}",
+            f"{LDC1614.limit('self_resonance_fraction_strict'):g}",
         ],
-        "SIT207": [f"{ldc161x.limit('input_divider_2_from') / 1e6:g} MHz"],
-        "SIT213": [f"{ldc161x.limit('clock_min') / 1e6:g} to {ldc161x.limit('clock_max') / 1e6:g} MHz"],
-        "SIT214": [f"{ldc161x.limit('capacitor_min') * 1e12:g} pF", f"{ldc161x.limit('capacitor_max') * 1e9:g} nF"],
+        "SIT207": [f"{LDC1614.limit('input_divider_2_from') / 1e6:g} MHz"],
+        "SIT213": [f"{LDC1614.limit('clock_min') / 1e6:g} to {LDC1614.limit('clock_max') / 1e6:g} MHz"],
+        "SIT214": [f"{LDC1614.limit('capacitor_min') * 1e12:g} pF", f"{LDC1614.limit('capacitor_max') * 1e9:g} nF"],
         "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
         "SIT306": [f"within {100 * TARGET_LENGTH_TOLERANCE:.0f} %"],
     }

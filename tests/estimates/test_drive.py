@@ -10,8 +10,10 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.circuit.drive import Swing, drive_codes
-from sitscad.readout import ldc161x
+from sitscad.spec import presets
 from sitscad.spec.stackup import LayerKind
+
+LDC1614 = presets.converter("ldc1614")
 
 UNLIKE = """
 sitscad: 1
@@ -43,7 +45,7 @@ def test_every_coil_stays_one_sigma_below_the_clamp_and_the_next_code_would_not(
         careful = max(state.amplitude + state.spread.amplitude for state in working)
         code = unlike.readout.code_of(number)
         assert careful < 1.8
-        assert careful * ldc161x.drive_current(code + 1) / ldc161x.drive_current(code) >= 1.8
+        assert careful * LDC1614.drive_current(code + 1) / LDC1614.drive_current(code) >= 1.8
 
 
 def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do(unlike):
@@ -52,7 +54,7 @@ def test_unlike_coils_have_a_code_for_each_channel_where_one_for_all_does_not_do
     working = [state for coil in unlike.coils for name, state in coil.states.items() if name != "free"]
     assert min(state.amplitude for state in working) >= 1.2
     lowest = min(state.parallel_resistance for state in working)
-    assert ldc161x.amplitude(lowest, min(codes)) < 1.2
+    assert LDC1614.amplitude(lowest, min(codes)) < 1.2
     assert unlike.as_json("six.yaml")["readout"]["drive_codes"] == list(codes)
 
 
@@ -60,11 +62,11 @@ def test_states_and_current_are_those_of_the_code(unlike):
     for number, coil in enumerate(unlike.coils):
         for state in coil.states.values():
             code = unlike.readout.code_of(number)
-            assert state.amplitude == approx(ldc161x.amplitude(state.parallel_resistance, code), rel=1e-6)
+            assert state.amplitude == approx(LDC1614.amplitude(state.parallel_resistance, code), rel=1e-6)
             relative = state.spread.parallel_resistance / state.parallel_resistance
             assert state.spread.amplitude == approx(relative * state.amplitude, rel=1e-6)
     readout = unlike.readout
-    supply = ldc161x.supply_current(
+    supply = LDC1614.supply_current(
         readout.drive_current, readout.rcount, readout.settle_count, readout.reference_frequency, 4
     )
     assert readout.supply_current == approx(2 * supply, rel=1e-6)
@@ -90,9 +92,9 @@ def test_codes_that_do_not_exist_are_refused(code):
 
 def test_one_code_is_kept_where_codes_of_their_own_do_not_help_either():
     wide = Swing(1000.0, 3000.0, 3100.0)
-    assert len(set(drive_codes([wide, Swing(2000.0, 2100.0, 2200.0)], ldc161x))) == 1
+    assert len(set(drive_codes([wide, Swing(2000.0, 2100.0, 2200.0)], LDC1614))) == 1
     near = Swing(2000.0, 2100.0, 2200.0)
-    assert drive_codes([near, near], ldc161x) == (ldc161x.drive_code(2200.0),) * 2
+    assert drive_codes([near, near], LDC1614) == (LDC1614.drive_code(2200.0),) * 2
 
 
 @pytest.mark.parametrize("template", ["robotic_jaw_12mm", "fingertip_foil", "grasper_4layer", "square_bench"])
@@ -114,5 +116,5 @@ def test_copper_as_it_may_be_delivered_keeps_the_amplitude_in_its_window(root, t
         made = replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))
         for coil in sitscad.estimate(sitscad.lay_out(made)).coils:
             for name, state in coil.states.items():
-                swing = ldc161x.amplitude(state.parallel_resistance, code)
+                swing = LDC1614.amplitude(state.parallel_resistance, code)
                 assert name == "free" or 1.2 <= swing <= 1.8, (name, foil)

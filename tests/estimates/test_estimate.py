@@ -17,8 +17,10 @@ from sitscad.estimates.states.assembly import Reflection, assemble
 from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.geometry.shapes import SHAPES
 from sitscad.layout import lay_out
-from sitscad.readout import ldc161x
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
+
+LDC1614 = presets.converter("ldc1614")
 
 BARE = """
 sitscad: 1
@@ -202,7 +204,7 @@ def test_cross_checks_say_where_they_are_valid(mounted):
 def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
     found = of(MOUNTED.replace("CAP", "auto"))
     readout = found.readout
-    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(ldc161x))
+    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(LDC1614))
     states = [state for coil in found.coils for name, state in coil.states.items() if name != "free"]
     assert max(state.frequency for state in states) <= 9.5e6
     assert max(state.amplitude for state in states) <= 1.8
@@ -213,7 +215,7 @@ def test_an_automatic_capacitor_keeps_the_windows_and_says_why():
 def test_one_drive_code_suits_the_working_states(mounted):
     rest = [coil.states["rest"] for coil in mounted.coils]
     careful = max(state.parallel_resistance + state.spread.parallel_resistance for state in rest)
-    assert mounted.readout.drive_code == ldc161x.drive_code(careful)
+    assert mounted.readout.drive_code == LDC1614.drive_code(careful)
 
 
 def test_no_room_for_leads_is_still_estimated():
@@ -318,14 +320,14 @@ def test_times_of_a_channel_add_up(mounted):
     parts = readout.settle_time + readout.conversion_time + readout.switch_time
     assert parts == approx(readout.dwell_time, rel=1e-6)
     assert readout.scan_rate == approx(0.5 / parts, rel=1e-6)
-    assert readout.readable_rate == approx(1.0 / ldc161x.read_back_time(2), rel=1e-6)
+    assert readout.readable_rate == approx(1.0 / LDC1614.read_back_time(2), rel=1e-6)
     assert readout.supply_current == approx(2.1e-3 + readout.drive_current, rel=1e-3)
 
 
 def test_what_one_count_means(mounted):
     for coil in mounted.coils:
         for state in coil.states.values():
-            step = ldc161x.frequency_quantum(state.frequency, mounted.readout.rcount)
+            step = LDC1614.count_step(state.frequency, mounted.readout.rcount)
             lower = state.inductance * (state.frequency / (state.frequency + step)) ** 2
             assert state.inductance - lower == approx(state.quantum, rel=1e-3)
             assert state.noise == approx(state.quantum / math.sqrt(12.0), rel=1e-6)

@@ -16,7 +16,9 @@ from sitscad.estimates.performance.bench import Solved, axes_told_apart, bench_o
 from sitscad.estimates.performance.inverse import _alike
 from sitscad.estimates.performance.polynomial import best_fitted, fitted
 from sitscad.estimates.performance.values import AXES
-from sitscad.readout import ldc161x
+from sitscad.spec import presets
+
+LDC1614 = presets.converter("ldc1614")
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -44,7 +46,7 @@ def test_resolution_is_the_converter_s_noise_through_the_map(bench):
     """Of two alike coils: normal force by their sum, shear by their difference, so noise falls by the root of two."""
     point, readout = bench.performance[1], bench.estimates.readout
     reading = bench.response.under(np.array([point.load]))
-    noise = ldc161x.measured_noise(float(reading.frequency.mean()), readout.rcount)
+    noise = LDC1614.count_noise(float(reading.frequency.mean()), readout.rcount)
     for axis in point.axes.values():
         by_hand = noise / math.sqrt(2.0) / np.mean(np.abs(axis.sensitivity))
         assert axis.resolution == approx(by_hand, rel=0.02)

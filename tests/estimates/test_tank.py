@@ -14,8 +14,10 @@ from sitscad.estimates.circuit.tank import SmoothCurve, preferred_values
 from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
-from sitscad.readout import ldc161x
+from sitscad.spec import presets
 from sitscad.spec.load import load_text
+
+LDC1614 = presets.converter("ldc1614")
 
 ROOT = Path(__file__).parents[2]
 
@@ -57,7 +59,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
 def test_a_chosen_capacitor_says_what_its_tolerance_does():
     text = "sitscad: 1\nname: t\ncoil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, "
     readout = estimate(lay_out(load_text(text + "trace_spacing: 100 um}\n", "t.yaml"))).readout
-    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(ldc161x))
+    assert any(readout.capacitance == approx(value, rel=1e-6) for value in preferred_values(LDC1614))
     assert readout.capacitor_tolerance == 0.05
     assert "+-2.5 % of frequency" in readout.capacitance_reason
 

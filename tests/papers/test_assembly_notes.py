@@ -205,8 +205,8 @@ def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
     """What was a note of every check of an assembled sensor stands here, and in the report."""
     (told,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
     bare = [coil.states["free"].parallel_resistance for coil in SENSOR.bench_estimates.coils]
-    assert SENSOR.family.amplitude(max(bare), int(told)) < SENSOR.family.limit("amplitude_max")
-    assert SENSOR.family.amplitude(max(bare), 27) > SENSOR.family.limit("amplitude_max")
+    assert SENSOR.converter.amplitude(max(bare), int(told)) < SENSOR.converter.limit("amplitude_max")
+    assert SENSOR.converter.amplitude(max(bare), 27) > SENSOR.converter.limit("amplitude_max")
 
 
 def test_a_usual_meter_has_figures_for_the_bare_board():

@@ -32,6 +32,7 @@ def estimates(coils=2, **changes):
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
+        "output_gain": 0, "offsets": (), "conversion": None,
     }  # fmt: skip
     other = {
         "parallel_resistance": 4e3,

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from sitscad.readout.family import ChannelSettings as Channel
-from sitscad.readout.ldc161x import registers
-from sitscad.readout.ldc161x_registers import (
-    clock_dividers,
-    config,
-    data_addresses,
-    deglitch,
-    drive_current_field,
-    mux_config,
-)
+from sitscad.readout.converter import ChannelSettings as Channel
+from sitscad.readout.ldc_registers import deglitch, mux_config, registers
+from sitscad.spec import presets
+
+LDC1614 = presets.converter("ldc1614")
 
 EXAMPLE = Channel(rcount=1238, settle_count=10, input_divider=1, reference_divider=2, drive_code=18)
 
@@ -47,23 +42,20 @@ def test_deglitch_is_the_narrowest_above_the_sensor(frequency: float, bits: int)
 
 
 def test_fields() -> None:
-    assert [data_addresses(channel) for channel in range(4)] == [(0, 1), (2, 3), (4, 5), (6, 7)]
-    assert clock_dividers(2, 1) == 0x2001
-    assert drive_current_field(19) == 0x9800
+    assert [LDC1614.data_addresses(channel) for channel in range(4)] == [(0, 1), (2, 3), (4, 5), (6, 7)]
     assert mux_config(3, 5e6) == 0xA20D
-    assert config(high_current=True) == 0x1641
-    assert config(sleep=True, external_clock=False, interrupt_pin=False) == 0x3481
+    values = {r.name: r.value for r in registers((Channel(1238, 10, 2, 1, 19),), 5e6, False, True)}
+    assert (values["CLOCK_DIVIDERS0"], values["DRIVE_CURRENT0"], values["CONFIG"]) == (0x2001, 0x9800, 0x1441)
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        lambda: clock_dividers(16, 1),
-        lambda: clock_dividers(1, 0),
-        lambda: drive_current_field(32),
-        lambda: data_addresses(4),
-        lambda: mux_config(5, 1e6),
-        lambda: config(active_channel=1, high_current=True),
+        lambda: registers((Channel(1238, 10, 16, 1, 18),), 2.4e6),
+        lambda: registers((Channel(1238, 10, 1, 0, 18),), 2.4e6),
+        lambda: registers((Channel(1238, 10, 1, 2, 32),), 2.4e6),
+        lambda: LDC1614.data_addresses(4),
+        lambda: registers((EXAMPLE,) * 5, 2.4e6),
         lambda: registers((EXAMPLE, EXAMPLE), 2.4e6, high_current=True),
         lambda: registers((Channel(8, 10, 1, 2, 18),), 2.4e6),
         lambda: registers((Channel(1238, 3, 1, 2, 18),), 2.4e6),

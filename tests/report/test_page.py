@@ -294,8 +294,8 @@ def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own
         assert read.direct == approx(coil.terminal_resistance_dc, rel=1e-12)
         assert f"{quantity(read.inductance, 'H')} +- {quantity(read.inductance_sigma, 'H', 2)}" in part
     (code,) = re.findall(r"use drive code (\d+) for the bare board", part)
-    swing = max(whole.family.amplitude(c.states["free"].parallel_resistance, int(code)) for c in estimates.coils)
-    assert "100 kHz" in part and 1.2 < swing < whole.family.limit("amplitude_max")
+    swing = max(whole.converter.amplitude(c.states["free"].parallel_resistance, int(code)) for c in estimates.coils)
+    assert "100 kHz" in part and 1.2 < swing < whole.converter.limit("amplitude_max")
     assert "Incoming test" not in render(found, spec, estimates, {}, {})
 
 

@@ -151,7 +151,7 @@ def rows(only: str = "") -> Iterator[tuple[str, ...]]:
     for fault in (one for one in FAULTS if only in one.name):
         truth, own = of_fault(design, sensors, fault, usual)
         bench = simulated(truth, own, loads.loads, np.random.default_rng(SEED))
-        axes, counts = sensors.range.axes, np.rint(sensors.counts(bench.frequency))
+        axes, counts = sensors.range.axes, np.rint(sensors.conversion.counts(bench.frequency))
         assert bench.loads is not None
         head = [*(f"{axis}_N" for axis in axes), *(f"{coil}_counts" for coil in sensors.coils)]
         table = head, np.hstack([bench.loads[:, sensors.range.columns], counts]).tolist()

@@ -76,7 +76,7 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
     for each in document.get("measured", ()):
         if not each["kept"]:
             rule, case, key = FAULTS[each["what"]]
-            found.append(located(named(_RULES[rule], _complaint(case, key, each)), spec))
+            found.append(located(named(_RULES[rule], _complaint(case, key, each), spec.readout.device), spec))
     return tuple(found)
 
 

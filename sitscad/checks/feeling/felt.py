@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from sitscad.checks.rules import Advice, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.measured import Reached
+from sitscad.readout.converter import source_in_all
 from sitscad.record import record
 from sitscad.remedy.feeling import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.remedy.search import first_tried
@@ -26,9 +27,8 @@ GIVES_WAY = (
 )
 
 NOISE_STEPS_SOURCE = (
-    "noise by the law measured on an LDC1614 (1 to 1.4 steps of 1/(32 RCOUNT) of the frequency: "
-    "data/ldc161x_limits.csv), slopes as in the states and SIT218, pad by its law; within a few per cent of "
-    "`response --performance`, tilts 10 %"
+    f"noise by {source_in_all('noise_law')}, slopes as in the states and SIT218, pad by its law; within a few per cent "
+    "of `response --performance`, tilts 10 %"
 )
 
 

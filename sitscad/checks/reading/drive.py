@@ -13,7 +13,6 @@ from sitscad.checks.reading.readings import (
     near_limit,
     readings_of,
     sigmas_between,
-    source_of_limit,
     undecided,
     where,
     worst_of,
@@ -21,6 +20,7 @@ from sitscad.checks.reading.readings import (
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.readout.converter import source_in_all
 from sitscad.units import show
 
 CODE_KEY = "readout.drive_code"
@@ -48,7 +48,7 @@ def _copper_ends(design: Design) -> Iterator[Complaint]:
     """The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
     although the board as drawn keeps it: no test of the bare board tells such copper from any other.
     """
-    low, high = design.family.limit("amplitude_optimum_min"), design.family.limit("amplitude_max")
+    low, high = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_max")
     states = [
         (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
         for coil in design.estimates.coils
@@ -71,7 +71,7 @@ def _copper_ends(design: Design) -> Iterator[Complaint]:
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
     """The largest amplitude against what clamps; what keeps it by little goes to `near`."""
-    high = design.family.limit("amplitude_max")
+    high = design.converter.limit("amplitude_max")
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         yield CLAMPED.found(
             CODE_KEY,
@@ -79,7 +79,7 @@ def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) 
             high,
             "V",
             hint=_clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
-            source=design.family.limits()["amplitude_max"].source,
+            source=design.converter.limits["amplitude_max"].source,
             sigma=sigmas_between(largest, high),
             code=_code(design, largest),
             where=where(largest),
@@ -95,7 +95,7 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
     if smallest is None:
         return
-    optimum, stable = design.family.limit("amplitude_optimum_min"), design.family.limit("amplitude_stable_min")
+    optimum, stable = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_stable_min")
     if smallest.value >= optimum:
         near += near_limit(
             smallest, optimum, "V", "amplitude", _other_code(_code(design, smallest) + 1, "stronger"), CODE_KEY
@@ -109,11 +109,11 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -
         asked,
         "V",
         hint=_weak_advice(design, smallest),
-        source=design.family.limits()["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
+        source=design.converter.limits["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
         sigma=sigmas_between(smallest, asked),
         code=_code(design, smallest),
         where=where(smallest),
-        high=design.family.limit("amplitude_max"),
+        high=design.converter.limit("amplitude_max"),
         in_sigmas=in_sigmas(smallest, asked, "V"),
     )
 
@@ -135,7 +135,7 @@ def _as_one(near: list[Complaint]) -> Iterator[Verdict]:
 
 def _cold_amplitude(design: Design) -> Iterator[Verdict]:
     """The same drive code when the sensor is switched on at room temperature."""
-    cold, high = design.at_room_temperature, design.family.limit("amplitude_max")
+    cold, high = design.at_room_temperature, design.converter.limit("amplitude_max")
     if cold is design:
         return
     largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
@@ -145,7 +145,7 @@ def _cold_amplitude(design: Design) -> Iterator[Verdict]:
             swing,
             high,
             "V",
-            source=design.family.limits()["amplitude_max"].source,
+            source=design.converter.limits["amplitude_max"].source,
             where=where(largest),
             code=_code(design, largest),
             temperature=design.estimates.temperature,
@@ -163,33 +163,33 @@ def _code(design: Design, reading: Reading) -> int:
 
 def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None, float]:
     """Of some parallel resistances the one that swings widest with its coil's drive code, and that amplitude (V)."""
-    swings = [(design.family.amplitude(r.value, _code(design, r)), r) for r in resistances]
+    swings = [(design.converter.amplitude(r.value, _code(design, r)), r) for r in resistances]
     swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     return found, swing
 
 
 def _careful_code(design: Design, resistance: Reading) -> int:
     """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
-    return design.family.drive_code(resistance.value + (resistance.sigma or 0.0))
+    return design.converter.drive_code(resistance.value + (resistance.sigma or 0.0))
 
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
-    low_current, high_current = design.family.high_current_range()
+    low_current, high_current = design.converter.high_current_range
     values = [r for r in readings_of(design, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return
-    least = design.family.amplitude_at(min(r.value for r in values), low_current)
-    most = design.family.amplitude_at(max(r.value for r in values), high_current)
-    too_weak = least < design.family.limit("amplitude_optimum_min")
-    if too_weak or most > design.family.limit("amplitude_max"):
+    least = design.converter.amplitude_at(min(r.value for r in values), low_current)
+    most = design.converter.amplitude_at(max(r.value for r in values), high_current)
+    too_weak = least < design.converter.limit("amplitude_optimum_min")
+    if too_weak or most > design.converter.limit("amplitude_max"):
         yield UNSURE_DRIVE.found(
             "coil.turns",
             least if too_weak else most,
-            design.family.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
+            design.converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
             "V",
-            source=design.family.limits()["high_current_max"].source,
+            source=design.converter.limits["high_current_max"].source,
             low_current=low_current,
             high_current=high_current,
             least=least,
@@ -304,6 +304,6 @@ DRIVE_RULES: tuple[Rule, ...] = (
         "assembled sensor the bare coil is no working state: the report's incoming test has the code for a bare board.",
         "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "
         "(readout.drive_code).",
-        source_of_limit("amplitude_optimum_min"), apply=drive_amplitude,
+        source_in_all("amplitude_optimum_min"), apply=drive_amplitude,
     ),
 )  # fmt: skip

@@ -18,7 +18,6 @@ from sitscad.checks.reading.readings import (
     overdamped_tank,
     readings_of,
     sigmas_between,
-    source_of_limit,
     undecided,
     where,
     worst_of,
@@ -26,13 +25,14 @@ from sitscad.checks.reading.readings import (
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.readout.converter import source_in_all
 from sitscad.remedy.moves import capacitor
 from sitscad.scene.state import FREE
 
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
     """The smallest inductance over all coils and states."""
-    floor = design.family.limit("inductance_min")
+    floor = design.converter.limit("inductance_min")
     yield from undecided(design, "inductance")
     worst = worst_of(design, "inductance", min)
     if worst is None:
@@ -75,8 +75,8 @@ def _cannot_be_driven(design: Design, reading: Reading) -> bool:
     where it matters, and what is estimated itself.
     """
     state = next(coil.states[reading.state] for coil in design.estimates.coils if coil.name == reading.coil)
-    slow = state.frequency <= design.family.limit("sensor_frequency_max")
-    driven = state.parallel_resistance >= design.family.limit(_resistance_floor(design))
+    slow = state.frequency <= design.converter.limit("sensor_frequency_max")
+    driven = state.parallel_resistance >= design.converter.limit(_resistance_floor(design))
     return not (reading.value > 0.0 and slow and driven)
 
 
@@ -88,7 +88,7 @@ def _resistance_floor(design: Design) -> str:
 
 def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     """Highest and lowest sensor frequency over all coils and states."""
-    low, high = design.family.limit("sensor_frequency_min"), design.family.limit("sensor_frequency_max")
+    low, high = design.converter.limit("sensor_frequency_min"), design.converter.limit("sensor_frequency_max")
     yield from undecided(design, "frequency")
     worst = worst_of(design, "frequency", max)
     if worst is not None and worst.value > high:
@@ -97,7 +97,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
-        fitting = [value for value in preferred_values(design.family) if value >= wanted]
+        fitting = [value for value in preferred_values(design.converter) if value >= wanted]
         larger = list(capacitor(design.spec, fitting[:3]))
         yield TOO_FAST.found(
             "readout.capacitance",
@@ -127,7 +127,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         return
     floor_name = _resistance_floor(design)
     strong = floor_name == "parallel_resistance_high_current"
-    floor, specified = design.family.limit(floor_name), design.family.limit("parallel_resistance_min")
+    floor, specified = design.converter.limit(floor_name), design.converter.limit("parallel_resistance_min")
     if worst.value >= specified:
         away = more_distance(design) if worst.state != FREE else ""
         hint = "measure the first boards; " + (
@@ -146,7 +146,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         worst.value,
         asked,
         "ohm",
-        source=design.family.limits()[floor_name if is_error else "parallel_resistance_min"].source,
+        source=design.converter.limits[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
         advice=lambda left: more_copper(
             design.spec,
@@ -165,7 +165,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 def quality_factor(design: Design) -> Iterator[Verdict]:
     """The smallest Q over all coils and states."""
     yield from undecided(design, "quality_factor")
-    floor = design.family.limit("quality_factor_min")
+    floor = design.converter.limit("quality_factor_min")
     worst = worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
         yield LOW_QUALITY.found(
@@ -192,7 +192,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
         yield Undecided("no self-resonance was estimated")
         return
     share, worst, resonance = max(shares, key=lambda entry: entry[0])
-    limit = design.family.limit
+    limit = design.converter.limit
     binding, strict = limit("self_resonance_fraction"), limit("self_resonance_fraction_strict")
     if share <= strict:
         return
@@ -203,7 +203,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
         share,
         asked,
         None,
-        source=design.family.limits()[
+        source=design.converter.limits[
             "self_resonance_fraction" if is_error else "self_resonance_fraction_strict"
         ].source,
         is_grave=is_error,
@@ -216,7 +216,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
 def tank_capacitor(design: Design) -> Iterator[Verdict]:
     """The capacitor within the range of TI's reference designs."""
     value = design.estimates.readout.capacitance
-    low, high = design.family.limit("capacitor_min"), design.family.limit("capacitor_max")
+    low, high = design.converter.limit("capacitor_min"), design.converter.limit("capacitor_max")
     if not math.isfinite(value):
         yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
         return
@@ -331,7 +331,7 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "drive. The figure is one author's, for 0.25 kohm at 10 MHz; a large loop of one turn may have less and be "
         "driven well.",
         "More turns or layers, a larger coil, or more distance from target and jaw.",
-        source_of_limit("inductance_min"), apply=inductance_floor,
+        source_in_all("inductance_min"), apply=inductance_floor,
     ),
     Rule(
         "SIT202", "frequency-ceiling", Severity.ERROR,
@@ -339,7 +339,7 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "two sigma of manufacture).",
         "The converter does not follow faster tanks; metal near the coil raises the frequency.",
         "A larger capacitor, or more inductance.",
-        source_of_limit("sensor_frequency_max"), apply=frequency_ceiling,
+        source_in_all("sensor_frequency_max"), apply=frequency_ceiling,
     ),
     Rule(
         "SIT203", "parallel-resistance", Severity.ERROR,
@@ -351,7 +351,7 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "target lower it: a coil that passes in free air can fail in the jaw.",
         "More layers or turns, a higher frequency, thicker copper, a larger standoff, a copper shield before a steel "
         "jaw.",
-        source_of_limit("parallel_resistance_driveable") + "; " + source_of_limit("parallel_resistance_min"),
+        source_in_all("parallel_resistance_driveable") + "; " + source_in_all("parallel_resistance_min"),
         apply=parallel_resistance,
     ),
     Rule(
@@ -359,14 +359,14 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "The tank's quality factor is at least 10 in every state.",
         "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
         "A higher frequency, less resistance, or more distance from lossy metal.",
-        source_of_limit("quality_factor_min"), apply=quality_factor,
+        source_in_all("quality_factor_min"), apply=quality_factor,
     ),
     Rule(
         "SIT206", "self-resonance", Severity.ERROR,
         "The tank runs below 0.8 of the coil's own resonance (0.75 by the older note, a warning).",
         "Near its own resonance a coil's inductance is no longer its own, and drifts with the dielectric.",
         "A larger capacitor, fewer layers, or a thicker dielectric.",
-        source_of_limit("self_resonance_fraction") + "; " + source_of_limit("self_resonance_fraction_strict"),
+        source_in_all("self_resonance_fraction") + "; " + source_in_all("self_resonance_fraction_strict"),
         apply=self_resonance,
     ),
     Rule(
@@ -375,6 +375,6 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "With less, pins, tail and cable decide the frequency and drift with every touch; with more, the part's own "
         "loss counts.",
         "More turns allow a smaller capacitor, fewer a larger one.",
-        source_of_limit("capacitor_min"), apply=tank_capacitor,
+        source_in_all("capacitor_min"), apply=tank_capacitor,
     ),
 )  # fmt: skip

@@ -10,7 +10,6 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import capacitor
@@ -170,7 +169,7 @@ def _preferred_below(design: Design, value: float) -> list[float]:
     """The two capacitors of the series (F) next below a value."""
     from sitscad.estimates.circuit.tank import preferred_values  # only where no tank oscillates
 
-    return [each for each in reversed(preferred_values(design.family)) if each <= value][:2]
+    return [each for each in reversed(preferred_values(design.converter)) if each <= value][:2]
 
 
 def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
@@ -199,11 +198,6 @@ def other_states(design: Design, worst: Reading, attribute: str, unit: str, digi
     others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
     return ", ".join(words)
-
-
-def source_of_limit(name: str) -> str:
-    """Where one of the converters' limits comes from, as the families state it."""
-    return "; ".join(dict.fromkeys(family.limits()[name].source for family in FAMILIES.values()))
 
 
 NEAR_LIMIT = Case(

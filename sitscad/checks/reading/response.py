@@ -18,6 +18,7 @@ from sitscad.remedy.feeling import best_thickness, more_by_metal
 from sitscad.remedy.moves import larger_target, over_the_middle
 from sitscad.remedy.search import Left, first_tried
 from sitscad.scene.state import PRESSED, REST
+from sitscad.spec import presets
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -56,14 +57,14 @@ class Response:
 
 def responses(design: Design) -> list[Response]:
     """The response of every coil that has both states."""
-    found, family, rcount = [], design.family, design.estimates.readout.rcount
+    found, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
-        if rest is None or pressed is None or not rest.quantum or rcount is None:
+        if rest is None or pressed is None or not rest.quantum or conversion is None:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
         if before is not None and after is not None and math.isfinite(after - before):
-            noise = family.measured_noise(rest.frequency, rcount) / family.frequency_quantum(rest.frequency, rcount)
+            noise = conversion.noise(rest.frequency) / conversion.quantum(rest.frequency)
             found.append(Response(coil.name, after - before, rest.quantum, noise))
     return found
 
@@ -92,10 +93,10 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
-        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design.spec),
+        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
         advice=_over_all_coils(design.spec, deaf)
         if beside
-        else lambda left: _more(design.spec, left, _more_change(design.spec)),
+        else lambda left: _more(design.spec, left, _more_change(design)),
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
@@ -132,7 +133,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     if found and _is_lost(found):
         best = max(found, key=lambda response: response.steps)
         yield NOT_FELT.found(
-            "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=_more_change(design.spec),
+            "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=_more_change(design),
             force=asked.normal_force, changes=_changes(found), sigmas=TOLD_FROM_NOISE, noise=best.noise,
             taken=f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),",
         )  # fmt: skip
@@ -194,10 +195,18 @@ _MORE_CHANGE = (
 )
 
 
-def _more_change(spec: SensorSpec) -> str:
+def _more_change(design: Design) -> str:
+    """What gives more change, and what a finer step: longer conversions only where results show them whole."""
+    conversion, device = design.estimates.readout.conversion, design.converter
+    states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
+    finer = "fewer scans a second (readout.scan_rate)"
+    if conversion is not None and any(map(conversion.rounding, states)):
+        others = map(presets.converter, presets.names("converter"))
+        names = [o.name for o in others if o.bits > device.bits and o.channels >= device.channels]
+        finer = f"a converter with more bits (readout.device: {' or '.join(names) or 'none is known'})"
     return (
-        f"no coil feels it enough: {_back_over_the_coils(spec)}"
-        f"{_MORE_CHANGE} gives more change, fewer scans a second (readout.scan_rate) a finer step"
+        f"no coil feels it enough: {_back_over_the_coils(design.spec)}"
+        f"{_MORE_CHANGE} gives more change, {finer} a finer step"
     )
 
 

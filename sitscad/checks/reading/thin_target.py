@@ -155,7 +155,7 @@ def _thicker(design: Design, thickness: float, left: Left) -> str:
     change = thicker_target(design.spec, thickness)
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
     faster = (thickness / _target(design).thickness) ** 2  # a skin depth falls with the square root of the frequency
-    higher = ", or a higher frequency" if faster * top <= design.family.limit("sensor_frequency_max") else ""
+    higher = ", or a higher frequency" if faster * top <= design.converter.limit("sensor_frequency_max") else ""
     return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 

@@ -7,32 +7,38 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from sitscad.checks.cases import Case, worded
-from sitscad.checks.reading.readings import source_of_limit, worst_of
+from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
+from sitscad.readout.converter import Converter, source_in_all
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain, tried
 from sitscad.spec import presets
-from sitscad.spec.readout import Converter
 from sitscad.units import show
 
-_CHANNELS = "; ".join(dict.fromkeys(presets.converter(name).source for name in presets.names("converter")))
+
+def _channel_sources(family: str | None = None) -> str:
+    """Where the channels of all converters are stated, or of those of a family."""
+    parts = [presets.converter(name) for name in presets.names("converter")]
+    named = dict.fromkeys(part.source for part in parts if family in (None, part.family))
+    return "; ".join([*named, "coupled oscillators (derived)"])
+
 
 MOST_COUPLING = 2e-3
 """Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
 
 
 def input_frequency(design: Design) -> Iterator[Verdict]:
-    """f_IN below a quarter of f_REF, with the divider that 8.75 MHz and more need."""
+    """f_IN below a quarter of f_REF, with the divider that fast sensors need."""
     readout = design.estimates.readout
     worst = worst_of(design, "frequency", max)
     if worst is None or readout.input_divider is None:
         yield Undecided("no sensor frequency was estimated")
         return
-    if not design.family.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
-        wanted = design.family.input_divider(worst.value, readout.reference_frequency)
+    if not design.converter.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
+        wanted = design.converter.input_divider(worst.value, readout.reference_frequency)
         is_enough, slow = wanted <= 15, readout.input_divider < 2
         yield (INPUT_UNDIVIDED if slow else INPUT_TOO_FAST).found(
             "readout.clock",
@@ -44,6 +50,7 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
             ),
             value=worst.value,
             input_divider=readout.input_divider,
+            slow=design.converter.limit("input_divider_2_from"),
             reference_frequency=readout.reference_frequency,
         )
 
@@ -63,8 +70,8 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
 def read_back(design: Design) -> Iterator[Verdict]:
     """Whether the results of a scan can be read over I2C before the next one is done."""
     channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
-    family = design.family
-    sure, hopeful = 1.0 / family.read_back_time(channels), 1.0 / family.read_back_time_optimistic(channels)
+    converter = design.converter
+    sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
@@ -121,6 +128,7 @@ def channels(design: Design) -> Iterator[Verdict]:
             key,
             float(len(names)),
             float(most),
+            source=_channel_sources(device.family),
             count=len(names),
             devices=len(device.addresses),
             device=device.part,
@@ -137,6 +145,7 @@ def channels(design: Design) -> Iterator[Verdict]:
             key,
             coupling,
             MOST_COUPLING,
+            source=_channel_sources(device.family),
             is_grave=coupling >= MOST_COUPLING,
             count=len(names),
             device=device.part,
@@ -199,7 +208,7 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
 def clock(design: Design) -> Iterator[Verdict]:
     """The external clock within the converter's range."""
     value = design.spec.readout.clock
-    low, high = design.family.limit("clock_min"), design.family.limit("clock_max")
+    low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
     if not low <= value <= high:
         yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
                               advice=lambda left: _fastest_clock(design, high, left))  # fmt: skip
@@ -224,7 +233,7 @@ INPUT_TOO_FAST = Case(
 
 INPUT_UNDIVIDED = Case(
     "the sensor frequency {value:Hz} divided by {input_divider} is not below a quarter of the "
-    "reference {reference_frequency:Hz}, or lacks the divider of 2 that 8.75 MHz and more need",
+    "reference {reference_frequency:Hz}, or lacks the divider of 2 that {slow:Hz} and more need",
 )
 
 LARGER_DIVIDER = "FIN_DIVIDER {divider} would do"
@@ -293,7 +302,7 @@ TIMING_RULES: tuple[Rule, ...] = (
         "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
         "A faster input is counted wrongly.",
         "A faster clock, or a larger divider.",
-        source_of_limit("input_to_reference_max") + "; " + source_of_limit("input_divider_2_from"),
+        source_in_all("input_to_reference_max") + "; " + source_in_all("input_divider_2_from"),
         apply=input_frequency,
     ),
     Rule(
@@ -301,16 +310,16 @@ TIMING_RULES: tuple[Rule, ...] = (
         "All coils can be converted as often as the spec asks.",
         "Every channel needs its settling, its conversion and the switch to the next one.",
         "Ask for fewer scans, or use fewer coils.",
-        "TI SNOSCY9A 8.1.4, equations 7 to 10; RCOUNT above 8 (table 43)", apply=scan_rate,
+        source_in_all("scan_timing"), apply=scan_rate,
     ),
     Rule(
         "SIT209", "read-back", Severity.ERROR,
         "The results can be read over I2C at 400 kHz as often as the spec asks: a warning where only the more "
         "hopeful of TI's two figures allows it, an error beyond both.",
-        "Unread results are overwritten. Two registers a channel take 98 bits: 4.08 kHz for one channel, 1.02 kHz for "
-        "four.",
+        "Unread results are overwritten. A register takes 49 bits: results of two registers are read at 4.08 kHz for "
+        "one channel and 1.02 kHz for four, of one register at twice that.",
         "Ask for fewer scans a second.",
-        source_of_limit("single_channel_rate_max") + "; " + source_of_limit("read_back_four_channels"), apply=read_back,
+        source_in_all("single_channel_rate_max") + "; " + source_in_all("read_back_four_channels"), apply=read_back,
     ),
     Rule(
         "SIT210", "bandwidth", Severity.ERROR,
@@ -325,9 +334,9 @@ TIMING_RULES: tuple[Rule, ...] = (
         "There is one channel for every coil, on at most two converters.",
         "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
         "the same time, so that coupled coils of both pull each other's frequency.",
-        "At most two coils on an LDC1612 and four on an LDC1614, or twice as many with two converters whose coils "
+        "As many coils as a converter has channels (two or four), or twice as many with two converters whose coils "
         "stand apart.",
-        _CHANNELS + "; coupled oscillators (derived)", apply=channels,
+        _channel_sources(), apply=channels,
     ),
     Rule(
         "SIT212", "idle-neighbour", Severity.WARNING,
@@ -336,7 +345,7 @@ TIMING_RULES: tuple[Rule, ...] = (
         "The converter grounds every idle channel through about 10 ohm, so that a neighbouring coil is a shorted loop "
         "and acts as a target.",
         "Keep the coils apart; never stack coils of one converter.",
-        "TI SNOSCY9A 8.1.5.1; TI E2E thread 784486; the share is the square of the coupling (derived)",
+        source_in_all("idle_channels") + "; TI E2E thread 784486; the share is the square of the coupling (derived)",
         apply=idle_neighbour,
     ),
     Rule(
@@ -344,6 +353,6 @@ TIMING_RULES: tuple[Rule, ...] = (
         "The clock lies within 2 to 40 MHz.",
         "The converter's CLKIN is not specified beyond.",
         "Use a 40 MHz oscillator.",
-        source_of_limit("clock_max"), apply=clock,
+        source_in_all("clock_max"), apply=clock,
     ),
 )  # fmt: skip

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import Family
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.readout import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
 """Standard deviations of all manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that
-does, since clamping is worse than noise (SNOSCY9A 8.1; SNOA950), for one known sensor; this is for those still to be
+does, since clamping is worse than noise (8.1.5; SNOA950), for one known sensor; this is for those still to be
 made."""
 
 
@@ -40,9 +39,9 @@ def driven(
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
-    family, wanted = FAMILIES[spec.device.family], spec.drive_code
-    codes = (wanted,) * len(coils) if wanted is not None else drive_codes([_swing(coil) for coil in coils], family)
-    current = family.drive_current(max(codes))
+    converter, wanted = spec.device, spec.drive_code
+    codes = (wanted,) * len(coils) if wanted is not None else drive_codes([_swing(coil) for coil in coils], converter)
+    current = converter.drive_current(max(codes))
     more = spec.device.needed(len(coils)) * (current - readout.drive_current) * _duty(readout, len(coils))
     supply = None if readout.supply_current is None else readout.supply_current + more
     settings = replace(
@@ -52,23 +51,23 @@ def driven(
         drive_current=current,
         supply_current=supply,
     )
-    ratios = [family.drive_current(code) / readout.drive_current for code in codes]
+    ratios = [converter.drive_current(code) / readout.drive_current for code in codes]
     return tuple(_with_drive(coil, ratio) for coil, ratio in zip(coils, ratios, strict=True)), settings
 
 
-def drive_codes(swings: Sequence[Swing], family: Family) -> tuple[int, ...]:
+def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
     """The code of every channel: the same one unless only codes of their own keep all coils within 1.2 to 1.8 V."""
-    low = family.limit("amplitude_optimum_min")
-    common = family.drive_code(max(swing.careful for swing in swings))
-    own = tuple(family.drive_code(swing.careful) for swing in swings)
+    low = converter.limit("amplitude_optimum_min")
+    common = converter.drive_code(max(swing.careful for swing in swings))
+    own = tuple(converter.drive_code(swing.careful) for swing in swings)
     alike = (common,) * len(swings)
-    if min(_least(alike, swings, family)) >= low or min(_least(own, swings, family)) < low:
+    if min(_least(alike, swings, converter)) >= low or min(_least(own, swings, converter)) < low:
         return alike
     return own
 
 
-def _least(codes: Sequence[int], swings: Sequence[Swing], family: Family) -> list[float]:
-    return [family.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
+def _least(codes: Sequence[int], swings: Sequence[Swing], converter: Converter) -> list[float]:
+    return [converter.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
 
 
 def _swing(coil: CoilEstimate) -> Swing:
@@ -89,7 +88,7 @@ def bare_board_code(bench: Estimates) -> int | None:
     """
     bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     known = [value for value in bare if math.isfinite(value)]
-    return FAMILIES[bench.readout.device.family].drive_code(max(known)) if known else None
+    return bench.readout.device.drive_code(max(known)) if known else None
 
 
 def _duty(readout: ReadoutEstimate, coils: int) -> float:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.readout import FAMILIES
 from sitscad.spec.readout import ReadoutSpec
 
 Array = NDArray[np.float64]
@@ -24,10 +23,10 @@ Mutual = Callable[[int, int, Array], ComplexArray]
 def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     """Impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): the cable, and both pins to ground.
 
-    Each pin is tied to ground by about 10 ohm (SNOSCY9A 8.1.5.1), so the loop has twice that. The capacitors across it
-    are left out: against 20 ohm they carry next to nothing up to 10 MHz.
+    Each pin is tied to ground by about 10 ohm (`idle_pin_resistance`), so the loop has twice that. Capacitors across
+    it are left out: against 20 ohm they carry next to nothing up to 10 MHz.
     """
-    pins, cable = 2.0 * FAMILIES[readout.device.family].limit("idle_pin_resistance"), readout.cable
+    pins, cable = 2.0 * readout.device.limit("idle_pin_resistance"), readout.cable
     resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
     return np.asarray(pins + resistance + 1j * omega * inductance)
 

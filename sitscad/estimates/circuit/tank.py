@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from sitscad.estimates.circuit.idle import Circuit
 from sitscad.estimates.circuit.leads import LeadEstimate
 from sitscad.estimates.states.assembly import NoReflection, Reflection
-from sitscad.estimates.values import ReadoutEstimate, StateEstimate
+from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
-from sitscad.readout import FAMILIES
-from sitscad.readout.family import Family
+from sitscad.readout.conversion import shown
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.readout import ReadoutSpec
@@ -134,9 +134,9 @@ class Tank:
     readout: ReadoutSpec
 
     @property
-    def family(self) -> Family:
+    def converter(self) -> Converter:
         """What the converter can do."""
-        return FAMILIES[self.readout.device.family]
+        return self.readout.device
 
     @property
     def is_at_coil(self) -> bool:
@@ -151,7 +151,7 @@ class Tank:
     def conversion_capacitance(self) -> float:
         """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
         cable = self.readout.cable.capacitance if self.readout.cable else 0.0
-        return self.capacitor + self.family.limit("pin_capacitance") + cable
+        return self.capacitor + self.converter.limit("pin_capacitance") + cable
 
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
@@ -164,17 +164,17 @@ class Tank:
         half = 0.5 * cable.capacitance if cable else 0.0
         return Network(
             coil_side=circuit.self_capacitance + half,
-            converter_side=self.family.limit("pin_capacitance") + half,
+            converter_side=self.converter.limit("pin_capacitance") + half,
             capacitor=self.capacitor,
             capacitor_at_coil=self.is_at_coil,
-            capacitor_resistance=self.family.limit("capacitor_resistance"),
+            capacitor_resistance=self.converter.limit("capacitor_resistance"),
             inductance=cable.inductance if cable else 0.0,
             resistance=cable.resistance if cable else 0.0,
         )
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
-        network, delay = self.network(circuit), self.family.limit("drive_delay")
+        network, delay = self.network(circuit), self.converter.limit("drive_delay")
         frequency = resonance_frequency(
             circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
         )
@@ -199,20 +199,16 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     """Every state of a coil with its tank and the converter's settings."""
     if readout.drive_code is None or readout.rcount is None:
         return {}
-    found, family = {}, tank.family
+    found, converter = {}, tank.converter
     for state in circuit.reflections:
         at = tank.oscillation(circuit, state)
         inductance, resistance = circuit.terminal(state, at.frequency)
-        volts = family.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
-        in_tank = inductance + tank.in_series()[0]
-        quantum = 2.0 * in_tank * family.frequency_quantum(at.frequency, readout.rcount) / at.frequency
+        volts = converter.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
         found[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
-            converter_inductance=family.inductance(at.frequency, tank.conversion_capacitance),
+            converter_inductance=converter.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
-            quantum=quantum,
-            noise=family.inductance_noise(in_tank, at.frequency, readout.rcount),
         )  # fmt: skip
     return found
 
@@ -228,15 +224,16 @@ def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self
         return readout.capacitance, "given in the spec"
     if not any(circuit.reflections for circuit in circuits):
         return math.nan, "none chosen: no state of the coils could be estimated"
-    distinct, family = _distinct(circuits), FAMILIES[readout.device.family]
-    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in preferred_values(family)]
+    distinct, converter = _distinct(circuits), readout.device
+    values = preferred_values(converter)
+    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in values]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
-    return value, _reason(value, trespass, windows, family.limit("capacitor_tolerance"))
+    return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
 
 
-def preferred_values(family: Family) -> list[float]:
+def preferred_values(converter: Converter) -> list[float]:
     """E12 values (F) within the range of the maker's reference coils."""
-    low, high = family.limit("capacitor_min"), family.limit("capacitor_max")
+    low, high = converter.limit("capacitor_min"), converter.limit("capacitor_max")
     decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
     return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
 
@@ -277,18 +274,18 @@ def _trespass(
             resistances.append(found.parallel_resistance)
     if not working:
         return (OVERDAMPED * damped, True), None
-    family = tank.family
-    code = family.drive_code(max(working))
-    swing = family.amplitude(min(working), code), family.amplitude(max(working), code)
-    strict = family.limit("self_resonance_fraction_strict")
-    ceiling = min(FREQUENCY_MARGIN * family.limit("sensor_frequency_max"), strict * self_resonance)
+    converter = tank.converter
+    code = converter.drive_code(max(working))
+    swing = converter.amplitude(min(working), code), converter.amplitude(max(working), code)
+    strict = converter.limit("self_resonance_fraction_strict")
+    ceiling = min(FREQUENCY_MARGIN * converter.limit("sensor_frequency_max"), strict * self_resonance)
     over = (
         OVERDAMPED * damped
         + 100.0 * _beyond(max(frequencies), ceiling)
-        + 3.0 * _beyond(family.limit("parallel_resistance_min"), min(resistances))
-        + 1.0 * _beyond(max(resistances), family.limit("parallel_resistance_max"))
-        + 2.0 * _beyond(family.limit("amplitude_optimum_min"), swing[0])
-        + 2.0 * _beyond(swing[1], family.limit("amplitude_max"))
+        + 3.0 * _beyond(converter.limit("parallel_resistance_min"), min(resistances))
+        + 1.0 * _beyond(max(resistances), converter.limit("parallel_resistance_max"))
+        + 2.0 * _beyond(converter.limit("amplitude_optimum_min"), swing[0])
+        + 2.0 * _beyond(swing[1], converter.limit("amplitude_max"))
         + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
     )
     preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
@@ -316,22 +313,22 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     The drive code is the strongest below 1.8 V: `drive.driven` makes it careful once the scatter is known.
     """
     tank = Tank(capacitor, readout)
-    family, device = tank.family, readout.device
+    device = readout.device
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
         return _unset(readout, capacitor, reason, len(circuits))
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
-    code = family.drive_code(max(working))
+    code = device.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
     channels = device.busiest(len(circuits))
     is_free = len(circuits) == 1 and readout.drive_code is None
-    strong = is_free and _wants_high_current(family, min(working), max(at.parallel_resistance for at in found.values()))
-    divider = family.reference_divider(readout.clock, device.idlest(len(circuits)))
+    strong = is_free and _wants_high_current(device, min(working), max(at.parallel_resistance for at in found.values()))
+    divider = device.reference_divider(readout.clock, device.idlest(len(circuits)))
     reference = readout.clock / divider
-    input_divider = max(family.input_divider(at.frequency, reference) for at in found.values())
-    settle_count = max(family.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
-    rcount = family.reference_count(readout.scan_rate, settle_count, reference, channels)
-    current = family.drive_current(code, strong)
+    input_divider = max(device.input_divider(at.frequency, reference) for at in found.values())
+    settle_count = max(device.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
+    rcount = device.reference_count(readout.scan_rate, settle_count, reference, channels)
+    current = device.drive_current(code, strong)
     return ReadoutEstimate(
         device=readout.device,
         capacitance=capacitor,
@@ -343,46 +340,71 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
         input_divider=input_divider,
         rcount=rcount,
         settle_count=settle_count,
-        dwell_time=family.dwell_time(rcount, settle_count, reference),
-        scan_rate=1.0 / family.scan_time(rcount, settle_count, reference, channels),
+        dwell_time=device.dwell_time(rcount, settle_count, reference),
+        scan_rate=1.0 / device.scan_time(rcount, settle_count, reference, channels),
         high_current=strong,
-        capacitor_tolerance=family.limit("capacitor_tolerance"),
-        settle_time=family.settle_time(settle_count, reference),
-        conversion_time=family.conversion_time(rcount, reference),
-        switch_time=family.switch_time(reference),
-        read_back_time=family.read_back_time(len(circuits)),
+        capacitor_tolerance=device.limit("capacitor_tolerance"),
+        settle_time=device.settle_time(settle_count, reference),
+        conversion_time=device.conversion_time(rcount, reference),
+        switch_time=device.switch_time(reference),
+        read_back_time=device.read_back_time(len(circuits)),
         supply_current=device.needed(len(circuits))
-        * family.supply_current(current, rcount, settle_count, reference, channels),
+        * device.supply_current(current, rcount, settle_count, reference, channels),
         conversion_capacitance=tank.conversion_capacitance,
     )
 
 
-def _wants_high_current(family: Family, least: float, most: float) -> bool:
+def _wants_high_current(converter: Converter, least: float, most: float) -> bool:
     """Whether the least parallel resistance (ohm) asks for the high-current drive, and the most of all bears it."""
     # with the least current that TI's texts give, no state may pass the limit for certain
-    swing = family.amplitude_at(most, family.high_current_range()[0])
-    needs = least < family.limit("parallel_resistance_driveable")
-    drives = least >= family.limit("parallel_resistance_high_current")
-    return needs and drives and swing <= family.limit("amplitude_max")
+    swing = converter.amplitude_at(most, converter.high_current_range[0])
+    needs = least < converter.limit("parallel_resistance_driveable")
+    drives = least >= converter.limit("parallel_resistance_high_current")
+    return needs and drives and swing <= converter.limit("amplitude_max")
 
 
 SIGMAS = 2.0
-"""Standard deviations of manufacture by which a sensor may run faster than estimated and the input divider still do."""
+"""Standard deviations of manufacture by which a sensor may run faster or slower than estimated and still be read."""
 
 
-def with_margin(readout: ReadoutEstimate, states: Sequence[StateEstimate], family: Family) -> ReadoutEstimate:
-    """The settings with the input divider that fast specimens need too: at the frequency and two sigma more."""
+def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
+    """The settings with the input divider that fast specimens need too, and results that show what the frequencies of
+    all need: those of every state and two sigma to both sides.
+    """
     if readout.input_divider is None:
         return readout
-    highest = [state.frequency + (SIGMAS * state.spread.frequency if state.spread else 0.0) for state in states]
-    dividers = [family.input_divider(frequency, readout.reference_frequency) for frequency in highest]
-    return replace(readout, input_divider=max(readout.input_divider, *dividers))
+    ends = [
+        [(state.frequency - more, state.frequency + more)
+         for state in coil.states.values() for more in (SIGMAS * state.spread.frequency if state.spread else 0.0,)]
+        for coil in coils
+    ]  # fmt: skip
+    device, reference = readout.device, readout.reference_frequency
+    dividers = [device.input_divider(high, reference) for coil in ends for _, high in coil]
+    divider = max(readout.input_divider, *dividers)
+    everywhere = [each for coil in ends for each in coil]
+    bands = [(min(low for low, _ in own or everywhere), max(high for _, high in own or everywhere)) for own in ends]
+    gain, offsets = shown(device, divider * reference, bands)
+    return replace(readout, input_divider=divider, output_gain=gain, offsets=offsets)
+
+
+def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
+    """The coil with the step of its inductance (H) in every state, and the noise of quantisation alone: at a fixed
+    capacitor 2 L / f of those of the frequency.
+    """
+    if (conversion := readout.conversion) is None:
+        return coil
+    found = {}
+    for name, state in coil.states.items():
+        doubled, step = 2.0 * (state.inductance + tank.in_series()[0]), conversion.quantum(state.frequency)
+        noise = doubled * (step / math.sqrt(12.0)) / state.frequency
+        found[name] = replace(state, quantum=doubled * step / state.frequency, noise=noise)
+    return replace(coil, states=found)
 
 
 def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
     """The readout of a converter for which no state of the coils gives settings."""
-    family = FAMILIES[readout.device.family]
-    divider = family.reference_divider(readout.clock, readout.device.idlest(coils))
+    device = readout.device
+    divider = device.reference_divider(readout.clock, device.idlest(coils))
     return ReadoutEstimate(
         device=readout.device,
         capacitance=capacitor,
@@ -397,6 +419,6 @@ def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> R
         dwell_time=math.nan,
         scan_rate=math.nan,
         high_current=False,
-        capacitor_tolerance=family.limit("capacitor_tolerance"),
-        read_back_time=family.read_back_time(coils),
+        capacitor_tolerance=device.limit("capacitor_tolerance"),
+        read_back_time=device.read_back_time(coils),
     )

@@ -17,7 +17,6 @@ from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, Pad
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.sensor import SensorSpec
@@ -128,9 +127,9 @@ class Bench:
     @cached_property
     def noise(self) -> Array:
         """One sigma of every coil's reading at the scan rate."""
-        readout, family = self.estimates.readout, FAMILIES[self.spec.readout.device.family]
-        assert readout.rcount is not None
-        return np.array([family.measured_noise(float(f), readout.rcount) / float(f) for f in self.rest])
+        conversion = self.estimates.readout.conversion
+        assert conversion is not None
+        return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
 
     def compliance(self, pose: Array) -> Array:
         """Change of the pose (m, rad) with the load (N), the target keeping its turn: (6, 3)."""

@@ -14,7 +14,6 @@ from sitscad.estimates.performance.tilts import DEGREE, Tilts
 from sitscad.estimates.performance.units import Units
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.values import Estimates
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.state import REST
 
@@ -90,7 +89,7 @@ class Disturbed:
         pad = self.bench.spec.elastomer
         assert pad is not None
         losses = pad.material.losses
-        drift = 0.5 * FAMILIES[self.bench.spec.readout.device.family].limit("capacitor_temperature") / math.sqrt(3.0)
+        drift = 0.5 * self.bench.spec.readout.device.limit("capacitor_temperature") / math.sqrt(3.0)
         rise = FLAT * losses.expansion * pad.thickness
         return {
             "copper and other metal": self.inverse @ self.by_metal,
@@ -166,7 +165,7 @@ class Disturbed:
 
     def _without_tare(self) -> dict[str, Array]:
         """What clock and capacitors would do to a map in hertz."""
-        limits = FAMILIES[self.bench.spec.readout.device.family]
+        limits = self.bench.spec.readout.device
         clock = limits.limit("clock_tolerance") / math.sqrt(3.0)
         capacitor = 0.5 * limits.limit("capacitor_tolerance") / math.sqrt(3.0)
         return {

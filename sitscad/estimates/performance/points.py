@@ -196,7 +196,7 @@ def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
     assert pad is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
     found = [
-        "noise by the law measured on an LDC1614: 1.2 steps of 1/(32 RCOUNT) of the frequency; it is what can be told "
+        f"noise by {here.point.bench.spec.readout.device.source_of('noise_law')}; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
         "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "

@@ -9,7 +9,6 @@ from sitscad.estimates.performance.bench import Bench, Solved
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import TOO_SOFT, pushed
 from sitscad.estimates.response.values import Response
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -49,10 +48,10 @@ def course(bench: Bench, solved: Solved, load: Array, name: str) -> Course:
 
 def _wrong(bench: Bench, found: Response) -> dict[str, NDArray[np.bool_]]:
     """By cause, the points at which the axis has ended."""
-    family = FAMILIES[bench.spec.readout.device.family]
-    least, most = family.limit("amplitude_stable_min"), family.limit("amplitude_max")
+    converter = bench.spec.readout.device
+    least, most = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")
     return {
-        "converter": np.any(~(found.frequency < family.limit("sensor_frequency_max")), axis=1),
+        "converter": np.any(~(found.frequency < converter.limit("sensor_frequency_max")), axis=1),
         "amplitude": np.any(~(found.amplitude > least) | (found.amplitude > most), axis=1),
         "contact": np.array([any("contact" in note for note in notes) for notes in found.notes]),
     }

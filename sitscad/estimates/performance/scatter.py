@@ -11,7 +11,6 @@ from sitscad.data import is_unverified
 from sitscad.estimates.states import pressing
 from sitscad.estimates.uncertainty import CAPACITOR, Tolerance, sigmas, tolerances
 from sitscad.estimates.values import Estimates
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.column import WRITTEN, placement, plate_tolerance
 from sitscad.scene.column import Tolerance as Band
@@ -98,7 +97,7 @@ def _pad(spec: SensorSpec) -> list[Scatter]:
 
 def _electrical(spec: SensorSpec, estimates: Estimates) -> list[Scatter]:
     """How inductance, capacitor and clock scatter, relative, one sigma."""
-    found, limits = [], FAMILIES[spec.readout.device.family].limits()
+    found, limits = [], spec.readout.device.limits
     spreads = [coil.states[FREE].spread for coil in estimates.coils if FREE in coil.states]
     relative = [
         spread.inductance / coil.states[FREE].inductance

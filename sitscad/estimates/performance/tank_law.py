@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.values import Estimates
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
@@ -61,7 +60,7 @@ def tank_law(spec: SensorSpec, estimates: Estimates) -> TankLaw:
         inductance=np.array([state.inductance for state in states]),
         resistance=np.array([state.resistance for state in states]),
         frequency=np.array([state.frequency for state in states]),
-        delay=FAMILIES[spec.readout.device.family].limit("drive_delay"),
+        delay=spec.readout.device.limit("drive_delay"),
     )
 
 

@@ -30,7 +30,6 @@ from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.physics.resonator import Network
-from sitscad.readout import FAMILIES
 from sitscad.record import record
 from sitscad.scene.pose import REST_POSE
 from sitscad.scene.state import REST, State
@@ -185,17 +184,14 @@ class ResponseModel:
         return tuple((SHEARED,) * bool(far) + (TILTED,) * bool(steep) for far, steep in zip(aside, tilted, strict=True))
 
     def _counts(self, frequency: Array) -> Array:
-        readout = self.estimates.readout
-        if readout.input_divider is None:
-            return np.full_like(frequency, np.nan)
-        share = frequency / (readout.input_divider * readout.reference_frequency)
-        return np.floor(share * 2.0**28 + 0.5)
+        conversion = self.estimates.readout.conversion
+        return np.full_like(frequency, np.nan) if conversion is None else conversion.read(frequency)
 
     def _amplitudes(self, terminals: Terminals) -> Array:
-        readout, family = self.estimates.readout, FAMILIES[self.spec.readout.device.family]
+        readout, converter = self.estimates.readout, self.spec.readout.device
         codes = [readout.code_of(k) for k in range(len(self.layout.coils))]
-        currents = [math.nan if code is None else family.drive_current(code, readout.high_current) for code in codes]
-        volts = [family.amplitude_at(1.0, current) for current in currents]
+        currents = [math.nan if code is None else converter.drive_current(code, readout.high_current) for code in codes]
+        volts = [converter.amplitude_at(1.0, current) for current in currents]
         return terminals.parallel_resistance * np.array(volts)
 
     def _terminals(self, near: _Near, placed: Placed, changes: Changes) -> Terminals:

@@ -96,7 +96,7 @@ def at_frequencies(impedances: Impedances, frequencies: Array, tank: Tank) -> tu
 
 def oscillating(impedances: Impedances, networks: Sequence[Network], tank: Tank, start: Array) -> Terminals:
     """Every coil in its tank, from about the frequencies `start` (n, coils; Hz)."""
-    delay, frequency = tank.family.limit("drive_delay"), start
+    delay, frequency = tank.converter.limit("drive_delay"), start
     last: tuple[Array, Array] | None = None
     for _ in range(6):
         inductance, resistance = at_frequencies(impedances, frequency, tank)

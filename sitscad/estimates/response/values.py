@@ -26,8 +26,9 @@ class Response:
     coils) is what the target alone changes of the windings' inductance matrix, their currents even and the other coils
     open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance;
     `target_resistance` (ohm) the loss in the target alone. All these are at `taken_at` (Hz), each coil's tank frequency
-    where none was asked for. `frequency` (Hz), `counts` (the converter's 28-bit result) and `parallel_resistance` (ohm)
-    are those of the tank, NaN where it does not oscillate, and `amplitude` (V) is that at the converter's pins.
+    where none was asked for. `frequency` (Hz), `counts` (of the converter, see `Conversion`; NaN, too, where its result
+    does not reach) and `parallel_resistance` (ohm) are those of the tank, NaN where it does not oscillate, and
+    `amplitude` (V) is that at the converter's pins.
     `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
