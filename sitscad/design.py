@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.model import ResponseModel
     from sitscad.estimates.response.values import Response
     from sitscad.layout.board import Layout
-    from sitscad.layout.cutting.panel import Panel
-    from sitscad.layout.routing.search_limit import SearchLimit
+    from sitscad.layout.escape import SearchLimit
+    from sitscad.layout.panel import Panel
     from sitscad.measured import Closing, Measure
     from sitscad.scene.bodies import Body
     from sitscad.scene.motions import Motions
@@ -79,7 +79,7 @@ class Design:
     @cached_property
     def closing(self) -> Closing | None:
         """How the sensor's jaws close; None without a jaw, or where the shield does not fit."""
-        from sitscad.scene.grasper.closing import closing
+        from sitscad.scene.hinge import closing
 
         return closing(self.layout) if self.fit else None
 
@@ -160,7 +160,7 @@ class Design:
     @cached_property
     def panel(self) -> Panel | None:
         """The panel in which the boards are ordered; None where they are ordered singly."""
-        from sitscad.layout.cutting.panel import plan
+        from sitscad.layout.panel import plan
 
         return plan(self.layout)
 
@@ -237,8 +237,8 @@ def respond(
     tolerance: float | None = None,
 ) -> Response:
     """What the coils read with the target at `poses` (n, 6: x, y, z in metres, rx, ry, rz in radians, from rest; axes
-    as in `sitscad.scene.pose.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons), or
-    in a load case that the spec's section `loads` names, or several; "all" is every one of them.
+    as in `sitscad.scene.state.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons),
+    or in a load case that the spec's section `loads` names, or several; "all" is every one of them.
 
     `rotation` goes with `loads`: "free", the target tilts as it likes (so where it is left out), or "held", a
     flat face keeps it level, as in data sheets and calibrations. A case says so itself.

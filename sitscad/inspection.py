@@ -110,7 +110,7 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
     """
     from sitscad.drawing.svg import svg  # nobody else draws
     from sitscad.papers.drawings import fit, jaw, plan_view
-    from sitscad.scene.grasper.jaws import PartsError
+    from sitscad.scene.jaws import PartsError
 
     grave = [finding for finding in checked.findings if finding.severity.weighs(Severity.WARNING)]
     forced, layout = not checked.is_orderable, design.layout

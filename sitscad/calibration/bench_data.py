@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
-from sitscad.scene.motions import LOAD, POSE, ROTATIONS
-from sitscad.scene.table_text import TableError, table_text
+from sitscad.scene.motions import LOAD, POSE, ROTATIONS, TableError, table_text
 
 Array = NDArray[np.float64]
 

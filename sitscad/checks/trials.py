@@ -13,7 +13,7 @@ from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outco
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
-from sitscad.layout.routing.search_limit import SearchLimit
+from sitscad.layout.escape import SearchLimit
 from sitscad.record import record
 from sitscad.remedy.budget import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
 from sitscad.remedy.fix import Fix

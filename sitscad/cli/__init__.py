@@ -52,7 +52,7 @@ def run(arguments: Sequence[str] | None) -> int:
         say("interrupted; finished packages were left as they were")
         return 130
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the reader is gone; nothing is left to say
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
         return 141
     except OSError as error:
         if os.environ.get("SITSCAD_TRACEBACK"):

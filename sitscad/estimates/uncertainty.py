@@ -23,7 +23,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
 from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance
 from sitscad.record import record
-from sitscad.scene.gaps import lines_below_target
+from sitscad.scene.bodies import lines_below_target
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind

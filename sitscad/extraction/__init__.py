@@ -11,9 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sitscad.extraction.artwork import Artwork, ExtractionError, Flash, Hole
-from sitscad.extraction.differences import Difference, Kind, compare
+from sitscad.extraction.differences import Difference, Kind, compare, compare_job
 from sitscad.extraction.intent import UNUSED, Mark, Source
-from sitscad.extraction.job import compare_job
 from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet, Loop, Piece, extract
 from sitscad.extraction.panel import compare_panel
 

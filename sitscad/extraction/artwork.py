@@ -88,7 +88,21 @@ def read_artwork(directory: Path) -> Artwork:
     Raises ExtractionError when a file cannot be read or the copper layers are not complete.
     """
     functions = dict(sorted(file_functions(directory)))
-    sources = _copper_files(directory, functions)
+    layers: dict[int, Path] = {}
+    for path, fields in functions.items():
+        if fields[0] == "Copper":
+            field = fields[1]
+            if not re.fullmatch(r"L[1-9][0-9]*", field):
+                raise ExtractionError(f"{path.name}: a copper layer called {field!r}, where L1, L2, ... is expected")
+            number = int(field[1:])
+            if number in layers:
+                raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
+            layers[number] = path
+    if not layers:
+        raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
+    if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
+        raise ExtractionError(f"copper layers {missing} are missing in {directory}")
+    sources = tuple(layers[number] for number in sorted(layers))
     copper, flashes = [], []
     for layer, source in enumerate(sources, start=1):
         objects = _gerber(source).objects
@@ -126,28 +140,6 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
             continue
         if found := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
             yield path, found[1].split(",")
-
-
-def _copper_files(directory: Path, functions: dict[Path, list[str]]) -> tuple[Path, ...]:
-    """The copper layers' files from the top; ExtractionError where one is missing or there twice."""
-    layers: dict[int, Path] = {}
-    for path, fields in functions.items():
-        if fields[0] == "Copper":
-            number = _layer_number(path, fields[1])
-            if number in layers:
-                raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
-            layers[number] = path
-    if not layers:
-        raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
-    if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
-        raise ExtractionError(f"copper layers {missing} are missing in {directory}")
-    return tuple(layers[number] for number in sorted(layers))
-
-
-def _layer_number(path: Path, field: str) -> int:
-    if not re.fullmatch(r"L[1-9][0-9]*", field):
-        raise ExtractionError(f"{path.name}: a copper layer called {field!r}, where L1, L2, ... is expected")
-    return int(field[1:])
 
 
 def _gerber(path: Path) -> Any:
@@ -216,7 +208,9 @@ def _primitive(p: Any) -> BaseGeometry:
             ends = 1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2), (p.cx, p.cy)])
             return _stroke(_arc_points(*ends, clockwise=p.clockwise), p.width)
         case primitives.Rectangle():
-            return _rectangle(p)
+            corners = np.array([(-p.w, -p.h), (p.w, -p.h), (p.w, p.h), (-p.w, p.h)]) * 0.5e-3
+            cos, sin = math.cos(p.rotation), math.sin(p.rotation)
+            return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
         case primitives.ArcPoly():
             return _contour(p)
     raise ExtractionError(f"a graphic of a kind that is not understood: {type(p).__name__}")
@@ -227,12 +221,6 @@ def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
     if np.ptp(points, axis=0).max() == 0.0:
         return Point(points[0]).buffer(radius, quad_segs=QUARTER_SEGMENTS)
     return LineString(points).buffer(radius, quad_segs=QUARTER_SEGMENTS)
-
-
-def _rectangle(p: Any) -> BaseGeometry:
-    corners = np.array([(-p.w, -p.h), (p.w, -p.h), (p.w, p.h), (-p.w, p.h)]) * 0.5e-3
-    cos, sin = math.cos(p.rotation), math.sin(p.rotation)
-    return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
 
 
 def _contour(p: Any) -> BaseGeometry:

@@ -1,18 +1,22 @@
-"""What the finished files make, held against what they say: shorts, opens, loops, holes that miss their pads."""
+"""What the finished files make, held against what they say: shorts, opens, loops, holes that miss their pads; and the
+Gerber job file held against the files beside it: which file is which layer, and in which order they lie.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator
 from enum import StrEnum
+from pathlib import Path
+from typing import Any
 
 import shapely
-from shapely.geometry.base import BaseGeometry
 
-from sitscad.extraction.artwork import Hole
+from sitscad.extraction.artwork import ExtractionError, file_functions
 from sitscad.extraction.intent import Source
-from sitscad.extraction.nets import Contact, ExtractedBoard, ExtractedNet
+from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
 from sitscad.record import record
 
 PAD_EDGE = 1e-6
@@ -71,29 +75,25 @@ def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
     that, but they close a loop, which no net of a coil may have.
     """
     return (
-        *_without_intent(board),
-        *_shorts_and_loops(board),
-        *_opens(board),
-        *_astray(board),
+        *_nets(board),
         *_holes(board),
-        *_vias_without_hole(board),
-        *_hole_sizes(board),
         *_netlists(board),
-        *_covered(board),
-        *_exposed(board),
+        *_openings(board),
         *_dead_ends(board),
         *_beyond_their_layers(board),
         *_bare(board),
     )
 
 
-def _without_intent(board: ExtractedBoard) -> Iterator[Difference]:
+def _place(x: float, y: float, layer: int | None) -> str:
+    where = ", ".join(f"{axis} {round(at * 1e3, 6) + 0.0:.4g} mm" for axis, at in (("x", x), ("y", y)))
+    return f"{where}, layer {layer}" if layer else where
+
+
+def _nets(board: ExtractedBoard) -> Iterator[Difference]:
+    """Nets that are joined or fall into parts, copper without a net, nets without copper, closed loops."""
     if not board.marks:
         yield Difference(Kind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
-
-
-def _shorts_and_loops(board: ExtractedBoard) -> Iterator[Difference]:
-    """Nets that are joined, copper without a net, and closed loops."""
     for net in board.nets:
         x, y, layer = _somewhere(net)
         if len(net.names) > 1:
@@ -105,19 +105,12 @@ def _shorts_and_loops(board: ExtractedBoard) -> Iterator[Difference]:
             place = _place(loop.x, loop.y, loop.layer)
             message = f"{', '.join(net.names) or 'copper'} closes a loop at {place}, {what}"
             yield Difference(Kind.LOOP, message, net.names, loop.x, loop.y, loop.layer)
-
-
-def _opens(board: ExtractedBoard) -> Iterator[Difference]:
-    """Nets that fall into several parts."""
     for name in sorted({mark.net for mark in board.marks}):
         parts = [net for net in board.nets if name in net.names]
         if len(parts) > 1:
             places = "; ".join(_place(*_somewhere(net)) for net in parts)
             x, y, layer = _somewhere(parts[1])
             yield Difference(Kind.OPEN, f"{name} is in {len(parts)} parts: {places}", (name,), x, y, layer)
-
-
-def _astray(board: ExtractedBoard) -> Iterator[Difference]:
     for mark in board.astray:
         what = f"contact {mark.pin} of {mark.net}" if mark.pin else mark.net
         message = f"{what} should have copper at {_place(mark.x, mark.y, mark.layer)} ({mark.source})"
@@ -125,37 +118,29 @@ def _astray(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
+    """Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
+    netlist has at their place.
+    """
+    plated = [hole for hole in board.artwork.holes if hole.is_plated]
     for hole in board.artwork.holes:
         for layer in hole.layers:
-            if complaint := _off_pad(hole, board.artwork.copper[layer - 1]):
+            copper = board.artwork.copper[layer - 1]
+            complaint, meets = "", shapely.intersects(copper, hole.shape)
+            if not hole.is_plated:
+                complaint = "is not plated and cuts into copper" if meets else ""
+            elif not shapely.covers(copper, hole.shape):
+                complaint = "breaks out of its pad" if meets else "has no pad"
+            if complaint:
                 message = f"the {hole.diameter * 1e6:.0f} um hole at {_place(hole.x, hole.y, layer)} {complaint}"
                 yield Difference(Kind.HOLE_OFF_PAD, message, (), hole.x, hole.y, layer)
-
-
-def _off_pad(hole: Hole, copper: BaseGeometry) -> str:
-    """What is wrong with a hole on one layer: a plated one belongs inside a pad, an unplated one outside copper."""
-    if not hole.is_plated:
-        return "is not plated and cuts into copper" if shapely.intersects(copper, hole.shape) else ""
-    if shapely.covers(copper, hole.shape):
-        return ""
-    return "breaks out of its pad" if shapely.intersects(copper, hole.shape) else "has no pad"
-
-
-def _vias_without_hole(board: ExtractedBoard) -> Iterator[Difference]:
-    """Vias that the netlist names and no drill file makes."""
-    plated = [hole for hole in board.artwork.holes if hole.is_plated]
     # every layer and the netlist mark the same via, this one to a micrometre
     vias = {(mark.net, round(mark.x, 6), round(mark.y, 6)): (mark.x, mark.y) for mark in board.marks if mark.is_via}
     for (net, *_), (x, y) in vias.items():
         point = shapely.Point(x, y)
         if not any(shapely.intersects(hole.shape, point) for hole in plated):
             yield Difference(Kind.NO_HOLE, f"the via of {net} at {_place(x, y, None)} is not drilled", (net,), x, y)
-
-
-def _hole_sizes(board: ExtractedBoard) -> Iterator[Difference]:
-    """Plated holes of another size than the netlist has at their place."""
     sizes = [(mark.x, mark.y, mark.drill, mark.net) for mark in board.marks if mark.drill is not None]
-    for hole in (hole for hole in board.artwork.holes if hole.is_plated):
+    for hole in plated:
         for x, y, drill, net in sizes:
             if math.hypot(hole.x - x, hole.y - y) < hole.diameter / 2.0 and abs(hole.diameter - drill) > ROUNDED:
                 wrong = f"is {hole.diameter * 1e6:.0f} um wide, where the netlist has {drill * 1e6:.0f} um"
@@ -175,34 +160,29 @@ def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
         yield Difference(Kind.NETLISTS, f"{name} is named by the {where} only", (name,))
 
 
-def _openings(board: ExtractedBoard) -> Iterator[tuple[int, BaseGeometry, list[Contact]]]:
-    """The outer layers whose coverlay has a file: the openings, and the contacts of that layer."""
-    contacts = [contact for net in board.nets for contact in net.contacts]
+def _openings(board: ExtractedBoard) -> Iterator[Difference]:
+    """Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where
+    an opening is not where it belongs. Of the outer layers whose coverlay has a file.
+    """
+    exposed: list[Difference] = []
     for side, layer in (("Top", 1), ("Bot", len(board.artwork.copper))):
-        if side in board.artwork.openings:
-            yield layer, board.artwork.openings[side], [contact for contact in contacts if contact.layer == layer]
-
-
-def _covered(board: ExtractedBoard) -> Iterator[Difference]:
-    """Contacts that the coverlay covers in part or altogether."""
-    for layer, opening, contacts in _openings(board):
+        if side not in board.artwork.openings:
+            continue
+        opening = board.artwork.openings[side]
+        contacts = [contact for net in board.nets for contact in net.contacts if contact.layer == layer]
         for contact in contacts:
             open_share = shapely.intersection(opening, contact.shape).area / contact.shape.area
             if open_share < 1.0 - HELD:
                 how = f"with {100.0 * (1.0 - open_share):.0f} % of it under" if open_share else "under"
                 message = f"contact {contact.pin} at {_place(contact.x, contact.y, layer)} is {how} the coverlay"
                 yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
-
-
-def _exposed(board: ExtractedBoard) -> Iterator[Difference]:
-    """Copper in an opening of the coverlay that is no contact: an opening that is not where it belongs."""
-    for layer, opening, contacts in _openings(board):
         near = shapely.union_all([contact.shape for contact in contacts]).buffer(OPEN_RIM)
         bare = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
         if not bare.is_empty:
             x, y = bare.representative_point().coords[0]
             message = f"copper at {_place(x, y, layer)} lies bare in an opening of the coverlay and is no contact"
-            yield Difference(Kind.EXPOSED, message, (), x, y, layer)
+            exposed.append(Difference(Kind.EXPOSED, message, (), x, y, layer))
+    yield from exposed
 
 
 def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
@@ -260,6 +240,34 @@ def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
     return float(point.x), float(point.y), net.pieces[0].layer
 
 
-def _place(x: float, y: float, layer: int | None) -> str:
-    where = ", ".join(f"{axis} {round(at * 1e3, 6) + 0.0:.4g} mm" for axis, at in (("x", x), ("y", y)))
-    return f"{where}, layer {layer}" if layer else where
+UNLISTED = "Drillmap"
+"""What a job file does not list: a drawing."""
+
+
+def compare_job(directory: Path) -> Iterator[str]:
+    """Every difference between what the one job file of a directory says of its files, what these say of themselves,
+    and the order in which the stack-up names them, in words; nothing where there is no job file.
+
+    Raises ExtractionError where the job file cannot be read.
+    """
+    functions = {path.name: ",".join(fields) for path, fields in sorted(file_functions(directory))}
+    for path in sorted(directory.glob("*.gbrjob")):
+        try:
+            document: Any = json.loads(path.read_bytes())
+            listed = {str(row["Path"]): str(row["FileFunction"]) for row in document["FilesAttributes"]}
+            copper = [str(row["Name"]) for row in document["MaterialStackup"] if row["Type"] == "Copper"]
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise ExtractionError(f"{path.name} is no job file: {type(error).__name__}: {error}") from error
+        for name in sorted({*listed, *functions}):
+            said, own = listed.get(name), functions.get(name)
+            if own is None:
+                yield f"{path.name} lists {name}, which is not there or does not say what it is"
+            elif said != own and own != UNLISTED:
+                yield f"{name} says that it is {own}, and {path.name} {f'that it is {said}' if said else 'not'}"
+        for number, layer in enumerate(copper, start=1):
+            for name, own in functions.items():
+                if name.endswith(f"-{layer}.gbr") and not own.startswith(f"Copper,L{number},"):
+                    yield f"{name} says that it is {own}, and is copper layer {number} of the stack-up in {path.name}"
+        own_layers = sum(own.startswith("Copper,") for own in functions.values())
+        if own_layers != len(copper):
+            yield f"{path.name} has {len(copper)} copper layers in its stack-up, and there are files of {own_layers}"

@@ -86,7 +86,9 @@ def _obey(state: _GerberState, command: str) -> None:
         state.apertures[found[1]] = state.attributes.get("TA.AperFunction", [""])[0]
     elif command.startswith(("TA", "TO")):
         name, *values = command.split(",")
-        state.attributes[name] = [_unescaped(value) for value in values]
+        state.attributes[name] = [
+            _ESCAPE.sub(lambda found: chr(int(found[1] or found[2], 16)), value) for value in values
+        ]
     elif command == "TD":
         state.attributes.clear()
     elif command.startswith("TD"):
@@ -125,10 +127,6 @@ def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) 
         yield Mark(net, layer, x, y, Source.X2, pin, function or None, is_via)
 
 
-def _unescaped(value: str) -> str:
-    return _ESCAPE.sub(lambda found: chr(int(found[1] or found[2], 16)), value)
-
-
 IPC_UNITS = {"CUST 0": 2.54e-6, "CUST 1": 1e-6, "CUST 2": 2.54e-6}
 """What one count of a coordinate is (m): 0.0001 inch or 0.001 mm (IPC-D-356A, parameter record UNITS)."""
 
@@ -163,20 +161,16 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
         if found := _IPC_ALIAS.match(line):
             aliases[found[1]] = found[2]
         elif line.startswith("P  UNITS"):
-            unit = _ipc_unit(line, number)
+            name = line[8:].strip()
+            if name not in IPC_UNITS:
+                raise ValueError(f"line {number}: units {name!r}, where one of {', '.join(IPC_UNITS)} is expected")
+            unit = IPC_UNITS[name]
         elif line.startswith(("317", "327")):
             record = _IPC_RECORD.match(line)
             if not record:
                 raise ValueError(f"line {number}: a test record out of its columns: {line!r}")
             marks.append(_ipc_mark(record, unit, aliases))
     return tuple(mark for mark in marks if mark.net not in _NO_NET)
-
-
-def _ipc_unit(line: str, number: int) -> float:
-    name = line[8:].strip()
-    if name not in IPC_UNITS:
-        raise ValueError(f"line {number}: units {name!r}, where one of {', '.join(IPC_UNITS)} is expected")
-    return IPC_UNITS[name]
 
 
 def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Mark:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -103,16 +103,16 @@ def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
     return nets_of(artwork, read_marks(directory, artwork.sources), growth)
 
 
-def _polygons(area: BaseGeometry) -> list[Polygon]:
-    return [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and not part.is_empty]
-
-
 def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> ExtractedBoard:
     """The nets of some artwork, its copper grown by ``growth`` (m) on every side before it is joined."""
     pieces = [
         Piece(layer, shape)
         for layer, area in enumerate(artwork.copper, start=1)
-        for shape in _polygons(area.buffer(growth) if growth else area)
+        for shape in [
+            part
+            for part in shapely.get_parts(area.buffer(growth) if growth else area)
+            if isinstance(part, Polygon) and not part.is_empty
+        ]
     ]
     holes = [hole for hole in artwork.holes if hole.is_plated]
     trees = {layer: _LayerTree(layer, pieces) for layer in range(1, len(artwork.copper) + 1)}
@@ -126,7 +126,7 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
     names: dict[int, set[str]] = defaultdict(set)
     contacts: dict[int, list[Contact]] = defaultdict(list)
     astray = []
-    flashes = _by_place(artwork.flashes)
+    flashes = {(flash.layer, *_cell(flash.x, flash.y)): flash for flash in artwork.flashes}
     for mark, pieces_under in zip(marks, _pieces_under(marks, trees), strict=True):
         met = {parts.root(piece) for piece in pieces_under}
         if not met:
@@ -168,10 +168,6 @@ def _pieces_under(marks: Sequence[Mark], trees: dict[int, _LayerTree]) -> list[l
         for k, under in zip(here, tree.under(points, REACH), strict=True):
             found[k] += under
     return found
-
-
-def _by_place(flashes: Iterable[Flash]) -> dict[tuple[int, int, int], Flash]:
-    return {(flash.layer, *_cell(flash.x, flash.y)): flash for flash in flashes}
 
 
 def _cell(x: float, y: float) -> tuple[int, int]:

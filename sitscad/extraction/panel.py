@@ -1,29 +1,182 @@
-"""The panel's files held against those of the single board and against the panel's list: every copy object by object,
-the cuts up to their bridges, the frame's marks, the coupon's copper one winding between two pads.
+"""The panel's files held against those of the single board and against the panel's list of places: every copy object by
+object, the cuts up to their bridges, the frame's marks, the coupon's copper one winding between two pads.
 """
 
 from __future__ import annotations
 
+import json
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from sitscad.extraction.artwork import ExtractionError, file_functions
-from sitscad.extraction.coupon import compare_coupon, shown
-from sitscad.extraction.panel_frame import (
-    Box,
-    cut_differences,
-    frame_differences,
-    inside_rails,
-    mark_reach,
-    shown_place,
-)
-from sitscad.extraction.panel_list import PanelList, Place, read_panel_list
-from sitscad.extraction.plotted import COLUMNS, Plotted, drilled, plotted
+from sitscad.extraction.plotted import COLUMNS, REGION, Plotted, compare_coupon, drilled, plotted, shown
 from sitscad.record import record
+
+Place = tuple[int, int]
+
+LARGEST = 1e4
+"""No panel is so large (mm)."""
+
+
+@record
+class PanelList:
+    """Where everything on a panel is to be. Lengths in nanometres, from the panel's lower left corner.
+
+    ``boards`` and ``coupons`` are how far the origin of each copy is moved; ``bridges`` and ``coupon_bridges`` are the
+    two ends of every place where the cut round a copy stops, from that origin.
+    """
+
+    size: Place
+    boards: tuple[Place, ...]
+    coupons: tuple[Place, ...]
+    bridges: tuple[tuple[Place, Place], ...]
+    coupon_bridges: tuple[tuple[Place, Place], ...]
+    tooling_holes: tuple[Place, ...]
+    tooling_hole: int
+    fiducials: tuple[Place, ...]
+    fiducial: int
+    fiducial_opening: int
+
+
+def read_panel_list(panel: Path) -> PanelList:
+    """The one list of a panel's folder. Raises ExtractionError where there is none, several, or it cannot be read."""
+    lists = sorted(panel.glob("*.json"))
+    if len(lists) != 1:
+        raise ExtractionError(f"the panel has {len(lists)} lists of places, where one is expected")
+    try:
+        document = json.loads(lists[0].read_text(encoding="utf-8"))
+        if document["unit"] != "mm":
+            raise ValueError("its unit is not mm")
+        found = PanelList(
+            size=_place(document["size"]),
+            boards=_places(document["parts"]),
+            coupons=_places(document["coupons"]),
+            bridges=_bridges(document["bridges"]),
+            coupon_bridges=_bridges(document["coupon_bridges"]),
+            tooling_holes=_places(document["tooling_holes"]),
+            tooling_hole=_length(document["tooling_hole_diameter"]),
+            fiducials=_places(document["fiducials"]),
+            fiducial=_length(document["fiducial_diameter"]),
+            fiducial_opening=_length(document["fiducial_opening"]),
+        )
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+        raise ExtractionError(f"{lists[0].name} is no list of places: {type(error).__name__}: {error}") from error
+    if not found.boards:
+        raise ExtractionError(f"{lists[0].name} names no board")
+    return found
+
+
+def _length(millimetres: Any) -> int:
+    found = float(millimetres)
+    if not abs(found) < LARGEST:
+        raise ValueError(f"{found:g} mm is no place on a panel")
+    return round(found * 1e6)
+
+
+def _place(values: Sequence[Any]) -> Place:
+    x, y = values
+    return _length(x), _length(y)
+
+
+def _places(values: Sequence[Any]) -> tuple[Place, ...]:
+    return tuple(map(_place, values))
+
+
+def _bridges(values: Sequence[Any]) -> tuple[tuple[Place, Place], ...]:
+    return tuple((_place(begin), _place(end)) for begin, end in values)
+
+
+FLASH = 0
+"""Mode of an object that is flashed or drilled."""
+
+Box = tuple[int, int, int, int]
+
+
+def frame_differences(
+    rest: Plotted, function: str, name: str, listed: PanelList, apertures: Sequence[str]
+) -> Iterator[str]:
+    """What a file shows on the frame and should not, or should and does not.
+
+    ``rest`` are the objects that belong to no copy. Tooling holes stand in the file of holes that are not plated,
+    fiducials on the outer copper and in the openings over it; any other line or flash must lie on the rails.
+    """
+    kind, *fields = function.split(",")
+    marks: Counter[tuple[int, int, int]] = Counter()  # size and place of all that are wanted
+    if kind == "NonPlated":
+        marks = Counter((listed.tooling_hole, *at) for at in listed.tooling_holes)
+    elif {"Top", "Bot"} & set(fields) and kind in ("Copper", "Soldermask"):
+        diameter = listed.fiducial if kind == "Copper" else listed.fiducial_opening
+        marks = Counter((diameter, *at) for at in listed.fiducials)
+    flashes = rest.objects[(rest.objects[:, 2] == FLASH) & (rest.objects[:, 0] != REGION)]
+    there = Counter((_diameter(row[0], name, apertures), row[5], row[6]) for row in flashes.tolist())
+    for (size, x, y), count in (marks - there).items():
+        what = "tooling hole" if name.endswith(".drl") else "fiducial"
+        yield f"{name} has no {what} of {size / 1e6:.4g} mm at {shown_place((x, y))} of the panel ({count} missing)"
+    if unknown := there - marks:
+        _, *at = min(unknown)
+        yield f"{name} has {unknown.total()} marks that are not listed, the first at {shown_place(at)} of the panel"
+    lines = rest.objects[(rest.objects[:, 2] != FLASH) | (rest.objects[:, 0] == REGION)]
+    x0, y0, x1, y1 = Plotted(lines).boxes().T
+    half = np.array([mark_reach(tool, name, apertures) for tool in lines[:, 0].tolist()], dtype=np.int64)
+    inner = inside_rails(listed)
+    wrong = (x1 + half > inner[0]) & (x0 - half < inner[2]) & (y1 + half > inner[1]) & (y0 - half < inner[3])
+    wrong |= ((lines[:, 0] == REGION) & (lines[:, 2] > 0)) | (lines[:, 1] > 0)
+    if wrong.any():
+        place = shown_place(lines[wrong][0].tolist()[5:7])
+        yield f"{name} has {wrong.sum()} objects that belong to no board, the first at {place} of the panel"
+
+
+def inside_rails(listed: PanelList) -> Box:
+    """What the rails enclose: the tooling holes stand in their middles."""
+    rail = 2 * min(x for x, _ in listed.tooling_holes) if listed.tooling_holes else 0
+    return rail, rail, listed.size[0] - rail, listed.size[1] - rail
+
+
+def cut_differences(cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str) -> Iterator[str]:
+    """Whether the cut round one copy, moved to its origin, stops at the bridges and nowhere else."""
+    if not len(cuts.objects):
+        yield f"{where} is not cut out"
+        return
+    ends = Counter[Place]()
+    for _, _, _, x0, y0, x, y, _, _ in cuts.objects.tolist():
+        ends.update({(x0, y0), (x, y)} if (x0, y0) != (x, y) else ())
+    opened = {at for at, count in ends.items() if count % 2}
+    for begin, end in bridges:
+        if not {begin, end} <= opened:
+            middle = ((begin[0] + end[0]) // 2, (begin[1] + end[1]) // 2)
+            yield f"{where}: the cut does not stop at both ends of the bridge at {shown_place(middle)} of the board"
+    if others := opened - {at for bridge in bridges for at in bridge}:
+        yield f"{where}: the cut stops where no bridge is, first at {shown_place(min(others))} of the board"
+
+
+def _diameter(tool: int, name: str, apertures: Sequence[str]) -> int:
+    """The diameter (nm) of a hole or of a round aperture; 0 for any other shape."""
+    if name.endswith(".drl"):
+        return tool
+    found = re.fullmatch(r"C,([\d.]+)", apertures[tool])
+    return round(float(found[1]) * 1e6) if found else 0
+
+
+def mark_reach(tool: int, name: str, apertures: Sequence[str]) -> int:
+    """Half the width (nm) of an aperture or a hole, or more."""
+    if name.endswith(".drl"):
+        return tool // 2
+    if tool == REGION:
+        return 0
+    return round(sum(float(size) for size in re.findall(r"[\d.]+", apertures[tool])) * 1e6)
+
+
+def shown_place(at: Sequence[int]) -> str:
+    """A place (nm) in words."""
+    return f"x {at[0] / 1e6:.4g} mm, y {at[1] / 1e6:.4g} mm"
+
 
 OUTLINE, CUTS, EXTENT = "Profile,NP", "Other,Part_Cuts", "Other,Extent_of"
 
@@ -64,8 +217,21 @@ def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
     for folder, path in ((single, board), (whole, panel)):
         if not len(folder.of(OUTLINE).objects):
             raise ExtractionError(f"no file in {path.name} draws an outline")
-    copies = _copies(read_panel_list(panel), single, whole)
-    return len(copies.listed.boards), tuple(_differences(single, whole, copies, list(apertures)))
+    listed = read_panel_list(panel)
+    room = _box([objects.boxes_of_ends() for objects in single.objects.values()])
+    cuts, taken = whole.of(CUTS), np.zeros(len(whole.of(CUTS).objects), bool)
+    for move in listed.boards:
+        taken |= _inside(cuts, room, move)
+    coupon = (0, 0, 0, 0)
+    if listed.coupons:
+        left = cuts.chosen(~taken)
+        if not len(left.objects):
+            raise ExtractionError("the panel's coupon is not cut out")
+        x0, y0, x1, y1 = _box([left.boxes_of_ends()])
+        (ax, ay), (bx, by) = listed.coupons[0], listed.coupons[-1]
+        coupon = (x0 - ax, y0 - ay, x1 - bx, y1 - by)
+    copies = _Copies(listed, room, coupon)
+    return len(listed.boards), tuple(_differences(single, whole, copies, list(apertures)))
 
 
 def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
@@ -82,27 +248,13 @@ def _read(folder: Path, apertures: dict[str, int]) -> _Folder:
     return _Folder(objects, names)
 
 
-def _copies(listed: PanelList, single: _Folder, whole: _Folder) -> _Copies:
-    """Where the panel's boards and coupons stand, by what the list says and what is cut out."""
-    board = _box([objects.boxes_of_ends() for objects in single.objects.values()])
-    cuts, taken = whole.of(CUTS), np.zeros(len(whole.of(CUTS).objects), bool)
-    for move in listed.boards:
-        taken |= _inside(cuts, board, move)
-    coupon = (0, 0, 0, 0)
-    if listed.coupons:
-        left = cuts.chosen(~taken)
-        if not len(left.objects):
-            raise ExtractionError("the panel's coupon is not cut out")
-        x0, y0, x1, y1 = _box([left.boxes_of_ends()])
-        (ax, ay), (bx, by) = listed.coupons[0], listed.coupons[-1]
-        coupon = (x0 - ax, y0 - ay, x1 - bx, y1 - by)
-    return _Copies(listed, board, coupon)
-
-
 def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: list[str]) -> Iterator[str]:
     """What differs between the panel and so many copies of the single board, in words."""
     listed, coupon = copies.listed, dict[str, Plotted]()
-    yield from _size_difference(whole.of(OUTLINE), listed)
+    drawn = _box([whole.of(OUTLINE).boxes_of_ends()])
+    if drawn != (0, 0, *listed.size):
+        wanted, found = (f"{x1 / 1e6:.4g} x {y1 / 1e6:.4g} mm" for x1, y1 in (listed.size, drawn[2:]))
+        yield f"the panel's outline is {found}, its list says {wanted}"
     for function in sorted({*single.objects, *whole.objects} - {OUTLINE}):
         if function not in whole.objects:
             yield f"the panel has nothing like {single.names[function]} ({function})"
@@ -110,18 +262,21 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
         there, name = whole.of(function), whole.names[function]
         own, taken = single.of(function), np.zeros(len(there.objects), bool)
         if function == CUTS:
-            own = there.chosen(_inside(there, copies.board, listed.boards[0])).shifted(*_back(listed.boards[0]))
-            yield from _off_outline(own, single.of(OUTLINE), name, apertures)
+            first = listed.boards[0]
+            own = there.chosen(_inside(there, copies.board, first)).shifted(-first[0], -first[1])
+            if not shapely.covers(shown(single.of(OUTLINE), apertures).buffer(NEAR), shown(own, apertures)):
+                yield f"{name} does not cut along the board's outline"
             yield from cut_differences(own, listed.bridges, f"{name}, board 1")
             yield from _cut_bridges(own, listed.bridges, f"{name}, board 1", apertures)
         for number, move in enumerate(listed.boards, 1):
             inside = _inside(there, copies.board, move)
             taken |= inside
-            yield from _unequal(own, there.chosen(inside).shifted(*_back(move)), f"{name}, board {number}")
+            copy = there.chosen(inside).shifted(-move[0], -move[1])
+            yield from _unequal(own, copy, f"{name}, board {number}")
         for number, move in enumerate(listed.coupons, 1):
             inside = _inside(there, copies.coupon, move)
             taken |= inside
-            copy = there.chosen(inside).shifted(*_back(move))
+            copy = there.chosen(inside).shifted(-move[0], -move[1])
             coupon.setdefault(function, copy)
             yield from _unequal(coupon[function], copy, f"{name}, coupon {number}", "the first coupon")
         if function == CUTS and listed.coupons:
@@ -133,15 +288,8 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
         else:
             yield from frame_differences(rest, function, name, listed, apertures)
     if listed.coupons:
-        found = compare_coupon(coupon, apertures)
-        yield from (f"the panel's coupon: {difference.kind.value}: {difference.message}" for difference in found)
-
-
-def _size_difference(outline: Plotted, listed: PanelList) -> Iterator[str]:
-    drawn = _box([outline.boxes_of_ends()])
-    if drawn != (0, 0, *listed.size):
-        wanted, there = (f"{x1 / 1e6:.4g} x {y1 / 1e6:.4g} mm" for x1, y1 in (listed.size, drawn[2:]))
-        yield f"the panel's outline is {there}, its list says {wanted}"
+        wrong = compare_coupon(coupon, apertures)
+        yield from (f"the panel's coupon: {difference.kind.value}: {difference.message}" for difference in wrong)
 
 
 def _unequal(own: Plotted, copy: Plotted, where: str, other: str = "the single board") -> Iterator[str]:
@@ -150,7 +298,7 @@ def _unequal(own: Plotted, copy: Plotted, where: str, other: str = "the single b
         return
     wanted, there = ({tuple(row) for row in each.objects.tolist()} for each in (own, copy))
     words = [
-        f"{len(some)} objects {what} (the first at {_point(min(some))} of the board)"
+        f"{len(some)} objects {what} (the first at {shown_place(min(some)[5:7])} of the board)"
         for some, what in ((wanted - there, "missing"), (there - wanted, "too many"))
         if some
     ]
@@ -166,12 +314,6 @@ def _off_rails(rest: Plotted, name: str, listed: PanelList, apertures: Sequence[
         yield f"{name} does not show just the rails beside boards and coupons"
 
 
-def _off_outline(cuts: Plotted, outline: Plotted, name: str, apertures: Sequence[str]) -> Iterator[str]:
-    area = shown(outline, apertures).buffer(NEAR)
-    if not shapely.covers(area, shown(cuts, apertures)):
-        yield f"{name} does not cut along the board's outline"
-
-
 def _cut_bridges(
     cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str, apertures: Sequence[str]
 ) -> Iterator[str]:
@@ -182,14 +324,6 @@ def _cut_bridges(
         across = shapely.LineString([(x * 1e-9, y * 1e-9) for x, y in (begin, end)])
         if across.difference(area).length < across.length - ends * 1e-9 - 2.0 * NEAR:
             yield f"{where}: the cut goes into the bridge at {shown_place(begin)} of the board"
-
-
-def _point(row: tuple[int, ...]) -> str:
-    return shown_place((row[COLUMNS.index("x")], row[COLUMNS.index("y")]))
-
-
-def _back(move: Place) -> Place:
-    return -move[0], -move[1]
 
 
 def _inside(objects: Plotted, box: Box, move: Place) -> NDArray[np.bool_]:

@@ -1,15 +1,14 @@
-"""The board's end with its contacts, and the width of the tail: what a connector takes, as figures for the papers."""
+"""The contacts, the board's end with them, the width of the tail: what a connector takes, in figures and words."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import combinations, pairwise
 
-from sitscad.fabrication.notes import contact_row
-from sitscad.geometry.path import Point
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout, Pad
 from sitscad.record import record
+from sitscad.units import show
 
 SAME = 1e-6
 """Widths (m) that differ by less are one: the outline's arcs are chords within this."""
@@ -39,12 +38,14 @@ def board_end(layout: Layout) -> BoardEnd:
     along = runs_along_x(row)
     x, y = first.centre
     at, place = (x, y) if along else (y, x)
-    sides = _beside(_crossings(layout, at, upright=along), place)
+    crossings = _crossings(layout, at, upright=along)
+    below = max((c for c in crossings if c <= place), default=-math.inf)
+    above = min((c for c in crossings if c >= place), default=math.inf)
     ends = _crossings(layout, place, upright=not along)
     half = first.size[0 if along else 1] / 2
     end = min((e for e in ends if abs(e - at) > half - SAME), key=lambda e: abs(e - at))
-    edge = min(abs(side - place) for side in sides)
-    return BoardEnd(first, sides[1] - sides[0], sides, edge, abs(end - at) - half, end)
+    edge = min(place - below, above - place)
+    return BoardEnd(first, above - below, (below, above), edge, abs(end - at) - half, end)
 
 
 def runs_along_x(row: tuple[Pad, ...]) -> bool:
@@ -65,23 +66,17 @@ def tail_width(layout: Layout) -> tuple[float, float, float] | None:
         return None
     start, end = layout.body[2], min(pad.centre.x - pad.size[0] / 2 for pad in layout.pads)
     edges = [
-        (a, b)
+        (max(min(a.x, b.x), start), min(max(a.x, b.x), end), a.y)
         for a, b in pairwise(layout.outline.flattened(SAME))
         if abs(a.y - b.y) < SAME and min(max(a.x, b.x), end) - max(min(a.x, b.x), start) > SAME
     ]
-    runs = [_overlap(one, other, start, end) for i, one in enumerate(edges) for other in edges[i + 1 :]]
-    best = max((run for run in runs if run[1] > run[0]), key=lambda run: (run[1] - run[0], -run[0]), default=None)
+    runs = (
+        (max(one[0], other[0]), min(one[1], other[1]), *sorted((one[2], other[2])))
+        for one, other in combinations(edges, 2)
+    )
+    beside = (run for run in runs if run[1] > run[0])
+    best = max(beside, key=lambda run: (run[1] - run[0], -run[0]), default=None)
     return None if best is None else (best[0] + 0.1 * (best[1] - best[0]), best[2], best[3])
-
-
-def _overlap(
-    one: tuple[Point, Point], other: tuple[Point, Point], start: float, end: float
-) -> tuple[float, float, float, float]:
-    """From which x to which two level edges run beside each other, and their two y, the lower one first."""
-    (a, b), (c, d) = one, other
-    begin = max(min(a.x, b.x), min(c.x, d.x), start)
-    low, high = sorted((a.y, c.y))
-    return begin, min(max(a.x, b.x), max(c.x, d.x), end), low, high
 
 
 def _crossings(layout: Layout, at: float, upright: bool) -> list[float]:
@@ -94,7 +89,80 @@ def _crossings(layout: Layout, at: float, upright: bool) -> list[float]:
     return sorted(found)
 
 
-def _beside(crossings: list[float], place: float) -> tuple[float, float]:
-    """The nearest crossings below and above a place."""
-    below = max((c for c in crossings if c <= place), default=-math.inf)
-    return below, min((c for c in crossings if c >= place), default=math.inf)
+def contact_row(layout: Layout) -> tuple[tuple[Pad, ...], float | None]:
+    """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
+    with one pitch.
+    """
+    xs, ys = [pad.centre.x for pad in layout.pads], [pad.centre.y for pad in layout.pads]
+    across = max(xs) - min(xs) > max(ys) - min(ys)
+    row = tuple(sorted(layout.pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
+    steps = [(b.centre.x - a.centre.x, b.centre.y - a.centre.y) for a, b in pairwise(row)]
+    pitches = {round((dx if across else dy) * 1e9) for dx, dy in steps}
+    beside = {round((dy if across else dx) * 1e9) for dx, dy in steps}
+    return row, pitches.pop() * 1e-9 if len(pitches) == 1 and beside == {0} else None
+
+
+def contact_text(layout: Layout) -> str:
+    """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
+    without contacts.
+    """
+    if not layout.pads:
+        return ""
+    _, pitch = contact_row(layout)
+    width, length = contact_size(layout.pads[0])
+    apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
+    size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+    bare = bare_size(layout)
+    if bare is None:
+        return f"{size}{unused_text(layout)}"
+    is_held_all_round = bare[0] < width - 1e-9
+    under = "the coverlay covers their rims" if is_held_all_round else "the rest goes on under the coverlay"
+    wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
+    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout)}"
+
+
+def bare_size(layout: Layout) -> tuple[float, float] | None:
+    """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
+    pad = layout.pads[0]
+    (x, y), (w, h) = pad.centre, pad.size
+    for opening in layout.top_openings:
+        x0, y0, x1, y1 = bounding_box([opening.outline])
+        if x0 <= x <= x1 and y0 <= y <= y1:
+            along = min(x + w / 2, x1) - max(x - w / 2, x0)
+            across = min(y + h / 2, y1) - max(y - h / 2, y0)
+            width, length = sorted((along, across))
+            return (width, length) if w * h - width * length > 1e-12 else None
+    return None
+
+
+def unused_text(layout: Layout) -> str:
+    """Which contacts no coil has; empty where there are none."""
+    numbers = [pad.number for pad in layout.pads if pad.is_unused]
+    if not numbers:
+        return ""
+    words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
+    return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
+
+
+def plug_text(layout: Layout) -> str:
+    """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
+    tail = layout.spec.fpc.tail
+    if tail is None or not tail.connector.width_tolerance or not layout.pads:
+        return ""
+    connector = tail.connector
+    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout), "m")
+    edge = show(connector.edge_margin, "m")
+    return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
+
+
+def end_tolerance(layout: Layout) -> float:
+    """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
+    tail = layout.spec.fpc.tail
+    own = tail.connector.width_tolerance if tail is not None else 0.0
+    return own or layout.spec.fpc.rules.outline_tolerance
+
+
+def contact_size(pad: Pad) -> tuple[float, float]:
+    """Width and length (m) of a contact: its shorter and its longer side."""
+    width, length = sorted(pad.size)
+    return width, length

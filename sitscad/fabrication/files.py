@@ -1,16 +1,27 @@
-"""The fabrication set's files: what each layer is called, and what it is for. One table for formats and papers."""
+"""The fabrication set: what its files are called and show, what its drill files hold, the fingerprint of its images.
+
+One table for formats and papers. Holes are grouped as drill files, drill maps and tables have them: by the layers that
+they go through. A set of images is the board's (``fpc/``) or the panel's (``fpc/panel/``): its Gerber and drill files,
+the drill map among them, one after another in the order of their names in the package. In the archive the same bytes
+have the fabricator's names, and the readme there names them so: the shell line is a list of names, so that it gives the
+same in both places.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import uuid
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
+from typing import NamedTuple
 
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.thickness import has_tail_coverlay, tail_copper
+from sitscad.layout.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.source import UNNUMBERED, creation_date
 from sitscad.spec.stackup import MASK, LayerKind, Stackup
-from sitscad.units import show
+from sitscad.units import decimal, show
 from sitscad.version import __version__
 
 FOLDER = "fpc"
@@ -54,10 +65,11 @@ def fabrication_path(layout: Layout, ending: str) -> str:
 def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """One file a copper layer, from the top."""
     count = layout.copper_layers
+    sides = {count: "Bot", 1: "Top"}
     return tuple(
         FabricationFile(
             fabrication_path(layout, f"{layer_name(number, count)}.gbr"),
-            f"Copper,L{number},{_side(number, count)}",
+            f"Copper,L{number},{sides.get(number, 'Inr')}",
             "Positive",
             f"copper layer {number} of {count}",
             number,
@@ -207,6 +219,11 @@ def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
     )
 
 
+def project_guid(name: str) -> str:
+    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
+    return str(uuid.uuid5(_PROJECTS, name))
+
+
 def drill_map_file(path: str) -> FabricationFile:
     """What a drill map is called in the set."""
     return FabricationFile(path, "Drillmap", "Positive", "drill map")
@@ -225,12 +242,95 @@ def stack_names(layout: Layout) -> list[str]:
     return names
 
 
-def project_guid(name: str) -> str:
-    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
-    return str(uuid.uuid5(_PROJECTS, name))
+UNIT = 1e-9
+"""The coordinates' unit in metres."""
 
 
-def _side(number: int, count: int) -> str:
-    if number == 1:
-        return "Top"
-    return "Bot" if number == count else "Inr"
+class DrilledHole(NamedTuple):
+    """A hole on the grid of 1 nm: its place and its finished diameter."""
+
+    x: int
+    y: int
+    diameter: int
+
+
+@record
+class Tool:
+    """Holes of one finished diameter (nm) and one kind: in words, and in the fewest, for a table and for a map."""
+
+    diameter: int
+    holes: tuple[DrilledHole, ...]
+    words: str
+
+
+def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> list[DrilledHole]:
+    """The holes from the first copper layer to the `lowest`, moved by (dx, dy) nanometres."""
+    return [
+        DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill))
+        for via in layout.vias
+        if layout.lowest_layer(via) == lowest
+    ]
+
+
+def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
+    """The tools of one kind of hole, small ones first."""
+    return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
+
+
+def plated_words(layout: Layout, lowest: int) -> str:
+    """What a table says of plated holes: through which copper layers they go, where they differ."""
+    return "plated" if len(layout.spans) < 2 else f"plated, copper 1 to {lowest}"
+
+
+def plated_tools(layout: Layout) -> list[Tool]:
+    """All tools of a layout, those through the whole board first."""
+    return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest), plated_words(layout, lowest))]
+
+
+def tools_of(holes: Iterable[DrilledHole]) -> list[tuple[int, list[DrilledHole]]]:
+    """The holes grouped by finished diameter (nm), small ones first, in the given order within a tool."""
+    ordered = sorted(holes, key=lambda hole: hole.diameter)
+    return [(diameter, list(group)) for diameter, group in groupby(ordered, key=lambda hole: hole.diameter)]
+
+
+def on_grid(length: float) -> int:
+    """A length (m) in whole nanometres."""
+    return round(length / UNIT)
+
+
+def millimetres(nanometres: int, least: int = 1) -> str:
+    """A length in millimetres, to the nanometre as the Gerber files have it, with `least` decimals kept."""
+    return decimal(nanometres / 1e6, 6, least)
+
+
+SHOWN = 16
+"""So many digits of a fingerprint are printed on drawings."""
+
+
+def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
+    """The images in a folder of the package, the single board's, in the order in which they are hashed."""
+    inside = [path for path in files if path.rpartition("/")[0] == folder]
+    return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
+
+
+def panel_images(layout: Layout, files: Mapping[str, bytes]) -> list[str]:
+    """The panel's images in the order in which they are hashed; none where there is no panel."""
+    return board_images(files, panel_path(layout, "").rpartition("/")[0])
+
+
+def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
+    """The SHA-256 of some images one after another, hexadecimal."""
+    digest = hashlib.sha256()
+    for path in images:
+        digest.update(files[path])
+    return digest.hexdigest()
+
+
+def shell_line(images: list[str]) -> str:
+    """What prints the same where the images are."""
+    return f"cat {' '.join(path.rpartition('/')[2] for path in images)} | sha256sum"
+
+
+def on_drawing(whose: str, files: Mapping[str, bytes], images: list[str]) -> str:
+    """The first digits, as a title block states them."""
+    return f"{whose} SHA-256 {fingerprint(files, images)[:SHOWN]} ... (how: see the readme)"

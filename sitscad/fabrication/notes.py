@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.bending import Bend, bend_stretch
-from sitscad.layout.tail.thickness import (
+from sitscad.layout.thickness import (
     FinishedThickness,
     Where,
     finished_thickness,
@@ -19,7 +18,7 @@ from sitscad.layout.tail.thickness import (
     step_height,
     tail_copper,
 )
-from sitscad.scene.bends import bends, pivot_line
+from sitscad.scene.tail_path import bends, pivot_line
 from sitscad.spec.presets import finish, names
 from sitscad.spec.stackup import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
@@ -39,7 +38,12 @@ def finish_text(layout: Layout) -> str:
     chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
     plating = f"; {plating_text(layout)}" if is_plated else ""
-    bars = f" {plating_bar_text(layout)}" if chosen.is_electrolytic and layout.pads else ""
+    bars = (
+        f" Plated by a current: add plating bars from the tips of all {len(layout.pads)} contacts over the board's end "
+        "to a common bar outside the outline (none are in the artwork), and cut them off with the outline before the "
+        "test."
+    )
+    bars = bars if chosen.is_electrolytic and layout.pads else ""
     if layout.spec.fpc.rules.one_process:
         return f"Finish on bare contacts: {chosen.words}.{bars}"
     return f"Finish on bare contacts: {chosen.words}.{bars} Copper foil: {FOILS[layout.spec.fpc.copper]}{plating}."
@@ -74,15 +78,6 @@ def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
     return f"{foil} and {show(layer.plated, 'm')} plating" if layer.plated else f"{foil}, not plated"
 
 
-def plating_bar_text(layout: Layout) -> str:
-    """What the fabricator adds so that a finish can be plated by a current."""
-    return (
-        f"Plated by a current: add plating bars from the tips of all {len(layout.pads)} contacts over the board's end "
-        "to a common bar outside the outline (none are in the artwork), and cut them off with the outline before the "
-        "test."
-    )
-
-
 def tail_holes(layout: Layout) -> int:
     """How many holes go through fewer layers than the others: those in a tail that has fewer."""
     return sum(layout.lowest_layer(via) < layout.copper_layers for via in layout.vias)
@@ -94,12 +89,8 @@ def holes_text(layout: Layout) -> str:
     inside = tail_holes(layout)
     if not inside:
         return "through all layers"
-    own = f"{inside} in the tail through its {_layers(through)}"
+    own = f"{inside} in the tail through its {through} layer{'s' * (through > 1)}"
     return f"{count - inside} through all {layout.copper_layers} layers, {own}"
-
-
-def _layers(count: int) -> str:
-    return f"{count} layer{'s' * (count > 1)}"
 
 
 def step_text(layout: Layout) -> str:
@@ -121,62 +112,53 @@ def build_text(layout: Layout) -> str:
     last, count, stackup = tail_copper(layout), layout.copper_layers, layout.spec.fpc.stackup
     if last == count:
         return ""
+
+    def thickened(layer: int) -> str:
+        plated = show(stackup.plating_thickness, "m")
+        in_pads = stackup.plating is Plating.BUTTONS
+        return f"{plated} in holes and pads alone" if in_pads else f"copper 1 and {layer} get {plated}"
+
     lower = f"copper {last + 1}" if last + 1 == count else f"copper {last + 1} to {count} with its inner side etched"
     own, film = f"copper 1 to {last}" if last > 1 else "copper 1", has_tail_coverlay(layout)
     first = [f"{own} on a core of its own"]
     if tail_holes(layout):
-        first.append(f"the tail's holes drilled there and plated ({_thickened(stackup, (1, last))})")
+        first.append(f"the tail's holes drilled there and plated ({thickened(last)})")
     first.append(f"copper {last} etched" if last > 1 else "nothing of it etched yet")
     first += ["the tail's own coverlay laid"] * film
     return (
         f"two laminations. First {', '.join(first)}; then {lower}, cut out where the tail is, bonded under it; then "
-        f"the body's holes drilled and plated through all layers ({_thickened(stackup, (1, count))}), the outer copper "
+        f"the body's holes drilled and plated through all layers ({thickened(count)}), the outer copper "
         "etched, the outer coverlay laid"
     )
 
 
-def _thickened(stackup: Stackup, layers: tuple[int, int]) -> str:
-    """Which copper one step of plating thickens, and by how much."""
-    if stackup.plating is Plating.BUTTONS:
-        return f"{show(stackup.plating_thickness, 'm')} in holes and pads alone"
-    return f"copper {layers[0]} and {layers[1]} get {show(stackup.plating_thickness, 'm')}"
-
-
 def bend_text(layout: Layout) -> str:
     """How the tail is bent: about which lines, which way, how far, and where nothing stiff may be, as the check of the
-    bend says.
+    bend says; and how the line of a bend lies to the pivot of the jaw's hinge.
     """
-    found, stretch = bends(layout), bend_stretch(layout)
+    found, stretch, pivot = bends(layout), bend_stretch(layout), pivot_line(layout)
     if stretch is None:
         return "The tail has no stretch where its tracks run straight: do not bend it."
     if not found:
         return "The tail is not bent."
+    said = []
+    for bend in found:
+        how = "in use (dynamic)" if bend.is_dynamic else "once, at assembly (static)"
+        why = f", {bend.why}" if bend.why else ""
+        if not why and pivot is not None:
+            is_there = math.isclose(pivot, bend.line, abs_tol=1e-9)
+            away = f" (the jaw's hinge has its pivot at x = {show(pivot, 'm')})"
+            why = ", where the jaw's hinge has its pivot" if is_there else away
+        room = "the rules state no radius"
+        if bend.radius is not None:
+            taken = f"x = {show(bend.start, 'm')} to {show(bend.end, 'm')}"
+            room = f"inside radius at least {show(bend.radius, 'm')}, which takes {taken}"
+        said.append(f"{how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}{why}; {room}")
     a, b = (show(x, "m") for x in stretch)
-    said = [_one_bend(layout, bend) for bend in found]
     return (
-        f"The tail bends {said[0]}{''.join(f'; then {words}' for words in said[1:])}. It bends nowhere else. No holes "
+        f"The tail bends {'; then '.join(said)}. It bends nowhere else. No holes "
         f"and no joints between x = {a} and x = {b}."
     )
-
-
-def _one_bend(layout: Layout, bend: Bend) -> str:
-    how = "in use (dynamic)" if bend.is_dynamic else "once, at assembly (static)"
-    radius = "the rules state no radius" if bend.radius is None else f"inside radius at least {show(bend.radius, 'm')}"
-    taken = f", which takes x = {show(bend.start, 'm')} to {show(bend.end, 'm')}" if bend.radius is not None else ""
-    return (
-        f"{how} by {bend_words(bend)}, about the line across it at x = {show(bend.line, 'm')}"
-        f"{f', {bend.why}' if bend.why else _at_pivot(layout, bend)}; {radius}{taken}"
-    )
-
-
-def _at_pivot(layout: Layout, bend: Bend) -> str:
-    """How the line of a bend lies to the pivot of the jaw's hinge; empty without a hinge."""
-    pivot = pivot_line(layout)
-    if pivot is None:
-        return ""
-    if math.isclose(pivot, bend.line, abs_tol=1e-9):
-        return ", where the jaw's hinge has its pivot"
-    return f" (the jaw's hinge has its pivot at x = {show(pivot, 'm')})"
 
 
 WAYS = {"down": "away from the face with the coils", "up": "towards the face with the coils"}
@@ -199,85 +181,6 @@ def turn_text(layout: Layout) -> str:
         else f"runs {show(abs(tail.offset), 'm')} to the {side}"
     )
     return f"The tail {how} before its contacts; inner edges there have a radius of {show(tail.turn_radius, 'm')}."
-
-
-def contact_row(layout: Layout) -> tuple[tuple[Pad, ...], float | None]:
-    """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
-    with one pitch.
-    """
-    xs, ys = [pad.centre.x for pad in layout.pads], [pad.centre.y for pad in layout.pads]
-    across = max(xs) - min(xs) > max(ys) - min(ys)
-    row = tuple(sorted(layout.pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
-    steps = [(b.centre.x - a.centre.x, b.centre.y - a.centre.y) for a, b in pairwise(row)]
-    pitches = {round((dx if across else dy) * 1e9) for dx, dy in steps}
-    beside = {round((dy if across else dx) * 1e9) for dx, dy in steps}
-    return row, pitches.pop() * 1e-9 if len(pitches) == 1 and beside == {0} else None
-
-
-def contact_text(layout: Layout) -> str:
-    """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
-    without contacts.
-    """
-    if not layout.pads:
-        return ""
-    _, pitch = contact_row(layout)
-    width, length = contact_size(layout.pads[0])
-    apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
-    size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
-    bare = bare_size(layout)
-    if bare is None:
-        return f"{size}{unused_text(layout)}"
-    is_held_all_round = bare[0] < width - 1e-9
-    under = "the coverlay covers their rims" if is_held_all_round else "the rest goes on under the coverlay"
-    wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
-    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout)}"
-
-
-def bare_size(layout: Layout) -> tuple[float, float] | None:
-    """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
-    pad = layout.pads[0]
-    (x, y), (w, h) = pad.centre, pad.size
-    for opening in layout.top_openings:
-        x0, y0, x1, y1 = bounding_box([opening.outline])
-        if x0 <= x <= x1 and y0 <= y <= y1:
-            along = min(x + w / 2, x1) - max(x - w / 2, x0)
-            across = min(y + h / 2, y1) - max(y - h / 2, y0)
-            width, length = sorted((along, across))
-            return (width, length) if w * h - width * length > 1e-12 else None
-    return None
-
-
-def unused_text(layout: Layout) -> str:
-    """Which contacts no coil has; empty where there are none."""
-    numbers = [pad.number for pad in layout.pads if pad.is_unused]
-    if not numbers:
-        return ""
-    words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
-    return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
-
-
-def plug_text(layout: Layout) -> str:
-    """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
-    tail = layout.spec.fpc.tail
-    if tail is None or not tail.connector.width_tolerance or not layout.pads:
-        return ""
-    connector = tail.connector
-    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout), "m")
-    edge = show(connector.edge_margin, "m")
-    return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
-
-
-def end_tolerance(layout: Layout) -> float:
-    """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
-    tail = layout.spec.fpc.tail
-    own = tail.connector.width_tolerance if tail is not None else 0.0
-    return own or layout.spec.fpc.rules.outline_tolerance
-
-
-def contact_size(pad: Pad) -> tuple[float, float]:
-    """Width and length (m) of a contact: its shorter and its longer side."""
-    width, length = sorted(pad.size)
-    return width, length
 
 
 def coil_text(layout: Layout) -> str:
@@ -338,20 +241,16 @@ def bond_texts(layout: Layout) -> dict[str, str]:
     places: dict[str, list[str]] = {}
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         films = stackup.between(upper, lower)
-        if len(films) > 1 or any(film.material == "bondply" for film in films):
-            places.setdefault(_bond_text(films), []).append(f"{upper} to {lower}")
+        if len(films) == 1 and films[0].material != "bondply":
+            continue
+        whole = show(sum(film.thickness for film in films), "m")
+        parts = ", ".join(f"{show(film.thickness, 'm')} {layer_text(film)}" for film in films)
+        text = f"{whole} from copper to copper: {parts}"
+        if any(film.material == "bondply" and not film.made_of for film in films):
+            unknown = "which sheets and how much adhesive make up the bondply is not stated in the stack-up"
+            text = f"{text}; {unknown}: choose them to this distance, and tell us"
+        places.setdefault(text, []).append(f"{upper} to {lower}")
     return {f"copper {', '.join(between)}": text for text, between in places.items()}
-
-
-def _bond_text(films: Sequence[StackLayer]) -> str:
-    """What lies between two copper layers, in words."""
-    whole = show(sum(film.thickness for film in films), "m")
-    parts = ", ".join(f"{show(film.thickness, 'm')} {layer_text(film)}" for film in films)
-    text = f"{whole} from copper to copper: {parts}"
-    if all(film.material != "bondply" or film.made_of for film in films):
-        return text
-    unknown = "which sheets and how much adhesive make up the bondply is not stated in the stack-up"
-    return f"{text}; {unknown}: choose them to this distance, and tell us"
 
 
 def outline_text(layout: Layout) -> str:

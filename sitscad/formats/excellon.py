@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.fabrication.files import drill_files, drill_title, project_attributes
-from sitscad.fabrication.holes import drilled_to
+from sitscad.fabrication.files import drill_files, drill_title, drilled_to, project_attributes
 from sitscad.formats.excellon_text import drill_text
 from sitscad.layout.board import Layout
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from sitscad.fabrication.holes import DrilledHole, millimetres, tools_of
+from sitscad.fabrication.files import DrilledHole, millimetres, tools_of
 
 
 def drill_text(

@@ -10,10 +10,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.fabrication.files import fabrication_path, has_coverlay
-from sitscad.geometry.path import Point
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad, Via
+from sitscad.geometry.path import Point, Region
+from sitscad.layout.board import Layout, Pad, Via
 
 NET_NAME_LENGTH = 14
 NO_NET = "N/C"

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from sitscad.drawing.frame import FORCED
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
+from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
 from sitscad.scene.stack import sheets
 from sitscad.units import decimal
 

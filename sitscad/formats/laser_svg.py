@@ -7,7 +7,7 @@ from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, circle
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
+from sitscad.layout.laser_sheet import LOOKS, TEXT_HEIGHT, Contour, CutLayer, LaserSheet
 from sitscad.scene.stack import sheets
 
 MM = 1e3

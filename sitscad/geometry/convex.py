@@ -1,4 +1,6 @@
-"""Convex outlines of lines and arcs: what a straight cut leaves of them, and how far a point lies outside. Exact."""
+"""Outlines cut off: convex ones of lines and arcs by straight lines, exactly; plates as discs and rectangles, what two
+of them have in common and how far one hangs over; and the parts of any path inside a box, for details of drawings.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +8,27 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment
+from sitscad.geometry.path import (
+    TWO_PI,
+    Arc,
+    Line,
+    Path,
+    Point,
+    Segment,
+    bounding_box,
+    circle,
+    closed_polygon,
+    enclosed_area,
+    polar,
+    polyline,
+    rectangle,
+)
+from sitscad.record import record
 
 _TINY = 1e-12
+
+Box = tuple[float, float, float, float]
+"""x_min, y_min, x_max, y_max in metres."""
 
 
 def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
@@ -29,7 +49,7 @@ def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
     return Path(tuple(segments))
 
 
-def within_box(outline: Path, box: tuple[float, float, float, float]) -> Path | None:
+def within_box(outline: Path, box: Box) -> Path | None:
     """The part of a closed path in a box (x_min, y_min, x_max, y_max in metres); each side crosses it twice at most."""
     x0, y0, x1, y1 = box
     low, high = Point(x0, y0), Point(x1, y1)
@@ -76,37 +96,34 @@ def beyond(outline: Path, point: Point) -> float:
     The largest of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that
     looks at the point.
     """
+
+    def outward(side: Line) -> Point:
+        length = side.length
+        return Point((side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length)
+
+    def direction(segment: Segment, fraction: float) -> float:
+        """Where the outward normal points (rad), at the start (0) or the end (1)."""
+        if isinstance(segment, Arc):
+            return segment.start_angle + fraction * segment.sweep
+        normal = outward(segment)
+        return math.atan2(normal.y, normal.x)
+
+    def looks(first: float, turn: float, centre: Point) -> bool:
+        """Whether the point lies in one of the directions from `first` on, `turn` (rad) counter-clockwise."""
+        return (math.atan2(point.y - centre.y, point.x - centre.x) - first) % TWO_PI <= turn
+
     found = -math.inf
     segments = outline.segments
     for segment, after in zip(segments, segments[1:] + segments[:1], strict=True):
-        if isinstance(segment, Arc):
-            if _looks(segment.start_angle, segment.sweep, segment.centre, point):
-                found = max(found, point.distance(segment.centre) - segment.radius)
-        else:
-            found = max(found, _height(point, segment.start, _outward(segment)))
-        out = _direction(segment, 1.0)
-        turn = math.remainder(_direction(after, 0.0) - out, TWO_PI)
-        if turn > _TINY and _looks(out, turn, segment.end, point):
+        if not isinstance(segment, Arc):
+            found = max(found, _height(point, segment.start, outward(segment)))
+        elif looks(segment.start_angle, segment.sweep, segment.centre):
+            found = max(found, point.distance(segment.centre) - segment.radius)
+        out = direction(segment, 1.0)
+        turn = math.remainder(direction(after, 0.0) - out, TWO_PI)
+        if turn > _TINY and looks(out, turn, segment.end):
             found = max(found, point.distance(segment.end))
     return found
-
-
-def _outward(side: Line) -> Point:
-    length = side.length
-    return Point((side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length)
-
-
-def _direction(segment: Segment, fraction: float) -> float:
-    """Where the outward normal of a segment points (rad), at its start (0) or its end (1)."""
-    if isinstance(segment, Arc):
-        return segment.start_angle + fraction * segment.sweep
-    normal = _outward(segment)
-    return math.atan2(normal.y, normal.x)
-
-
-def _looks(first: float, turn: float, centre: Point, point: Point) -> bool:
-    """Whether a point lies from a centre in one of the directions from `first` on, `turn` (rad) counter-clockwise."""
-    return (math.atan2(point.y - centre.y, point.x - centre.x) - first) % TWO_PI <= turn
 
 
 def centroid(outline: Path) -> Point:
@@ -119,19 +136,180 @@ def centroid(outline: Path) -> Point:
         area += double / 2.0
         x += double * (ax + bx) / 6.0
         y += double * (ay + by) / 6.0
-        if isinstance(segment, Arc):
-            cap, out = _cap(segment)
-            area, x, y = area + cap, x + cap * (out.x - origin.x), y + cap * (out.y - origin.y)
+        if not isinstance(segment, Arc):
+            continue
+        sweep, radius = abs(segment.sweep), segment.radius
+        beside = sweep - math.sin(sweep)  # what lies between the arc and its chord
+        if beside > 0.0:
+            cap = math.copysign(0.5 * radius**2 * beside, segment.sweep)
+            away = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * beside)
+            out = polar(away, segment.start_angle + segment.sweep / 2.0, segment.centre) - origin
+            area, x, y = area + cap, x + cap * out.x, y + cap * out.y
     return origin.shifted(x / area, y / area) if abs(area) > 0.0 else origin
 
 
-def _cap(arc: Arc) -> tuple[float, Point]:
-    """The signed area (m2) between an arc and its chord, and the centroid of that."""
-    sweep, radius = abs(arc.sweep), arc.radius
-    area = 0.5 * radius**2 * (sweep - math.sin(sweep))
-    if area <= 0.0:
-        return 0.0, arc.start
-    away = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * (sweep - math.sin(sweep)))
-    middle = arc.start_angle + arc.sweep / 2.0
-    out = arc.centre.shifted(away * math.cos(middle), away * math.sin(middle))
-    return math.copysign(area, arc.sweep), out
+@record
+class Footprint:
+    """A disc (``is_round``, its diameter the first of its sizes) or a rectangle: sizes along its own x and y (m),
+    centre, and rotation (rad, counter-clockwise).
+    """
+
+    is_round: bool
+    size: tuple[float, float]
+    centre: Point
+    rotation: float = 0.0
+
+    @property
+    def corners(self) -> tuple[Point, ...]:
+        """The four corners of a rectangle, counter-clockwise; none of a disc."""
+        if self.is_round:
+            return ()
+        x, y = self.size[0] / 2, self.size[1] / 2
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return tuple(
+            self.centre.shifted(cos * u - sin * v, sin * u + cos * v) for u, v in ((-x, -y), (x, -y), (x, y), (-x, y))
+        )
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """How far (m) it reaches from its centre along x and along y."""
+        if self.is_round:
+            return self.size[0] / 2, self.size[0] / 2
+        cos, sin = abs(math.cos(self.rotation)), abs(math.sin(self.rotation))
+        x, y = self.size[0] / 2, self.size[1] / 2
+        # a quarter turn is exact although its cosine is not quite zero
+        cos, sin = (0.0 if part < 1e-15 else part for part in (cos, sin))
+        return cos * x + sin * y, sin * x + cos * y
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres."""
+        x, y = self.reach
+        return self.centre.x - x, self.centre.y - y, self.centre.x + x, self.centre.y + y
+
+    def outline(self, margin: float = 0.0) -> Path:
+        """The closed outline, counter-clockwise, grown by `margin` (m) with round corners."""
+        if self.is_round:
+            return circle(self.centre, self.size[0] / 2 + margin)
+        (cx, cy), x, y = self.centre, self.size[0] / 2 + margin, self.size[1] / 2 + margin
+        upright = rectangle(cx - x, cy - y, cx + x, cy + y, margin)
+        return upright.rotated(self.rotation, self.centre) if self.rotation else upright
+
+    def place_of(self, point: Point) -> tuple[float, float]:
+        """A point's coordinates (m) in the plate's own axes, about its centre."""
+        dx, dy = point.x - self.centre.x, point.y - self.centre.y
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return cos * dx + sin * dy, cos * dy - sin * dx
+
+    def hangs_over(self, ground: Path) -> float:
+        """How far (m) its farthest point lies outside a convex outline; what is left of room, negative, where it lies
+        inside.
+        """
+        if self.is_round:
+            return beyond(ground, self.centre) + self.size[0] / 2
+        return max(beyond(ground, corner) for corner in self.corners)
+
+    def common(self, other: Footprint) -> Path | None:
+        """The outline of what both cover; None where they do not overlap."""
+        if self.is_round and other.is_round:
+            return _lens(self, other)
+        clip, found = (other, self.outline()) if not other.is_round else (self, other.outline())
+        here: Path | None = found
+        for corner, after in zip(clip.corners, clip.corners[1:] + clip.corners[:1], strict=True):
+            side = corner.distance(after)
+            normal = Point((after.y - corner.y) / side, (corner.x - after.x) / side)
+            here = None if here is None else clipped(here, corner, normal)
+        return here if here is not None and enclosed_area(here) > 0.0 else None
+
+    @property
+    def area(self) -> float:
+        """Area (m2)."""
+        return math.pi / 4.0 * self.size[0] ** 2 if self.is_round else self.size[0] * self.size[1]
+
+
+def _lens(one: Footprint, other: Footprint) -> Path | None:
+    """What two discs have in common."""
+    small, large = sorted((one, other), key=lambda disc: disc.size[0])
+    r, big, apart = small.size[0] / 2, large.size[0] / 2, small.centre.distance(large.centre)
+    if apart >= r + big:
+        return None
+    if apart <= big - r:
+        return small.outline()
+    towards = math.atan2(large.centre.y - small.centre.y, large.centre.x - small.centre.x)
+    aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
+    lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
+    return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
+
+
+def parts_inside(path: Path, box: Box) -> list[Path]:
+    """The parts of a path in a box (m), cut where it leaves the box; the path itself where all of it is inside."""
+    x0, y0, x1, y1 = bounding_box([path])
+    if x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]:
+        return [path]
+    points = path.flattened(2e-6)
+    runs: list[list[tuple[float, float]]] = [[]]
+    for a, b in pairwise(points):
+        kept = _clipped(a, b, box)
+        if kept is None:
+            runs.append([])
+            continue
+        start, end = kept
+        if not runs[-1] or runs[-1][-1] != start:
+            runs.append([start])
+        runs[-1].append(end)
+    return [polyline(run) for run in runs if len(run) > 1]  # type: ignore[arg-type]
+
+
+def area_inside(path: Path, box: Box) -> Path | None:
+    """The part of a convex-cornered area in a box (m), given by its outline (Sutherland and Hodgman 1974); None where
+    there is none. Arcs that are cut count as chords within 2 um.
+    """
+    x0, y0, x1, y1 = bounding_box([path])
+    if x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]:
+        return path
+    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)]
+    for axis in (0, 1):
+        for bound, sign in ((box[axis], 1.0), (box[axis + 2], -1.0)):
+            points = _cut(points, axis, bound, sign)
+    return closed_polygon([Point(*p) for p in points]) if len(points) > 2 else None
+
+
+def part_beyond(path: Path, x: float) -> Path:
+    """The part of a closed path's area beyond a place along x (m), arcs as chords within 2 um."""
+    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)[:-1]]
+    return closed_polygon([Point(*p) for p in _cut(points, 0, x, 1.0)])
+
+
+def _cut(points: list[tuple[float, float]], axis: int, bound: float, sign: float) -> list[tuple[float, float]]:
+    """A polygon's part on one side of a line across an axis."""
+    found: list[tuple[float, float]] = []
+    for a, b in zip(points[-1:] + points[:-1], points, strict=True):
+        here, there = sign * (a[axis] - bound), sign * (b[axis] - bound)
+        if (here < 0.0) != (there < 0.0):
+            share = here / (here - there)
+            found.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+        if there >= 0.0:
+            found.append(b)
+    return found
+
+
+def _clipped(
+    a: tuple[float, float], b: tuple[float, float], box: Box
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """The part of a straight piece inside a box (Liang and Barsky 1984); None where none is."""
+    low, high = 0.0, 1.0
+    for axis in (0, 1):
+        step = b[axis] - a[axis]
+        for bound, sign in ((box[axis], -1.0), (box[axis + 2], 1.0)):
+            room, pace = sign * (bound - a[axis]), sign * step
+            if abs(pace) < 1e-15:
+                if room < 0.0:
+                    return None
+            elif pace > 0.0:
+                high = min(high, room / pace)
+            else:
+                low = max(low, room / pace)
+    if low >= high:
+        return None
+    at = [(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])) for t in (low, high)]
+    return (a if low == 0.0 else at[0]), (b if high == 1.0 else at[1])

@@ -1,4 +1,4 @@
-"""Lines and circular arcs, and the paths made of them; arcs stay arcs down to the machine that draws them."""
+"""Lines and circular arcs, the paths made of them, and areas; arcs stay arcs down to the machine that draws them."""
 
 from __future__ import annotations
 
@@ -340,3 +340,16 @@ def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
 def _unit(a: Point, b: Point) -> tuple[float, float]:
     length = a.distance(b)
     return (b.x - a.x) / length, (b.y - a.y) / length
+
+
+@record
+class Region:
+    """The area inside a closed `outline` and outside its `holes`."""
+
+    outline: Path
+    holes: tuple[Path, ...] = ()
+
+    @property
+    def area(self) -> float:
+        """Area in square metres."""
+        return abs(enclosed_area(self.outline)) - sum(abs(enclosed_area(hole)) for hole in self.holes)

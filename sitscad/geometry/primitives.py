@@ -46,19 +46,28 @@ class Primitives:
 
     def trimmed(self, first: Floats, last: Floats) -> Primitives:
         """The pieces between two fractions (0 to 1) of their length, piece by piece."""
-        return _between(self, first, last)
+
+        def at(fraction: Floats) -> Floats:
+            straight = self.start + fraction[:, None] * (self.end - self.start)
+            angle = self.angle + fraction * self.sweep
+            on_arc = self.centre + self.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+            return np.where(self.radius[:, None] > 0.0, on_arc, straight)
+
+        angle, sweep = self.angle + first * self.sweep, (last - first) * self.sweep
+        return Primitives(at(first), at(last), self.centre, self.radius, angle, sweep)
 
     @property
     def tangents(self) -> tuple[Floats, Floats]:
         """Unit vectors (n, 2) along each piece where it starts and where it ends; zero for a point."""
-        return self._tangent(self.start), self._tangent(self.end)
 
-    def _tangent(self, at: Floats) -> Floats:
-        out = at - self.centre
-        turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
-        along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
-        size = np.hypot(along[:, 0], along[:, 1])
-        return along / np.where(size > 0.0, size, 1.0)[:, None]
+        def at(point: Floats) -> Floats:
+            out = point - self.centre
+            turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
+            along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
+            size = np.hypot(along[:, 0], along[:, 1])
+            return along / np.where(size > 0.0, size, 1.0)[:, None]
+
+        return at(self.start), at(self.end)
 
     @cached_property
     def boxes(self) -> Floats:
@@ -297,17 +306,3 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 def _cross(a: Floats, b: Floats) -> Floats:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _between(pieces: Primitives, first: Floats, last: Floats) -> Primitives:
-    angle = pieces.angle + first * pieces.sweep
-    sweep = (last - first) * pieces.sweep
-    return Primitives(_at(pieces, first), _at(pieces, last), pieces.centre, pieces.radius, angle, sweep)
-
-
-def _at(pieces: Primitives, fraction: Floats) -> Floats:
-    """The points (n, 2) at a fraction of each piece's length."""
-    straight = pieces.start + fraction[:, None] * (pieces.end - pieces.start)
-    angle = pieces.angle + fraction * pieces.sweep
-    round_ = pieces.centre + pieces.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    return np.where(pieces.radius[:, None] > 0.0, round_, straight)

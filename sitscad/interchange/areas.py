@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from sitscad.geometry.path import Path
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Path, Region
 from sitscad.interchange.lines import TOLERANCE
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path, Point, Segment
-from sitscad.layout.board import Coil, Layout
-from sitscad.layout.pieces import Via
+from sitscad.layout.board import Coil, Layout, Via
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from sitscad.layout.arrangement import arrange
-from sitscad.layout.board import Coil, Layout, Stiffener, Winding
-from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.validity import refuse_unusable
 

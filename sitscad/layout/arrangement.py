@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
-from sitscad.finding import Shortfall
-from sitscad.geometry.path import Point, Segment
-from sitscad.layout import shortfalls as room
-from sitscad.layout.axis import about_axis, placed
-from sitscad.layout.board import Capacitor, Coil, Layout
+from sitscad.finding import Missing, Shortfall
+from sitscad.geometry.path import Point
+from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
-from sitscad.layout.outline import Body, body_of, far_end, outline
-from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.routing.escape import Escape
-from sitscad.layout.routing.lanes import Bus, bus_for
-from sitscad.layout.routing.routes import (
+from sitscad.layout.escape import Escape, SearchLimit
+from sitscad.layout.lanes import Bus, bus_for
+from sitscad.layout.outline import Body, body_of, far_end, least_x, openings, outline
+from sitscad.layout.placing import about_axis, course, placed, turned
+from sitscad.layout.routes import (
     Routing,
     boards,
     body_frame,
@@ -24,13 +24,10 @@ from sitscad.layout.routing.routes import (
     route_freely,
     route_in_line,
 )
-from sitscad.layout.routing.search_limit import SearchLimit
-from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
-from sitscad.layout.tail.openings import chip_openings, contact_openings
-from sitscad.layout.tail.stiffening import stiffener
-from sitscad.layout.tail.tracks import Run, unused_contacts
-from sitscad.layout.tail.turn import course, turned
-from sitscad.layout.winding.wound_coils import WoundCoil, wind_all
+from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
+from sitscad.layout.tail_tracks import Run, unused_contacts
+from sitscad.layout.thickness import stiffener
+from sitscad.layout.windings import WoundCoil, wind_all
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -44,7 +41,7 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     """
     level = about_axis(spec)
     found = _attempt(level, searches or SearchLimit())
-    return placed(_assemble(level, found, found.shortfalls), spec)
+    return placed(_assemble(level, found), spec)
 
 
 @record
@@ -63,16 +60,16 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     bus = bus_for(spec)
     wound = wind_all(spec, bus)
     shortfalls = list(wound[0].shortfalls)
-    if not in_line(spec) and not bus.is_stacked:
-        shortfalls.append(room.not_in_line(spec))
+    if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
+        shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
     front = front_of(spec, bus)
     routing = None
     if not shortfalls:
         routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)
-        if routing is None:
-            shortfalls.append(room.no_way_for_leads())
+        if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
+            shortfalls.append(Shortfall(Missing.LEAD_ROOM))
         elif not _tail_is_clear(spec, routing):
-            shortfalls.append(room.no_tail_room(spec, routing.tail))
+            shortfalls.append(_no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
         far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
@@ -85,17 +82,31 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
     board = Obstacles(spec.fpc.rules, routing.bus.spacing)
-    for both in routing.ends:
-        for run in both:
-            tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
-            holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
-            if not board.admits(tracks, holes):
-                return False
-            board.add(tracks, holes)
+    for run in (run for both in routing.ends for run in both):
+        tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
+        holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
+        if not board.admits(tracks, holes):
+            return False
+        board.add(tracks, holes)
     return True
 
 
-def _assemble(spec: SensorSpec, found: _Attempt, shortfalls: tuple[Shortfall, ...]) -> Layout:
+def _no_tail_room(spec: SensorSpec, tail: TailFrame) -> Shortfall:
+    """Tracks to the contacts come too near each other; what they take is known where it is more than the pitch."""
+    contacts, rules = tail.connector, spec.fpc.rules
+    needed = rules.trace_width + rules.trace_spacing
+    facts = (
+        ("coils", len(spec.array.placements)),
+        ("connector", contacts.name),
+        ("pitch", contacts.pitch * 1e3),
+        ("tail", (tail.end - tail.start) * 1e3),
+        ("rules", rules.name),
+        ("track", needed * 1e6),
+    )
+    return Shortfall(Missing.TAIL_ROOM, contacts.pitch, needed if needed > contacts.pitch else None, "m", facts=facts)
+
+
+def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
     """The layout of what was found, its tail turned where the spec asks for it."""
     bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
@@ -113,9 +124,12 @@ def _assemble(spec: SensorSpec, found: _Attempt, shortfalls: tuple[Shortfall, ..
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     contacts = tuple(sorted([*pads, *unused_contacts(tail)] if pads else [], key=lambda pad: pad.number))
-    copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
-    plate = stiffener(spec, tail)
     begin = turn_begin(spec, bus, tail)
+    # the tail may bend where its sides are straight, up to the stiffener or its turn, free of vias
+    bend_start = tail.start + tail.taper.reach_beyond
+    bend_end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), begin if tail.turn else math.inf)
+    bends = spec.fpc.tail is not None and spec.fpc.tail.bend != "none" and bend_end > bend_start
+    copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
     straight = Layout(
         spec=spec,
         coils=tuple(coils),
@@ -124,21 +138,16 @@ def _assemble(spec: SensorSpec, found: _Attempt, shortfalls: tuple[Shortfall, ..
         pads=contacts,
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, body.low, body.end, body.high),
-        top_openings=(*contact_openings(spec, tail, contacts), *(r for c in capacitors for r in chip_openings(c.pads))),
+        top_openings=openings(spec, tail, contacts, (pad for each in capacitors for pad in each.pads)),
         bottom_openings=(),
-        stiffener=plate,
-        bend_zone=_bend_zone(spec, tail, begin if tail.turn else math.inf),
-        shortfalls=shortfalls,
+        stiffener=stiffener(spec, tail),
+        bend_zone=(bend_start, bend_end) if bends else None,
+        shortfalls=found.shortfalls,
         capacitors=tuple(capacitors),
         tail_length=tail.end - tail.body_end,
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
     return turned(straight, line) if line else straight
-
-
-def _at_least(segment: Segment) -> float:
-    # No point of a segment has a smaller x: cheaper than where it really ends.
-    return min(segment.start.x, segment.end.x) - segment.length
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
@@ -150,74 +159,45 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
     for trace in traces:
         points.append((trace.path.start, trace.width / 2))
         for segment in trace.path:
-            if _at_least(segment) < before:
+            if least_x(segment) < before:
                 points += [(segment.at(fraction), trace.width / 2) for fraction in (0.25, 0.5, 0.75, 1.0)]
     return points
-
-
-def _bend_zone(spec: SensorSpec, tail: TailFrame, limit: float) -> tuple[float, float] | None:
-    """Where the tail may bend: its sides straight, up to the stiffener or its turn at the limit (m), free of vias."""
-    if spec.fpc.tail is None or spec.fpc.tail.bend == "none":
-        return None
-    end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), limit)
-    start = tail.start + tail.taper.reach_beyond
-    return (start, end) if end > start else None
 
 
 def _series(
     spec: SensorSpec, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
 ) -> tuple[Trace | Via, ...]:
     """Every conductor of a coil in the order of the current, from contact A to contact B."""
+    tail, width = spec.fpc.tail, spec.coil.trace_width
+    # holes of a tail of fewer layers than the body has end with these
+    lowest = tail.layers if tail is not None and tail.layers < len(spec.fpc.stackup.copper) else None
     series: list[Trace | Via] = []
+
+    def add(pieces: Sequence[Track | Hole], role: Role, lowest: int | None = None) -> None:
+        for piece in pieces:
+            if isinstance(piece, Hole):
+                series.append(Via(piece.centre, piece.drill, piece.pad, net, lowest))
+            elif piece.path.segments:
+                series.append(Trace(piece.path, piece.width, piece.layer, net, role))
+
     if way and ends:
-        series += _backwards(_run_pieces(spec, net, ends[0]))
-        series += _backwards(_pieces(net, way.lead_a.pieces, Role.LEAD))
+        add(way.lead_a.pieces, Role.LEAD)
+        add((ends[0].neck,), Role.LEAD)
+        add(ends[0].lane, Role.TAIL, lowest)
+        series = [replace(p, path=p.path.reversed()) if isinstance(p, Trace) else p for p in reversed(series)]
     for index, winding in enumerate(coil.windings):
-        series.append(Trace(winding.path, spec.coil.trace_width, winding.layer, net, Role.WINDING))
-        if winding.inward:
-            series += _inner_pieces(spec, net, coil, index // 2)
-        elif way and index + 1 < len(coil.windings):
-            series += _pieces(net, way.joins[index // 2].pieces, Role.STUB)
+        series.append(Trace(winding.path, width, winding.layer, net, Role.WINDING))
+        if winding.inward and index // 2 < len(coil.inner):
+            inner = coil.inner[index // 2]
+            stubs = [Track(path, width, layer) for layer, path in inner.stubs]
+            onward = [Track(stub.path.reversed(), width, stub.layer) for stub in stubs[1:]]
+            series.append(Trace(stubs[0].path, width, stubs[0].layer, net, Role.STUB))
+            series.append(Via(inner.hole.centre, inner.hole.drill, inner.hole.pad, net))
+            series += [Trace(stub.path, width, stub.layer, net, Role.STUB) for stub in onward]
+        elif not winding.inward and way and index + 1 < len(coil.windings):
+            add(way.joins[index // 2].pieces, Role.STUB)
     if way and ends:
-        series += _pieces(net, way.lead_b.pieces, Role.LEAD)
-        series += _run_pieces(spec, net, ends[1])
+        add(way.lead_b.pieces, Role.LEAD)
+        add((ends[1].neck,), Role.LEAD)
+        add(ends[1].lane, Role.TAIL, lowest)
     return tuple(series)
-
-
-def _inner_pieces(spec: SensorSpec, net: str, coil: WoundCoil, join: int) -> list[Trace | Via]:
-    """Via and stubs that join two layers inside a coil; none where there is no such join."""
-    if join >= len(coil.inner):
-        return []
-    inner = coil.inner[join]
-    width = spec.coil.trace_width
-    layer, path = inner.stubs[0]
-    pieces: list[Trace | Via] = [Trace(path, width, layer, net, Role.STUB)]
-    pieces.append(Via(inner.hole.centre, inner.hole.drill, inner.hole.pad, net))
-    for layer, path in inner.stubs[1:]:
-        pieces.append(Trace(path.reversed(), width, layer, net, Role.STUB))
-    return pieces
-
-
-def _run_pieces(spec: SensorSpec, net: str, run: Run) -> list[Trace | Via]:
-    """A conductor from the funnel to its contact; the holes of a tail of fewer layers end with these."""
-    tail, copper = spec.fpc.tail, len(spec.fpc.stackup.copper)
-    lowest = tail.layers if tail is not None and tail.layers < copper else None
-    return [*_pieces(net, (run.neck,), Role.LEAD), *_pieces(net, run.lane, Role.TAIL, lowest)]
-
-
-def _pieces(net: str, pieces: tuple[Track | Hole, ...], role: Role, lowest: int | None = None) -> list[Trace | Via]:
-    """Tracks and holes with their net and what they are for; `lowest` is the last layer that the holes go through."""
-    named: list[Trace | Via] = []
-    for piece in pieces:
-        if isinstance(piece, Hole):
-            named.append(Via(piece.centre, piece.drill, piece.pad, net, lowest))
-        elif piece.path.segments:
-            named.append(Trace(piece.path, piece.width, piece.layer, net, role))
-    return named
-
-
-def _backwards(pieces: list[Trace | Via]) -> list[Trace | Via]:
-    return [
-        Trace(p.path.reversed(), p.width, p.layer, p.net, p.role) if isinstance(p, Trace) else p
-        for p in reversed(pieces)
-    ]

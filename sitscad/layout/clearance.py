@@ -135,7 +135,7 @@ class Obstacles:
 
     def admits(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> bool:
         """Whether all of these keep their distance from what is there (not from one another)."""
-        return all(self._admits_track(t) for t in tracks) and all(self._admits_hole(h) for h in holes)
+        return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
     def admits_each(self, tracks: Sequence[Track]) -> NDArray[np.bool_]:
         """Of tracks on one layer whether each keeps its distances: as `admits`, all of them at once."""
@@ -157,9 +157,14 @@ class Obstacles:
             return []
         centres = np.array([hole.centre for hole in holes])
         keep = np.array([hole_keep_out(hole, self._rules, self._spacing) for hole in holes])
-        free = np.array([self._apart(hole) for hole in holes])
+        free = np.ones(len(holes), dtype=bool)
+        for k, hole in enumerate(holes):
+            free[k] = all(
+                hole.centre.distance(other.centre) >= hole_distance(hole, other, self._rules, self._spacing) - SLACK
+                for other in self._holes
+            )
         for layer in self._tracks:
-            free[_met(self._on(layer), centres, keep)] = False
+            free[_meetings(self._on(layer), centres, keep)[:, 1]] = False
         return [hole for hole, stays in zip(holes, free.tolist(), strict=True) if stays]
 
     def _on(self, layer: int) -> Copper:
@@ -173,9 +178,9 @@ class Obstacles:
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
             return False
         own = track.copper
-        if self._holes and _met(own, *self._kept_by_holes()).size:
+        if self._holes and _meetings(own, *self._kept_by_holes()).size:
             return False
-        return track.layer not in self._tracks or not self._touches(own, self._on(track.layer))
+        return track.layer not in self._tracks or not bool(self._touching(own, self._on(track.layer)).size)
 
     def _kept_by_holes(self) -> tuple[Floats, Floats]:
         """Centres of the holes (n, 2), and what each keeps from its centre to copper (n) (m)."""
@@ -183,10 +188,6 @@ class Obstacles:
             keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
-
-    def _touches(self, track: Copper, other: Copper) -> bool:
-        """Whether copper comes nearer to other copper than the spacing."""
-        return bool(self._touching(track, other).size)
 
     def _touching(self, track: Copper, other: Copper) -> Indices:
         """Which pieces of copper come nearer to other copper than the spacing."""
@@ -196,20 +197,6 @@ class Obstacles:
             return pairs[:, 0]
         gaps = distances(track.pieces.take(pairs[:, 0]), other.pieces.take(pairs[:, 1]))
         return pairs[gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK, 0]
-
-    def _admits_hole(self, hole: Hole) -> bool:
-        return bool(self.admitted([hole]))
-
-    def _apart(self, hole: Hole) -> bool:
-        return all(
-            hole.centre.distance(other.centre) >= hole_distance(hole, other, self._rules, self._spacing) - SLACK
-            for other in self._holes
-        )
-
-
-def _met(copper: Copper, centres: Floats, keep: Floats) -> Indices:
-    """Which of some centres (n, 2) the copper comes nearer to than their `keep` (n) (m)."""
-    return _meetings(copper, centres, keep)[:, 1]
 
 
 def _meetings(copper: Copper, centres: Floats, keep: Floats) -> Indices:

@@ -1,15 +1,16 @@
-"""The board's outline: the body under the coils, a taper, and the tail."""
+"""The board's outline: the body under the coils, a taper, and the tail; and the coverlay's openings."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from sitscad.geometry.path import Path, Point, Segment, rounded
+from sitscad.geometry.path import Path, Point, Region, Segment, rectangle, rounded
+from sitscad.layout.board import Pad
 from sitscad.layout.clearance import Breadth, Hole, Track
-from sitscad.layout.routing.ring import Ring
-from sitscad.layout.tail.frame import CORNER_RADIUS, TailFrame
-from sitscad.layout.tail.taper import Taper
+from sitscad.layout.lanes import Ring
+from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -29,6 +30,11 @@ class Body:
         """From the axis to its edge on one side (m): +1 is the upper one, -1 the lower one."""
         return self.high if side > 0 else -self.low
 
+    @property
+    def corner_room(self) -> float:
+        """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
+        return 0.2 * min(self.high - self.low, self.end - self.start)
+
     def widened(self, side: int, half_width: float) -> Body:
         """The body, so wide (m) at least on one side."""
         if side > 0:
@@ -45,13 +51,13 @@ def far_end(spec: SensorSpec, tracks: Iterable[Track], holes: Iterable[Hole]) ->
         left = min(left, hole.centre.x - hole.pad / 2)
     for track in tracks:
         for segment in track.path:
-            if _at_least(segment) - track.width / 2 < left:
+            if least_x(segment) - track.width / 2 < left:
                 left = min(left, segment.box[0] - track.width / 2)
     return left - spec.fpc.rules.copper_to_edge
 
 
-def _at_least(segment: Segment) -> float:
-    # No point of a segment has a smaller x: cheaper than where it really ends.
+def least_x(segment: Segment) -> float:
+    """An x (m) that no point of a segment lies below: cheaper than where it really ends."""
     return min(segment.start.x, segment.end.x) - segment.length
 
 
@@ -62,21 +68,21 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
     as far as the jaw is long.
     """
     margin, jaw = spec.fpc.margin[0], spec.mount.jaw if spec.mount else None
-    room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else None  # longer, and it may come out too long
+    room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else math.inf  # longer, it may come out too long
     return _about(spec.array.middle[0], far - margin, near + margin, room)
 
 
 def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
-    """The same across, for coils and leads that need so much of it."""
+    """How far the body reaches across, for coils and leads that need so much of it: as `ends`."""
     margin, jaw = spec.fpc.margin[1], spec.mount.jaw if spec.mount else None
     low, high = needed.low - margin, needed.high + margin
-    return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else None))
+    return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else math.inf))
 
 
-def _about(middle: float, low: float, high: float, room: float | None) -> tuple[float, float]:
+def _about(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
     """A range grown at its shorter end until its middle is there, at most to a length of `room`."""
     lacks = (middle - low) - (high - middle)
-    more = abs(lacks) if room is None else min(abs(lacks), max(0.0, room - (high - low)))
+    more = min(abs(lacks), max(0.0, room - (high - low)))
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
@@ -92,15 +98,12 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
     for side in (-1, 1):
-        if is_ahead or is_astride or _is_short(body, tail, side):
+        taper = replace(tail.taper, near=body.half_width(side))
+        corner = taper.end - taper.length - taper.reach_before  # where the rounding of the first one begins
+        is_short = not taper.narrows and corner < body.start + body.corner_room
+        if is_ahead or is_astride or is_short:
             body = body.widened(side, tail.half_width)
     return body
-
-
-def _is_short(body: Body, tail: TailFrame, side: int) -> bool:
-    taper = _taper(body, tail, side)
-    first = taper.end - taper.length
-    return not taper.narrows and first - taper.reach_before < body.start + _side_room(body)
 
 
 def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
@@ -109,44 +112,59 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
     ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
     as they keep the distance `edge` from it.
     """
-    lower, upper = (_one_side(body, tail, side, copper, edge) for side in (-1, 1))
+    lower, upper = (
+        [
+            (Point(body.start, side * body.half_width(side)), _far_corner_radius(body, side, copper, edge)),
+            *(
+                (Point(point.x, -side * point.y), radius)
+                for point, radius in (
+                    *replace(tail.taper, near=body.half_width(side)).corners(),
+                    *tail.plug_taper.corners(),
+                    (Point(tail.end, -tail.plug_half_width), 0.0),
+                )
+            ),
+        ]
+        for side in (-1, 1)
+    )
     corners = lower + upper[::-1]
     return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
-def _one_side(
-    body: Body, tail: TailFrame, side: int, copper: list[tuple[Point, float]], edge: float
-) -> list[tuple[Point, float]]:
-    """The corners of the lower or the upper edge with their radii (m), from the far one on."""
-    corners = [
-        (Point(body.start, -body.half_width(side)), far_corner_radius(body, side, copper, edge)),
-        *_taper(body, tail, side).corners(),
-        *tail.plug_taper.corners(),
-        (Point(tail.end, -tail.plug_half_width), 0.0),
-    ]
-    return [(Point(point.x, -side * point.y), radius) for point, radius in corners]
-
-
-def _taper(body: Body, tail: TailFrame, side: int) -> Taper:
-    return replace(tail.taper, near=body.half_width(side))
-
-
-def _side_room(body: Body) -> float:
-    """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
-    return 0.2 * min(body.high - body.low, body.end - body.start)
-
-
-def far_corner_radius(body: Body, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
+def _far_corner_radius(body: Body, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
     """The largest radius (m) of a far corner, at most `CORNER_RADIUS`, that leaves all copper its distance."""
+
+    def keeps(radius: float, point: Point, need: float) -> bool:
+        x, y = body.start + radius, body.half_width(side) - radius
+        if point.x >= x or side * point.y <= y:  # not beside the corner's arc
+            return True
+        return Point(point.x, side * point.y).distance(Point(x, y)) <= radius - need + 1e-9
+
     radius = CORNER_RADIUS
-    while radius > edge and not all(_keeps(body, side, radius, point, half + edge) for point, half in copper):
+    while radius > edge and not all(keeps(radius, point, half + edge) for point, half in copper):
         radius -= 0.05e-3
-    return min(max(radius, edge), _side_room(body))
+    return min(max(radius, edge), body.corner_room)
 
 
-def _keeps(body: Body, side: int, radius: float, point: Point, need: float) -> bool:
-    """Whether a point near a far corner stays `need` away from the corner's arc."""
-    x, y = body.start + radius, body.half_width(side) - radius
-    if point.x >= x or side * point.y <= y:
-        return True
-    return Point(point.x, side * point.y).distance(Point(x, y)) <= radius - need + 1e-9
+def openings(
+    spec: SensorSpec, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
+) -> tuple[Region, ...]:
+    """The coverlay's openings: one over a plug or one over each contact for solder, and those over capacitors' pads.
+
+    That over a plug covers the whole width of what is plugged in and past its end, so that no strip of coverlay makes
+    it thicker there; and reaches so far back that the contacts are bare over their length with the coverlay out of
+    register. Past the edges it reaches as far as outline and coverlay may be off together. The coverlay covers the rims
+    of contacts for solder, of which half stays bare; a capacitor's pads are bare altogether.
+    """
+    rules = spec.fpc.rules
+    over_chips = (_grown(pad, CHIP_OPENING) for pad in chip_pads)
+    if tail.connector.kind == "pads":
+        return (*(_grown(pad, -min(rules.pad_lap, min(pad.size) / 4)) for pad in contacts), *over_chips)
+    past = rules.outline_tolerance + rules.registration
+    half = tail.plug_half_width + past
+    begin = tail.end - tail.end_gap - tail.connector.contact_length - rules.registration
+    return (Region(rectangle(begin, -half, tail.end + past, half)), *over_chips)
+
+
+def _grown(pad: Pad, by: float) -> Region:
+    (w, h), (x, y) = (side / 2 + by for side in pad.size), pad.centre
+    return Region(rectangle(x - w, y - h, x + w, y + h))

@@ -137,7 +137,7 @@ class Motion:
 
 
 def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
-    """What a pad feels of poses (n, 6; see `sitscad.scene.pose`) of a plate at rest `height` (m) above the board."""
+    """What a pad feels of poses (n, 6; see `sitscad.scene.state`) of a plate at rest `height` (m) above the board."""
     count, turn = len(poses), rotations(poses[:, 3:])
     vectors = rotation_vectors(turn)
     # frame and plate at once: of a few poses it is the calls that cost

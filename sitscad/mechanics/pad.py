@@ -1,7 +1,7 @@
 """A soft pad between a board and a rigid target: from a pose of the target to what holds it there, and back.
 
 The energy of `pad_law` in the frame of `motion`; forces are its slopes, so what is put in comes back. SI units, arrays
-over the poses or loads first, board axes as in `sitscad.scene.pose`.
+over the poses or loads first, board axes as in `sitscad.scene.state`.
 """
 
 from __future__ import annotations

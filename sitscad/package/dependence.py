@@ -10,7 +10,7 @@ import dataclasses
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.thickness import tail_layers
+from sitscad.layout.thickness import tail_layers
 from sitscad.spec.sensor import SensorSpec
 
 _ELECTRICAL = ("requirements", "readout", "source")

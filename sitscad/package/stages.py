@@ -281,7 +281,7 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     """The page for a person, and the picture of a fit that fails; its pictures are handed in, because a report must not
     depend on writers.
     """
-    from sitscad.layout.tail.contacts import contacts
+    from sitscad.layout.tail_tracks import contacts
     from sitscad.report.page import render
 
     failing = failing_fit(contents)
@@ -345,7 +345,7 @@ def _jaws(contents: Contents) -> str | None:
     """The jaw drawing; none without a jaw, or where a forced package's parts contradict each other."""
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import jaw
-    from sitscad.scene.grasper.jaws import PartsError
+    from sitscad.scene.jaws import PartsError
 
     try:
         sheet = jaw.drawing(contents.layout, not contents.checked.is_orderable)

@@ -13,7 +13,7 @@ from sitscad.parts.mounts.retention import cut_for
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, seat_heights, top_height
-from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.jaws import POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import metal_colour
 

@@ -16,7 +16,7 @@ from sitscad.parts.mounts.plate import adapter, bench_plate
 from sitscad.parts.mounts.seat import grasper_pad
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import MOUNT_PIECES, BodyRole, board_heights
-from sitscad.scene.grasper.jaws import axis
+from sitscad.scene.jaws import axis
 from sitscad.spec.mount import Mount
 
 COLOUR = "#dfe6e9"

@@ -9,7 +9,7 @@ from sitscad.parts.prism import MM, box, one_solid, prism, top_edges
 from sitscad.parts.solid import Solid
 from sitscad.scene import bodies
 from sitscad.scene.bodies import Body, BodyRole
-from sitscad.scene.grasper.jaws import FILM_ROUNDING
+from sitscad.scene.jaws import FILM_ROUNDING
 from sitscad.spec.presets import metal_colour
 
 

@@ -16,7 +16,7 @@ from sitscad.parts.extras import require
 from sitscad.parts.mesh import tessellate
 from sitscad.parts.solid import Solid
 from sitscad.record import record
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
 
 COARSE = (0.05, 0.5)
 """Chord (mm) and turn (rad) of the triangles that walls are measured on: they are flat, or nearly."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.geometry.path import Arc, Path, Point
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Arc, Path, Point, Region
 from sitscad.parts.extras import require
 from sitscad.parts.solid import PartsError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.grasper.jaws import PartsError as PartsError
+from sitscad.scene.jaws import PartsError as PartsError
 
 
 @record

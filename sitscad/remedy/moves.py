@@ -9,9 +9,9 @@ from itertools import islice
 from typing import TypeVar
 
 from sitscad.finding import Edit
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint
 from sitscad.geometry.shapes import LONG_PLATE
-from sitscad.layout.routing.closing import least_closing
+from sitscad.layout.branches import least_closing
 from sitscad.remedy.fix import Fix
 from sitscad.spec import presets
 from sitscad.spec.coil import CoilSpec

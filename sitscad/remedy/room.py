@@ -13,8 +13,8 @@ from itertools import combinations
 
 from sitscad.finding import Edit, Missing
 from sitscad.layout.clearance import hole_keep_out, joined_hole
-from sitscad.layout.routing.lanes import bus_for
-from sitscad.layout.winding.wound_coils import wind_all
+from sitscad.layout.lanes import bus_for
+from sitscad.layout.windings import wind_all
 from sitscad.remedy.fix import Fix
 from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
-from sitscad.layout.tail.contacts import Contact, head
+from sitscad.layout.tail_tracks import Contact, head
 from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, unit_rows, whole_rows
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
 from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows

@@ -16,6 +16,8 @@ from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
 from sitscad.scene.column import (
     Levels,
+    Reach,
+    Toleranced,
     column,
     jaw_tolerance,
     levels,
@@ -23,8 +25,9 @@ from sitscad.scene.column import (
     outline_tolerance,
     placement,
     plate_tolerance,
+    reach,
 )
-from sitscad.scene.grasper.jaws import (
+from sitscad.scene.jaws import (
     FILM_ROUNDING,
     PartsError,
     axis,
@@ -35,8 +38,7 @@ from sitscad.scene.grasper.jaws import (
     section,
     shield_that_fits,
 )
-from sitscad.scene.grasper.seating import side_ledges
-from sitscad.scene.toleranced import Reach, Toleranced, reach
+from sitscad.scene.seating import side_ledges
 from sitscad.spec.mount import Jaw
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"

@@ -1,4 +1,4 @@
-"""Poses and loads as people write them: ``x=0.5,z=-0.2,rx=1``, a CSV file, a scan ``x=-2:2:41,z=-0.9:0:20``."""
+"""Tables that a user hands in, as text."""
 
 from __future__ import annotations
 
@@ -7,13 +7,32 @@ import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.record import record
-from sitscad.scene.table_text import TableError, table_text
 from sitscad.units import UnitError, parse_quantity
+
+
+class TableError(ValueError):
+    """A file that holds no table; the text says why, without its name."""
+
+
+def table_text(path: str, most: int) -> str:
+    """The text of a file of at most so many bytes. Raises TableError for a larger one and for what is not UTF-8,
+    OSError where it cannot be opened.
+    """
+    with Path(path).open("rb") as file:  # a device has no size and no end
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise TableError(f"is larger than {most // 1_000_000} MB")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise TableError("is not text in UTF-8") from error
+
 
 Array = NDArray[np.float64]
 Names = tuple[str, ...]

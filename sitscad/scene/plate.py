@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import above_board
-from sitscad.scene.grasper.jaws import axis
+from sitscad.scene.jaws import axis
 from sitscad.spec.mount import Hole, HolePattern
 
 BORDER = 6.0e-3

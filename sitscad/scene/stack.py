@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.geometry.convex import within_box
-from sitscad.geometry.footprint import Footprint
-from sitscad.geometry.path import Path, Point, bounding_box, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.convex import Footprint, within_box
+from sitscad.geometry.path import Path, Point, Region, bounding_box, rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import CutPart, LaserSheet, laser_sheets
-from sitscad.layout.tail.thickness import tail_layers
+from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
+from sitscad.layout.thickness import tail_layers
 from sitscad.scene.bodies import (
     Body,
     BodyRole,
@@ -21,7 +19,7 @@ from sitscad.scene.bodies import (
     seat_heights,
     top_height,
 )
-from sitscad.scene.grasper.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
+from sitscad.scene.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
 from sitscad.units import in_mm
 
 
@@ -69,7 +67,7 @@ def shield(layout: Layout) -> Body | None:
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
     """The laser's sheets of elastomer, target and shield, of those that the spec has; as
-    `sitscad.layout.cutting.laser_sheet.laser_sheets` otherwise. Raises `PartsError` where the shield does not fit.
+    `sitscad.layout.laser_sheet.laser_sheets` otherwise. Raises `PartsError` where the shield does not fit.
     """
     return laser_sheets(layout, shield_part(layout), stop)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec

@@ -11,11 +11,10 @@ from tolerance import approx
 from sitscad.drawing.frame import mm
 from sitscad.drawing.sheet import Label
 from sitscad.finding import Missing, Severity
-from sitscad.geometry.path import Line, Path, Point, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Line, Path, Point, Region, rectangle
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Pad, Role, Trace, Via
-from sitscad.layout.tail.bending import bend_length, bend_stretch
+from sitscad.layout.bending import bend_length, bend_stretch
+from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.order import notes as fabrication_notes

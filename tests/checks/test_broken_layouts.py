@@ -19,11 +19,9 @@ from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.finding import Finding, Severity
-from sitscad.geometry.path import Path, Point, circle, polyline, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Path, Point, Region, circle, polyline, rectangle
 from sitscad.layout import lay_out
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.layout.board import Layout, Role, Trace, Via
 from sitscad.spec.load import load_text
 
 UM, MM = 1e-6, 1e-3

@@ -13,7 +13,7 @@ from sitscad.checks.board.track_graph import TrackGraph, closed_loops
 from sitscad.finding import Severity
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load_text
 
 UM, MM = 1e-6, 1e-3

@@ -11,12 +11,10 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Missing, Severity, Shortfall
-from sitscad.geometry.path import Line, Path, Point, bounding_box, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
 from sitscad.layout import lay_out
-from sitscad.layout.board import Stiffener
-from sitscad.layout.cutting.bridges import bridges
-from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
+from sitscad.layout.panel import bridges
 from sitscad.spec.load import load_text
 
 

@@ -106,7 +106,6 @@ def test_a_tail_that_bends_at_every_grasp_has_one_layer(judge, design, layers, s
     assert (found.severity, found.measured, found.limit) == (severity, layers, most)
 
 
-
 def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
     spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
     for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):

@@ -9,7 +9,7 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.finding import Severity
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

@@ -11,7 +11,7 @@ from sitscad.design import Design
 from sitscad.estimates import estimate
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
-from sitscad.layout.routing.closing import drawn_closing, least_closing
+from sitscad.layout.branches import drawn_closing, least_closing
 from sitscad.remedy.moves import fewer_turns, more_turns, whole_turns
 from sitscad.spec.load import load_text
 

@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.estimates import estimate
 from sitscad.estimates.values import PARTS
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role, Trace
+from sitscad.layout.board import Role, Trace
 from sitscad.report import numbers
 from sitscad.report.quantities import quantity
 from sitscad.spec.load import load, load_text

@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.circuit.track_ends import spared_squares
-from sitscad.layout.pieces import Role, Trace
+from sitscad.layout.board import Role, Trace
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_ends import pad_squares, step_squares
 

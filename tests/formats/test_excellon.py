@@ -14,7 +14,7 @@ from tolerance import approx
 from sitscad.formats import excellon
 from sitscad.formats.gerber import layers as gerber
 from sitscad.geometry.path import Point
-from sitscad.layout.pieces import Via
+from sitscad.layout.board import Via
 
 MM = 1e-3
 

@@ -23,7 +23,7 @@ from sitscad.formats.gerber import layers as gerber
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.geometry.path import Path as Curve
 from sitscad.geometry.path import Point as Spot
-from sitscad.layout.pieces import Role, Trace
+from sitscad.layout.board import Role, Trace
 from sitscad.papers.order import notes as fabrication_notes
 
 MM = 1e-3

@@ -15,7 +15,7 @@ from kicad_oracle import needs_kicad
 from sitscad.geometry.path import Arc, Line, Point, bounding_box
 from sitscad.geometry.path import Path as Curve
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role
+from sitscad.layout.board import Role
 from sitscad.spec.load import load
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -17,7 +17,7 @@ from tolerance import approx
 from sitscad.formats import excellon, ipc356
 from sitscad.formats.gerber import layers as gerber
 from sitscad.layout import lay_out
-from sitscad.layout.cutting.panel import plan
+from sitscad.layout.panel import plan
 from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load
 

@@ -19,9 +19,8 @@ from tolerance import approx
 from sitscad.formats.kicad import project as kicad
 from sitscad.formats.kicad.sexpr import curve, is_straight, length, millimetres, quoted
 from sitscad.formats.kicad.stackup import copper_names, layer_table, stackup_section
-from sitscad.geometry.path import Arc, Line, Point, bounding_box, circle, polyline, rectangle
-from sitscad.geometry.region import Region
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.geometry.path import Arc, Line, Point, Region, bounding_box, circle, polyline, rectangle
+from sitscad.layout.board import Role, Trace, Via
 
 MM = 1e-3
 

@@ -17,7 +17,7 @@ from sitscad.formats.kicad.sexpr import node
 from sitscad.formats.kicad.stackup import copper_names, layer_table
 from sitscad.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load, load_text
 
 TEMPLATES = sorted((Path(__file__).parents[2] / "templates").glob("*.yaml"))

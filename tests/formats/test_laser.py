@@ -23,7 +23,7 @@ from sitscad.drawing.svg import path_data
 from sitscad.formats import laser_dxf, laser_svg
 from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
 from sitscad.layout import lay_out
-from sitscad.layout.cutting.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
+from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
 from sitscad.papers.order import laser_notes
 from sitscad.scene.stack import sheets, shield
 from sitscad.spec.load import load_text

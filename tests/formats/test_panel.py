@@ -14,8 +14,7 @@ from tolerance import approx
 from sitscad.estimates import estimate
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout import lay_out
-from sitscad.layout.cutting.bridges import bridges, cut_lines
-from sitscad.layout.cutting.panel import is_wanted, plan
+from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text

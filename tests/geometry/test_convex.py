@@ -11,8 +11,7 @@ from shapely.geometry import Point as Dot
 from shapely.geometry import Polygon
 from tolerance import approx
 
-from sitscad.geometry.convex import beyond, centroid, clipped, within_box
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint, beyond, centroid, clipped, within_box
 from sitscad.geometry.path import Point, circle, enclosed_area, rectangle
 
 lengths = st.floats(0.2, 12.0)

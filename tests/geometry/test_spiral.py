@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.geometry.path import Arc, Point, polar
-from sitscad.geometry.shapes import SHAPES
-from sitscad.geometry.spiral import SpiralDimensions, rounded_corners
+from sitscad.geometry.shapes import SHAPES, SpiralDimensions, rounded_corners
 
 MM = 1e-3
 

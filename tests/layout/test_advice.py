@@ -17,8 +17,7 @@ from sitscad.geometry.path import Point, polyline
 from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
-from sitscad.layout.routing.escape import _Search
-from sitscad.layout.routing.search_limit import BUDGET, SearchLimit
+from sitscad.layout.escape import BUDGET, SearchLimit, _Search
 from sitscad.remedy import room
 from sitscad.remedy.budget import Budget
 from sitscad.remedy.fix import Fix

@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Missing
 from sitscad.geometry.path import Point
 from sitscad.layout import lay_out
-from sitscad.layout.tail.funnel import descents
+from sitscad.layout.tail_tracks import descents
 from sitscad.spec.load import load_text
 
 from .test_layout import assert_sound

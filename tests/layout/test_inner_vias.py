@@ -5,8 +5,7 @@ import tracemalloc
 import numpy as np
 
 from sitscad.finding import Missing
-from sitscad.layout import lay_out
-from sitscad.layout.winding import inner_vias, wound_coils
+from sitscad.layout import inner_vias, lay_out, windings
 from sitscad.spec.load import load_text
 
 RACETRACK = """
@@ -25,7 +24,7 @@ def joins_of(monkeypatch, text):
         looked.append(place)
         return join(self, place)
 
-    wound_coils._inner_joins.cache_clear()
+    windings._inner_joins.cache_clear()
     monkeypatch.setattr(inner_vias._Candidates, "_join", counted)
     layout = lay_out(load_text(text, "inside.yaml"))
     return len(looked), not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
@@ -57,7 +56,7 @@ fpc: {rules: huayue}
 
 def test_the_places_in_a_long_stack_take_little_memory():
     """All places were compared with all points of all layers at once: 180 MB."""
-    wound_coils._inner_joins.cache_clear()
+    windings._inner_joins.cache_clear()
     tracemalloc.start()
     lay_out(load_text(STACK, "stack.yaml"))
     most = tracemalloc.get_traced_memory()[1]
@@ -73,7 +72,7 @@ def test_layers_that_lie_alike_share_the_ways_to_their_vias(monkeypatch):
         tried.append(end.layer)
         return admits(self, end, corners)
 
-    wound_coils._inner_joins.cache_clear()
+    windings._inner_joins.cache_clear()
     monkeypatch.setattr(inner_vias._StubRoom, "admits", counted)
     layout = lay_out(load_text(STACK, "stack.yaml"))
     assert not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)

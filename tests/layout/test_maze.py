@@ -13,16 +13,14 @@ from tolerance import approx
 
 from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
+from sitscad.layout import routes
+from sitscad.layout.board import Role
 from sitscad.layout.clearance import Breadth, Hole, Track
-from sitscad.layout.pieces import Role
-from sitscad.layout.routing import routes
-from sitscad.layout.routing.lanes import bus_for, rows_of_lanes
-from sitscad.layout.routing.maze import Ground, Lattice, Maze
-from sitscad.layout.routing.ring import Ring
-from sitscad.layout.routing.routes import front_of, route_freely
-from sitscad.layout.routing.search_limit import BUDGET, LOST, SearchLimit
-from sitscad.layout.routing.shortest_ways import spread
-from sitscad.layout.winding.wound_coils import wind_all
+from sitscad.layout.escape import BUDGET, LOST, SearchLimit
+from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes
+from sitscad.layout.maze import Ground, Lattice, Maze, spread
+from sitscad.layout.routes import front_of, route_freely
+from sitscad.layout.windings import wind_all
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver import coils as positions

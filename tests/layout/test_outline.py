@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.checks import check
 from sitscad.geometry.path import Arc, Line, enclosed_area
 from sitscad.layout import lay_out
-from sitscad.layout.tail.taper import Taper
+from sitscad.layout.tail_frame import Taper
 from sitscad.spec.load import load, load_text
 
 MM, UM = 1e-3, 1e-6

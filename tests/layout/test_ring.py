@@ -12,8 +12,8 @@ from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.geometry.path import Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role
-from sitscad.layout.routing.ring import Ring
+from sitscad.layout.board import Role
+from sitscad.layout.lanes import Ring
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 

@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad.geometry.path import Point, enclosed_area, polyline
 from sitscad.layout import lay_out
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load, load_text
 
 TEMPLATES = sorted((FilePath(__file__).parents[2] / "templates").glob("*.yaml"))
@@ -112,7 +112,7 @@ def test_templates_have_teardrops_that_keep_the_rules(template):
 def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
     from sitscad.checks.board.copper import copper_of, too_near
-    from sitscad.layout.pieces import Teardrop
+    from sitscad.layout.board import Teardrop
 
     copper = copper_of(bench)
     assert sum(isinstance(item, Teardrop) for item in copper.items) == len(bench.teardrops) > 4

@@ -16,8 +16,8 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates import estimate
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
-from sitscad.layout.pieces import Role
-from sitscad.layout.tail.turn import course, turn_length
+from sitscad.layout.board import Role
+from sitscad.layout.placing import course, turn_length
 from sitscad.spec.circuit import Tail
 from sitscad.spec.presets import connector
 from sitscad.spec.rules import SpecError

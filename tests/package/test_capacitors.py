@@ -23,7 +23,7 @@ from sitscad.formats import ipc356
 from sitscad.formats.gerber import layers as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box, rectangle
-from sitscad.layout.cutting.panel import coupon_spec
+from sitscad.layout.panel import coupon_spec
 from sitscad.papers.order import bom, placement
 from sitscad.spec import presets
 from sitscad.spec.rules import SpecError

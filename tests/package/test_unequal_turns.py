@@ -14,7 +14,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimate
-from sitscad.layout.winding.windings import wind_coil
+from sitscad.layout.windings import wind_coil
 from sitscad.spec.rules import SpecError
 
 COILS = {

@@ -16,7 +16,7 @@ from sitscad.layout import lay_out
 from sitscad.papers.order import bom
 from sitscad.report.section import section
 from sitscad.scene.bodies import shield_heights
-from sitscad.scene.grasper.jaws import closed_span, made_to_measure
+from sitscad.scene.jaws import closed_span, made_to_measure
 from sitscad.spec import templates
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text

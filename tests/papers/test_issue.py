@@ -20,8 +20,8 @@ from sitscad.formats.gerber import drill_map, panel
 from sitscad.formats.gerber import job as gerber_job
 from sitscad.formats.gerber import layers as gerber
 from sitscad.formats.kicad import board as kicad_board
-from sitscad.layout.cutting.laser_sheet import laser_sheets
-from sitscad.layout.cutting.panel import plan
+from sitscad.layout.laser_sheet import laser_sheets
+from sitscad.layout.panel import plan
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing

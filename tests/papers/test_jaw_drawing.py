@@ -16,8 +16,8 @@ from sitscad.drawing.sheet import Group, Label, Sheet, flattened
 from sitscad.geometry.path import bounding_box
 from sitscad.papers.drawings.jaw import drawing, render
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.closing import closing
-from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
+from sitscad.scene.hinge import closing
+from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates
 

@@ -25,8 +25,8 @@ from sitscad.formats.gerber import drill_map
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.cutting.panel import plan
-from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.layout.panel import plan
+from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing

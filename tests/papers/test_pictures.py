@@ -21,7 +21,7 @@ from sitscad.formats.gerber import job as gerber_job
 from sitscad.formats.gerber import layers as gerber
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.papers import board_pictures
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.order import notes as fabrication_notes

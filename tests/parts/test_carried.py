@@ -17,7 +17,7 @@ from sitscad.papers.assembly import fit_proof
 from sitscad.parts import mount
 from sitscad.parts.proof.carried import carried
 from sitscad.parts.whole import whole
-from sitscad.scene.grasper.support import support
+from sitscad.scene.support import support
 from sitscad.spec import presets
 from sitscad.spec.load import load
 from sitscad.spec.mount import Finger

@@ -11,18 +11,17 @@ from handmade import bounds, piece
 from tolerance import approx
 
 import sitscad
-from sitscad.layout.tail.bending import bend_radius
+from sitscad.layout.bending import bend_radius
 from sitscad.parts import fit, mount, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.mounts import seat
 from sitscad.parts.solid import of_role
 from sitscad.parts.whole import whole
-from sitscad.scene.bodies import BodyRole
+from sitscad.scene.bodies import BodyRole, metal_face
+from sitscad.scene.column import print_limit
 from sitscad.scene.fit import closed_section
-from sitscad.scene.gaps import metal_face
-from sitscad.scene.grasper.jaws import made_to_measure, section
-from sitscad.scene.grasper.seating import clearance, relief
-from sitscad.scene.printing import print_limit
+from sitscad.scene.jaws import made_to_measure, section
+from sitscad.scene.seating import clearance, relief
 from sitscad.spec import templates
 from sitscad.spec.mount import Finger
 

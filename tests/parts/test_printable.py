@@ -17,7 +17,7 @@ from sitscad.parts import aids, mount
 from sitscad.parts.printable import printable
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
 from sitscad.spec import presets
 from sitscad.spec.mount import Finger, Retention
 from sitscad.spec.plates import Encapsulation
@@ -164,7 +164,7 @@ def test_slicers_find_nothing_to_mend(kind, tmp_path):
 
 
 def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
-    from sitscad.scene.grasper.seating import clearance
+    from sitscad.scene.seating import clearance
 
     layout = KINDS["finger-circle"]
     (cap, *_) = mount.mount(layout)
@@ -195,7 +195,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     from sitscad.parts import fit
     from sitscad.parts.jaw import jaw
-    from sitscad.scene.grasper.seating import joint_clearance
+    from sitscad.scene.seating import joint_clearance
 
     layout = KINDS[kind]
     metal, (seat, *_) = jaw(layout), mount.mount(layout)

@@ -24,7 +24,7 @@ from sitscad.parts.solid import Solid
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
-from sitscad.scene.pose import Pose
+from sitscad.scene.state import Pose
 from sitscad.spec.mount import Assembly
 from sitscad.spec.plates import Encapsulation, Shield
 

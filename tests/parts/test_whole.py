@@ -9,7 +9,7 @@ import shapely
 from tolerance import approx
 
 import sitscad
-from sitscad.layout.tail.thickness import tail_layers
+from sitscad.layout.thickness import tail_layers
 from sitscad.parts import fit
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.geometry.path import Arc
-from sitscad.geometry.shapes import SHAPES
-from sitscad.geometry.spiral import SpiralDimensions
+from sitscad.geometry.shapes import SHAPES, SpiralDimensions
 from sitscad.physics.inductance import tracks
 from sitscad.physics.inductance.heights import height_nodes, nodes_enough
 from sitscad.physics.inductance.repeats import distinct_pairs, kinds

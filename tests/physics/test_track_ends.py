@@ -37,7 +37,7 @@ def solved(area, held_at, end: float, fineness: float) -> float:
     from scipy import sparse
     from scipy.sparse.linalg import spsolve
 
-    from sitscad.extraction.mesh import triangulate
+    from sitscad.extraction.resistance import triangulate
 
     def squares(size: float) -> float:
         mesh = triangulate(area, size)

@@ -14,7 +14,7 @@ import sitscad
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.layout.tail.contacts import contacts
+from sitscad.layout.tail_tracks import contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.page import findings_part, render

@@ -7,8 +7,7 @@ import math
 from dataclasses import replace
 
 from sitscad import parts
-from sitscad.geometry.path import Point, rectangle, rounded
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Point, Region, rectangle, rounded
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.parts import Solid
 from sitscad.spec import presets

@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.geometry.path import Arc, Path, Point, circle, polyline, rectangle, rounded
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Coil, Layout, Stiffener, Winding
-from sitscad.layout.pieces import Pad, Role, Trace, Via
+from sitscad.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
+from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, Tail
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec

@@ -13,8 +13,8 @@ from tolerance import approx
 
 from sitscad.measured import Closing
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.closing import closing
-from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, half_width, rim, section
+from sitscad.scene.hinge import closing
+from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, rim, section
 from sitscad.spec import presets
 
 CLOSING = Closing(0.5e-3, 18e-3, math.radians(60.0))

@@ -12,11 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.column import column, levels, process_tolerance, slack
+from sitscad.scene.column import Toleranced, column, levels, print_limit, process_tolerance, reach, slack, total
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit, measures
-from sitscad.scene.grasper.jaws import section
-from sitscad.scene.printing import print_limit
-from sitscad.scene.toleranced import Toleranced, reach, total
+from sitscad.scene.jaws import section
 from sitscad.spec.mount import PROCESSES, Assembly
 
 GLUED = Assembly(None, 30e-6, 20e-6)

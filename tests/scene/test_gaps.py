@@ -5,8 +5,8 @@ from tolerance import approx
 
 from sitscad import load_text
 from sitscad.design import Design
+from sitscad.scene.bodies import metal_face, room_behind, shield_span, target_gap
 from sitscad.scene.column import column, levels
-from sitscad.scene.gaps import metal_face, room_behind, shield_span, target_gap
 
 TEXT = """
 sitscad: 1

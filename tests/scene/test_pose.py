@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.pose import REST_POSE, Pose
+from sitscad.scene.state import REST_POSE, Pose
 
 ANGLES = st.floats(-math.pi, math.pi)
 LENGTHS = st.floats(-1e-2, 1e-2)

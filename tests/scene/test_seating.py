@@ -6,7 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.scene.grasper.seating import relief
+from sitscad.scene.seating import relief
 
 shapely = pytest.importorskip("shapely")
 

@@ -9,7 +9,7 @@ import sitscad
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.jaws import closed_span
+from sitscad.scene.jaws import closed_span
 from sitscad.scene.stack import stack
 from sitscad.scene.state import FREE, NAMED, PRESSED, REST, in_words, titled
 from sitscad.spec import templates

@@ -14,9 +14,9 @@ from sitscad.checks import check
 from sitscad.finding import Severity
 from sitscad.geometry.path import enclosed_area
 from sitscad.layout import lay_out
-from sitscad.scene.grasper.jaws import closed_span, made_to_measure
-from sitscad.scene.grasper.support import support
+from sitscad.scene.jaws import closed_span, made_to_measure
 from sitscad.scene.stack import ground
+from sitscad.scene.support import support
 from sitscad.spec.load import load, load_text
 from sitscad.spec.mount import Finger
 

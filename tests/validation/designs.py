@@ -18,7 +18,7 @@ from windings import coil
 
 from sitscad.geometry.path import Arc, Path
 from sitscad.geometry.shapes import SHAPES as OUTLINES
-from sitscad.geometry.spiral import SpiralDimensions
+from sitscad.geometry.shapes import SpiralDimensions
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.tracks import Track, track
 from sitscad.spec.coil import CoilSpec

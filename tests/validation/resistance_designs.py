@@ -22,7 +22,7 @@ import numpy as np
 from sitscad.estimates.winding.losses import bent_loss
 from sitscad.estimates.winding.methods import bent_track, winding_geometry
 from sitscad.layout.board import Coil
-from sitscad.layout.winding.windings import _wind
+from sitscad.layout.windings import _wind
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import conductivity_at

@@ -9,7 +9,7 @@ import volume_integral
 from sitscad.estimates.winding.methods import METHODS, winding_geometry
 from sitscad.geometry.shapes import SHAPES
 from sitscad.layout.board import Coil
-from sitscad.layout.winding.windings import wind_coil
+from sitscad.layout.windings import wind_coil
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 

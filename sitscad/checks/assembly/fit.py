@@ -11,12 +11,12 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.routing.lanes import coils_breadth
-from sitscad.layout.tail.bending import bend_figure
-from sitscad.layout.tail.stiffening import tail_thickness
+from sitscad.layout.bending import bend_figure
+from sitscad.layout.lanes import coils_breadth
+from sitscad.layout.thickness import tail_thickness
 from sitscad.remedy.moves import bent_once, higher_seat, sealed, thinner_tails
 from sitscad.remedy.search import Left, first_tried, in_vain, named, ways
-from sitscad.scene.grasper.jaws import PartsError
+from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
 from sitscad.spec.mount import Jaw

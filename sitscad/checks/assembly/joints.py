@@ -11,9 +11,9 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import board_heights, seat_spans
-from sitscad.scene.grasper.jaws import PartsError, section, shield_that_fits
-from sitscad.scene.grasper.seating import joint_clearance, metal_below, neck, pin_places, retention
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
+from sitscad.scene.jaws import PartsError, section, shield_that_fits
+from sitscad.scene.seating import joint_clearance, metal_below, neck, pin_places, retention
 from sitscad.spec.mount import Jaw, Mount, Retention
 
 

@@ -10,9 +10,9 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
-from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, shield_that_fits
-from sitscad.scene.grasper.support import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
+from sitscad.scene.jaws import PartsError, fitted_jaw, shield_that_fits
+from sitscad.scene.support import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 

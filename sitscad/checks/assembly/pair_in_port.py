@@ -15,7 +15,7 @@ from sitscad.finding import Severity
 from sitscad.measured import Measure
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, measures
-from sitscad.scene.grasper.jaws import PartsError, shield_that_fits
+from sitscad.scene.jaws import PartsError, shield_that_fits
 from sitscad.spec.mount import Jaw
 from sitscad.units import show
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
 from sitscad.finding import Edit
-from sitscad.geometry.convex import beyond
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint, beyond
 from sitscad.geometry.path import Path, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
-from sitscad.layout.tail.frame import CORNER_RADIUS
+from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import Plate, carrying, resized
 from sitscad.scene.bodies import Body, elastomer, target

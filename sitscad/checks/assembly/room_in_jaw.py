@@ -14,14 +14,14 @@ from sitscad.checks.rules import Advice, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.routing.lanes import coils_breadth
+from sitscad.layout.lanes import coils_breadth
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import narrower, other_ends
 from sitscad.remedy.search import Left, named, tried, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.fit import LENGTH, OVERHANG
-from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, rim, section
-from sitscad.scene.grasper.support import width_under
+from sitscad.scene.jaws import POCKET_CLEARANCE, rim, section
+from sitscad.scene.support import width_under
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show

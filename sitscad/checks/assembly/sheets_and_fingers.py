@@ -9,8 +9,8 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.layout.cutting.laser_sheet import CutPart, cut_parts, nests, sheet_needed
-from sitscad.scene.grasper.jaws import PartsError
+from sitscad.layout.laser_sheet import CutPart, cut_parts, nests, sheet_needed
+from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield_part
 from sitscad.spec.plates import Cutting
 

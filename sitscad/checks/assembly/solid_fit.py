@@ -16,12 +16,11 @@ from sitscad.checks.cases import Case
 from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict, located, named
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
-from sitscad.layout.tail.stiffening import tail_thickness
+from sitscad.layout.thickness import tail_thickness
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.hinge import pin_gaps
-from sitscad.scene.grasper.jaws import PartsError
-from sitscad.scene.grasper.shaft import end_section, shaft
-from sitscad.scene.grasper.support import BODY
+from sitscad.scene.hinge import end_section, pin_gaps, shaft
+from sitscad.scene.jaws import PartsError
+from sitscad.scene.support import BODY
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 

@@ -12,19 +12,18 @@ from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.pieces import Pad, Via
-from sitscad.layout.tail.bending import (
+from sitscad.layout.bending import (
     bend_figure,
     bend_length,
     least_bend_radius,
     longest_straight,
     unfit_for_bending,
 )
+from sitscad.layout.board import Pad, Via
 from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, first_tried, tried
-from sitscad.scene.bends import bends_of_mount, own_bend, room_for_own
-from sitscad.scene.tail_path import TOO_SHORT, tail_path
+from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec.circuit import Tail
 from sitscad.units import show
 

@@ -24,7 +24,7 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows
-from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
+from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left
 from sitscad.spec.presets import connector, names

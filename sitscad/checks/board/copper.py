@@ -22,9 +22,8 @@ from sitscad.geometry.primitives import (
     path_rows,
     to_points,
 )
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Coil, Layout, Pad, Role, Teardrop, Trace, Via
 from sitscad.layout.clearance import ALONG
-from sitscad.layout.pieces import Pad, Role, Teardrop, Trace, Via
 from sitscad.record import record
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.pieces import Trace, Via
+from sitscad.layout.board import Trace, Via
 from sitscad.spec.stackup import LayerKind
 
 

@@ -17,7 +17,7 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.geometry.primitives import Floats
-from sitscad.layout.pieces import Trace
+from sitscad.layout.board import Trace
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import other_ends
 from sitscad.remedy.search import Left, first_that_mends

@@ -9,8 +9,7 @@ from sitscad.checks.rules import Rule, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.layout.cutting.bridges import FEWEST_BRIDGES, bridges, narrower_bridge
-from sitscad.layout.cutting.panel import is_wanted, least_size
+from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.units import show
 
 ROUNDING = 1e-9

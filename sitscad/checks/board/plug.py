@@ -13,10 +13,9 @@ from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.frame import contact_row
-from sitscad.layout.tail.thickness import Where, finished_thickness
+from sitscad.layout.board import Layout, Pad
+from sitscad.layout.tail_frame import contact_row
+from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.spec.circuit import Connector
 from sitscad.spec.presets import finish, stock_stiffeners
 

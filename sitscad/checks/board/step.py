@@ -13,10 +13,9 @@ from sitscad.checks.rules import Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
-from sitscad.layout.routing.ring import Ring
-from sitscad.layout.tail.bending import least_bend_radius
-from sitscad.layout.tail.stiffening import tail_thickness
-from sitscad.layout.tail.thickness import has_tail_coverlay, step_height, tail_copper
+from sitscad.layout.bending import least_bend_radius
+from sitscad.layout.lanes import Ring
+from sitscad.layout.thickness import has_tail_coverlay, step_height, tail_copper, tail_thickness
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.search import Left, tried
 from sitscad.spec.stackup import Plating, Stackup

@@ -12,8 +12,7 @@ import numpy as np
 
 from sitscad.geometry.path import Path, Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad, Trace
+from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.record import record
 
 CHORD = 10e-6

@@ -116,4 +116,3 @@ def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
 def less_travel(spec: SensorSpec) -> Advice:
     """A hint with pads on which the target moves less."""
     return first_tried([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
-

@@ -12,8 +12,8 @@ from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate
 from sitscad.finding import Severity
 from sitscad.layout.board import Coil
-from sitscad.layout.routing.closing import drawn_closing, least_closing
-from sitscad.layout.routing.ring import Ring
+from sitscad.layout.branches import drawn_closing, least_closing
+from sitscad.layout.lanes import Ring
 from sitscad.record import record
 from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import other_ends, whole_turns

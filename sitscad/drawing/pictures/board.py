@@ -36,12 +36,10 @@ from sitscad.drawing.pictures.board_legend import (
 )
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.bending import Bend
-from sitscad.scene.bends import bends
+from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, rectangle
+from sitscad.layout.bending import Bend
+from sitscad.layout.board import Layout, Pad
+from sitscad.scene.tail_path import bends
 
 Window = tuple[float, float, float, float]
 

@@ -10,7 +10,7 @@ from sitscad.drawing.frame import View
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.geometry.path import Point, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Layout
-from sitscad.scene.bends import bends
+from sitscad.scene.tail_path import bends
 from sitscad.units import show
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")

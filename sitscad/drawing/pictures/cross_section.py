@@ -14,7 +14,7 @@ from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.grasper.jaws import section
+from sitscad.scene.jaws import section
 from sitscad.spec.sensor import SensorSpec
 
 FAINT, OTHER = "#7f8c8d", "#eef1f3"

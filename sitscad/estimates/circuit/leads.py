@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.winding.losses import Strip
 from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Layout
-from sitscad.layout.pieces import Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.inductance.filaments import (
     PolylineTrack,

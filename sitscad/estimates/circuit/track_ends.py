@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.geometry.path import Point, Segment
-from sitscad.layout.board import Coil, Layout
-from sitscad.layout.pieces import Pad, Teardrop, Trace, Via
+from sitscad.layout.board import Coil, Layout, Pad, Teardrop, Trace, Via
 from sitscad.physics.loss.corners import MOST_TURN
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares

@@ -12,9 +12,9 @@ from sitscad.estimates.states import pressing
 from sitscad.estimates.uncertainty import CAPACITOR, Tolerance, sigmas, tolerances
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
+from sitscad.scene.bodies import lines_below_target
 from sitscad.scene.column import WRITTEN, placement, plate_tolerance
 from sitscad.scene.column import Tolerance as Band
-from sitscad.scene.gaps import lines_below_target
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 

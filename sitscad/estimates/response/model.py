@@ -31,8 +31,7 @@ from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.physics.resonator import Network
 from sitscad.record import record
-from sitscad.scene.pose import REST_POSE
-from sitscad.scene.state import REST, State
+from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]

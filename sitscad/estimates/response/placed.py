@@ -15,7 +15,7 @@ from sitscad.physics.eddy.coil_potential import FINE, ROOM
 from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
-from sitscad.scene.gaps import target_gap
+from sitscad.scene.bodies import target_gap
 from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
 

@@ -21,7 +21,7 @@ POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 class Response:
     """The coils at some poses of the target; the first axis of every array runs over the poses, others over the coils.
 
-    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.scene.pose.Pose`). `inductance` (H) and
+    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.scene.state.Pose`). `inductance` (H) and
     `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two axes of
     coils) is what the target alone changes of the windings' inductance matrix, their currents even and the other coils
     open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance;

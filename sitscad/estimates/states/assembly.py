@@ -17,10 +17,8 @@ from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
-from sitscad.scene.bodies import target
-from sitscad.scene.gaps import metal_face, room_behind, shield_span, target_lines
-from sitscad.scene.pose import REST_POSE, Pose
-from sitscad.scene.state import FREE, PRESSED, REST, State
+from sitscad.scene.bodies import metal_face, room_behind, shield_span, target, target_lines
+from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
 

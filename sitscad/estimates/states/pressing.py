@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import lru_cache
 
-from sitscad.geometry.convex import centroid
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint, centroid
 from sitscad.geometry.path import Path, bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.record import record

@@ -23,8 +23,8 @@ from sitscad.estimates.states.assembly import NoReflection, Reflection
 from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.metal.finite_plate import CoaxialRings, field_share
-from sitscad.scene.gaps import metal_face
-from sitscad.scene.grasper.jaws import axis, fitted_jaw
+from sitscad.scene.bodies import metal_face
+from sitscad.scene.jaws import axis, fitted_jaw
 from sitscad.spec.coil import CoilSpec
 
 Array = NDArray[np.float64]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.fabrication.files import drill_map_file, fabrication_path
-from sitscad.fabrication.holes import plated_tools
+from sitscad.fabrication.files import drill_map_file, fabrication_path, plated_tools
 from sitscad.formats.gerber.drill_map_text import map_text
 from sitscad.formats.gerber.image import document
 from sitscad.layout.board import Layout

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from sitscad.drawing.drill_symbols import SYMBOLS
 from sitscad.drawing.stroke_font import strokes
-from sitscad.fabrication.holes import UNIT, DrilledHole, Tool, millimetres
+from sitscad.fabrication.files import UNIT, DrilledHole, Tool, millimetres
 from sitscad.formats.gerber.image import mm, stroke
 from sitscad.geometry.path import Path, Point, bounding_box
 

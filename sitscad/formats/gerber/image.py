@@ -21,12 +21,10 @@ from sitscad.fabrication.files import (
     stiffener_files,
     tail_coverlay_files,
 )
-from sitscad.geometry.clipping import beyond
-from sitscad.geometry.path import Arc, Path, Point, Segment, rectangle
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad, Trace, Via
-from sitscad.layout.tail.thickness import lap_start
+from sitscad.geometry.convex import part_beyond
+from sitscad.geometry.path import Arc, Path, Point, Region, Segment, rectangle
+from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.layout.thickness import lap_start
 from sitscad.units import in_mm
 
 UNIT = 1e-9
@@ -55,7 +53,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     for file in body_files(layout):
         files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
     for file in tail_coverlay_files(layout):
-        covered = Region(beyond(layout.outline, lap_start(layout)))
+        covered = Region(part_beyond(layout.outline, lap_start(layout)))
         files[file.path] = document(layout, file, regions((covered,)))
     outline = profile_file(layout)
     files[outline.path] = document(layout, outline, profile(layout.outline))

@@ -9,28 +9,31 @@ from dataclasses import replace
 from sitscad.drawing.stroke_font import length, strokes
 from sitscad.fabrication.files import (
     CUTS,
+    DrilledHole,
     FabricationFile,
+    Tool,
     body_files,
     cut_file,
     drill_files,
     drill_map_file,
     drill_title,
+    drilled_to,
     gerber_files,
+    on_grid,
     panel_attributes,
     panel_path,
+    plated_words,
     profile_file,
     tooling_file,
+    tools,
 )
-from sitscad.fabrication.holes import DrilledHole, Tool, drilled_to, on_grid, plated_words, tools
 from sitscad.formats.excellon_text import drill_text
 from sitscad.formats.gerber.drill_map_text import map_text
 from sitscad.formats.gerber.image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
 from sitscad.formats.gerber.repetition import Image, image_of, repeated
-from sitscad.geometry.path import Path, Point, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.bridges import Bridge, bridge_ends
-from sitscad.layout.cutting.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3

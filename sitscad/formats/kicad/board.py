@@ -36,12 +36,11 @@ from sitscad.formats.kicad.stackup import (
     layer_table,
     stackup_section,
 )
-from sitscad.geometry.clipping import beyond
+from sitscad.geometry.convex import part_beyond
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Role, Trace, Via
-from sitscad.layout.tail.thickness import lap_start
-from sitscad.scene.bends import bends
+from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.layout.thickness import lap_start
+from sitscad.scene.tail_path import bends
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229
@@ -151,7 +150,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     if body_files(layout):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if tail_coverlay_files(layout):
-        covered = beyond(layout.outline, lap_start(layout))
+        covered = part_beyond(layout.outline, lap_start(layout))
         yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay"), sheet)
     for i, bend in enumerate(bends(layout)):
         y0, y1 = layout.reach_at(bend.line)

@@ -10,10 +10,8 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.formats.kicad.footprint import courtyard, extent, filled, pad_text, property_text
 from sitscad.formats.kicad.sexpr import Grid, grid, identity, node, quoted, xy
-from sitscad.geometry.path import bounding_box
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Capacitor, Layout
-from sitscad.layout.pieces import Pad
+from sitscad.geometry.path import Region, bounding_box
+from sitscad.layout.board import Capacitor, Layout, Pad
 
 _COURTYARD_MARGIN = 150_000
 """As in KiCad's own footprints of chips (nm)."""

@@ -18,9 +18,8 @@ from collections.abc import Iterator, Sequence
 from sitscad.formats.kicad.sexpr import curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.formats.kicad.stackup import copper_names
 from sitscad.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, hole_keep_out
-from sitscad.layout.pieces import Role, Trace, Via
 from sitscad.record import record
 from sitscad.units import show
 

@@ -9,10 +9,8 @@ from collections.abc import Mapping, Sequence
 
 from sitscad.formats.kicad.sexpr import Grid, grid, identity, length, node, polygon_points, quoted, xy
 from sitscad.formats.kicad.stackup import copper_names
-from sitscad.geometry.path import Path, bounding_box
-from sitscad.geometry.region import Region
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
+from sitscad.geometry.path import Path, Region, bounding_box
+from sitscad.layout.board import Layout, Pad
 
 REFERENCE = "J1"
 FOOTPRINT_NAME = "contacts"

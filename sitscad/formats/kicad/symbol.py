@@ -10,8 +10,7 @@ from collections.abc import Iterator
 
 from sitscad.formats.kicad.footprint import FOOTPRINT_NAME
 from sitscad.formats.kicad.sexpr import node, quoted
-from sitscad.layout.board import Coil, Layout
-from sitscad.layout.pieces import Pad
+from sitscad.layout.board import Coil, Layout, Pad
 from sitscad.units import decimal, show
 
 FORMAT = 20241209

@@ -27,8 +27,7 @@ from sitscad.formats.tetrahedra.session import (
     session,
     written,
 )
-from sitscad.geometry.path import Point, circle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
 from sitscad.parts.assembly import assemble
 from sitscad.parts.extras import require
@@ -36,8 +35,7 @@ from sitscad.parts.prism import MM, prism
 from sitscad.parts.whole.films import LEAST_OPENING, ring
 from sitscad.parts.whole.lift import glued
 from sitscad.scene import bodies
-from sitscad.scene.bodies import BodyRole
-from sitscad.scene.gaps import target_gap
+from sitscad.scene.bodies import BodyRole, target_gap
 
 AIR, OUTER = "air", "outer"
 METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw"}

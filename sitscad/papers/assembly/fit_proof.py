@@ -19,8 +19,8 @@ from sitscad.parts.proof.moved import Load
 from sitscad.parts.proof.prove import Measured, Proof, prove, require_clear
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import elastomer
-from sitscad.scene.grasper.hinge import pin_gaps
-from sitscad.scene.pose import Pose
+from sitscad.scene.hinge import pin_gaps
+from sitscad.scene.state import Pose
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

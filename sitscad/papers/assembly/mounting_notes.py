@@ -8,11 +8,10 @@ from sitscad.fabrication.notes import bend_words
 from sitscad.layout.board import Layout
 from sitscad.parts.tooling.mould import LEAST_MIX, Pour
 from sitscad.parts.tooling.skin_mould import skin_pour
-from sitscad.scene.bends import bends, own_bend
-from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.plate import adapter_needed
-from sitscad.scene.tail_path import lip, tail_path
+from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
 from sitscad.spec.plates import Encapsulation
 from sitscad.units import in_mm
 

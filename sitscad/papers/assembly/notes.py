@@ -14,11 +14,10 @@ from sitscad.papers.assembly.bench_steps import assembled, bare_board, plugged
 from sitscad.papers.assembly.mounting_notes import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
 from sitscad.parts.tooling.mould import pour
 from sitscad.parts.tooling.skin_mould import skin_pour
-from sitscad.scene.column import Levels, column, levels, plate_thickness
+from sitscad.scene.column import Levels, Toleranced, column, levels, plate_thickness
 from sitscad.scene.fit import measures
-from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import retention, side_ledges, stop_place
-from sitscad.scene.toleranced import Toleranced
+from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import in_mm
 

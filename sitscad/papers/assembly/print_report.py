@@ -7,7 +7,7 @@ import json
 from sitscad.parts.printable import as_json, printable
 from sitscad.parts.solid import Solid, of_role
 from sitscad.scene.bodies import BodyRole
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
 from sitscad.spec.sensor import SensorSpec
 
 FIGURES = ("wall", "free_wall", "hole", "clearance", "pin", "groove")

@@ -13,7 +13,7 @@ from sitscad.estimates.performance.values import AxisPerformance, Performance, l
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.contacts import contacts, head
+from sitscad.layout.tail_tracks import contacts, head
 from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.units import show
 

@@ -37,9 +37,15 @@ from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.board_end import tail_width
-from sitscad.fabrication.files import fabrication_path
-from sitscad.fabrication.fingerprint import board_images, on_drawing
-from sitscad.fabrication.holes import UNIT, millimetres, on_grid, plated_tools
+from sitscad.fabrication.files import (
+    UNIT,
+    board_images,
+    fabrication_path,
+    millimetres,
+    on_drawing,
+    on_grid,
+    plated_tools,
+)
 from sitscad.fabrication.notes import (
     bend_text,
     chip_text,
@@ -53,12 +59,12 @@ from sitscad.fabrication.notes import (
     thickness_texts,
     turn_text,
 )
-from sitscad.geometry.clipping import area_inside, parts_inside
+from sitscad.geometry.convex import area_inside, parts_inside
 from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
+from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout
-from sitscad.layout.tail.bending import Bend, bend_stretch
 from sitscad.papers.drawings.contacts import contact_sheet
-from sitscad.scene.bends import bends
+from sitscad.scene.tail_path import bends
 from sitscad.units import show
 
 COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"

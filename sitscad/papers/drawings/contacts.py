@@ -25,22 +25,22 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.sheet import Pen, Sheet, text_width
-from sitscad.fabrication.board_end import BoardEnd, board_end, runs_along_x
-from sitscad.fabrication.notes import (
+from sitscad.fabrication.board_end import (
+    BoardEnd,
     bare_size,
-    chip_text,
+    board_end,
     contact_row,
     contact_size,
     contact_text,
     end_tolerance,
     plug_text,
-    stiffener_text,
+    runs_along_x,
 )
-from sitscad.geometry.clipping import Box, area_inside, parts_inside
+from sitscad.fabrication.notes import chip_text, stiffener_text
+from sitscad.geometry.convex import Box, area_inside, parts_inside
 from sitscad.geometry.path import Path, bounding_box, circle, rectangle
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Pad
-from sitscad.layout.tail.contacts import contacts, head
+from sitscad.layout.board import Layout, Pad
+from sitscad.layout.tail_tracks import contacts, head
 
 ROOM = (30.0, 54.0, 84.0, 116.0)
 """Room for the contacts on paper: left, low, width, height (mm)."""

@@ -31,10 +31,9 @@ from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES
 from sitscad.scene.column import column, levels
 from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, measures
-from sitscad.scene.grasper.hinge import pin_gaps
-from sitscad.scene.grasper.jaws import PartsError, fitted_jaw, jaw_range, rim, section
-from sitscad.scene.grasper.shaft import end_section, shaft
-from sitscad.scene.grasper.support import width_under
+from sitscad.scene.hinge import end_section, pin_gaps, shaft
+from sitscad.scene.jaws import PartsError, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.support import width_under
 from sitscad.scene.tail_path import TailPath, tail_path
 from sitscad.spec.mount import Jaw
 

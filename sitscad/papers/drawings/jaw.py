@@ -30,12 +30,12 @@ from sitscad.layout.board import Layout
 from sitscad.measured import Closing
 from sitscad.papers.assembly.mounting_notes import bent
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
-from sitscad.scene.bends import bends
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import ClosedSection, closed_section, measures
-from sitscad.scene.grasper.closing import closing
-from sitscad.scene.grasper.jaws import fitted_jaw, jaw_range, section
+from sitscad.scene.hinge import closing
+from sitscad.scene.jaws import fitted_jaw, jaw_range, section
+from sitscad.scene.tail_path import bends
 from sitscad.spec.mount import Jaw
 from sitscad.units import show
 

@@ -12,7 +12,7 @@ from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline,
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import MOUNT_PIECES, above_board
 from sitscad.scene.column import column, levels
-from sitscad.scene.grasper.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, section
+from sitscad.scene.jaws import POCKET_CLEARANCE, axis, half_width, jaw_range, section
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Jaw
 from sitscad.units import decimal

@@ -26,12 +26,20 @@ from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.estimates.values import Estimates
-from sitscad.fabrication.files import body_files, drill_map_file, panel_files, panel_path
-from sitscad.fabrication.fingerprint import fingerprint, on_drawing, panel_images, shell_line
+from sitscad.fabrication.files import (
+    body_files,
+    drill_map_file,
+    fingerprint,
+    on_drawing,
+    panel_files,
+    panel_images,
+    panel_path,
+    shell_line,
+)
 from sitscad.fabrication.notes import outline_text, quantity_text
 from sitscad.geometry.path import bounding_box, circle, rectangle
-from sitscad.layout.cutting.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
-from sitscad.layout.tail.thickness import tail_copper
+from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
+from sitscad.layout.thickness import tail_copper
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.scene.state import FREE
 from sitscad.units import show

@@ -26,7 +26,7 @@ from sitscad.drawing.frame import (
 )
 from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
 from sitscad.drawing.sheet import Pen, Sheet, text_width
-from sitscad.geometry.clipping import Box, parts_inside
+from sitscad.geometry.convex import Box, parts_inside
 from sitscad.geometry.path import Point, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import Body, above_board

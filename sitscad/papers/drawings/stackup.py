@@ -8,8 +8,7 @@ from sitscad.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_she
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
-from sitscad.fabrication.files import fabrication_path, stack_names
-from sitscad.fabrication.fingerprint import board_images, on_drawing
+from sitscad.fabrication.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.fabrication.notes import (
     bend_text,
     bond_texts,
@@ -22,7 +21,7 @@ from sitscad.fabrication.notes import (
 )
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.thickness import has_tail_coverlay, is_opened, tail_layers
+from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
 from sitscad.spec.stackup import MASK, LayerKind
 from sitscad.units import show
 

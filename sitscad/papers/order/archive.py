@@ -16,7 +16,7 @@ from functools import cache
 from sitscad.data import FOLDER as DATA
 from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.panel import Panel
+from sitscad.layout.panel import Panel
 from sitscad.record import record
 from sitscad.spec.kinds import names
 

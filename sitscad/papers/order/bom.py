@@ -10,7 +10,8 @@ from dataclasses import astuple, fields, replace
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import Estimates
-from sitscad.fabrication.notes import contact_text, stiffener_text
+from sitscad.fabrication.board_end import contact_text
+from sitscad.fabrication.notes import stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout

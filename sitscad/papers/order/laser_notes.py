@@ -10,7 +10,7 @@ from sitscad.data import rows
 from sitscad.drawing.frame import FORCED
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.laser_sheet import LOOKS, CutLayer, LaserSheet
+from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet
 from sitscad.papers.order.codes import order_of
 from sitscad.scene.stack import sheets
 from sitscad.units import in_mm, parse_quantity

@@ -6,32 +6,32 @@ from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.drawing.frame import FORCED
+from sitscad.fabrication.board_end import contact_text, end_tolerance, plug_text
 from sitscad.fabrication.files import (
     FOLDER,
+    board_images,
     body_files,
     drill_files,
     fabrication_path,
+    fingerprint,
     gerber_files,
     has_coverlay,
     panel_path,
+    shell_line,
     stack_names,
     tail_coverlay_files,
 )
-from sitscad.fabrication.fingerprint import board_images, fingerprint, shell_line
 from sitscad.fabrication.notes import (
     bend_text,
     bond_texts,
     build_text,
-    contact_text,
     copper_text,
-    end_tolerance,
     finish_text,
     holes_text,
     laminate_text,
     layer_text,
     outline_text,
     plating_text,
-    plug_text,
     quantity_text,
     questions,
     step_text,
@@ -42,9 +42,9 @@ from sitscad.fabrication.notes import (
 )
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.layout.cutting.panel import Panel, is_too_small
-from sitscad.layout.tail.contacts import contacts, head
-from sitscad.layout.tail.thickness import Where, finished_thickness, tail_copper, tail_layers
+from sitscad.layout.panel import Panel, is_too_small
+from sitscad.layout.tail_tracks import contacts, head
+from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.presets import unverified_rows
 from sitscad.spec.stackup import MASK, LayerKind, Plating

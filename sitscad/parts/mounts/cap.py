@@ -13,9 +13,9 @@ from sitscad.parts.mounts.plate import recess, rounding, spacer
 from sitscad.parts.prism import MM, box, one_solid
 from sitscad.parts.solid import PartsError
 from sitscad.scene.bodies import board_heights
-from sitscad.scene.grasper.jaws import axis, shield_that_fits
-from sitscad.scene.grasper.seating import cap_end, clearance, ledge
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
+from sitscad.scene.jaws import axis, shield_that_fits
+from sitscad.scene.seating import cap_end, clearance, ledge
 from sitscad.scene.tail_path import lip, round_edge
 from sitscad.spec.mount import Finger
 

@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.geometry.path import Point, circle, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, box, face, one_solid, prism, raised
 from sitscad.scene.bodies import Heights, board_heights, film_thickness
-from sitscad.scene.grasper.jaws import shield_that_fits
-from sitscad.scene.grasper.seating import clearance
+from sitscad.scene.jaws import shield_that_fits
 from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
+from sitscad.scene.seating import clearance
 from sitscad.scene.tail_path import Lip, round_edge
 from sitscad.spec.mount import Hole
 

@@ -10,8 +10,8 @@ from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, one_solid, prism
 from sitscad.parts.solid import PartsError
-from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.grasper.seating import joint_clearance, neck, pin_places, retention, tongue_across
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.seating import joint_clearance, neck, pin_places, retention, tongue_across
 from sitscad.spec.mount import Retention
 
 CHAMFER = 0.1e-3

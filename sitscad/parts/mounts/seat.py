@@ -19,7 +19,8 @@ from sitscad.parts.mounts.retention import with_retention
 from sitscad.parts.prism import MM, box, one_solid, prism
 from sitscad.parts.solid import PartsError, Solid
 from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
-from sitscad.scene.grasper.jaws import (
+from sitscad.scene.column import print_limit
+from sitscad.scene.jaws import (
     POCKET_CLEARANCE,
     axis,
     closed_span,
@@ -28,8 +29,7 @@ from sitscad.scene.grasper.jaws import (
     made_to_measure,
     shield_that_fits,
 )
-from sitscad.scene.grasper.seating import Relief, clearance, ledge, relief, side_ledges, stop_place
-from sitscad.scene.printing import print_limit
+from sitscad.scene.seating import Relief, clearance, ledge, relief, side_ledges, stop_place
 from sitscad.scene.tail_path import lip
 from sitscad.spec.mount import Jaw
 

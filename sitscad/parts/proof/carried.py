@@ -1,6 +1,6 @@
 """How much of the board lies on something, measured on the solids of any mount, a STEP file's among them.
 
-`sitscad.scene.grasper.support` says the same of the figures alone.
+`sitscad.scene.support` says the same of the figures alone.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from sitscad.parts.prism import MM
 from sitscad.parts.proof.prove import NO_SUPPORT, SUPPORT, Measured
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole, board_heights
-from sitscad.scene.grasper.jaws import axis
-from sitscad.scene.grasper.support import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on
+from sitscad.scene.jaws import axis
 from sitscad.scene.stack import ground
+from sitscad.scene.support import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on
 
 CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
 HOLLOW = 0.1

@@ -20,8 +20,8 @@ from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.hinge import PinGap
-from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.hinge import PinGap
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
 from sitscad.units import show
 
 RED = "#d00000"

@@ -11,10 +11,10 @@ from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM
 from sitscad.record import record
+from sitscad.scene.bodies import target_gap
 from sitscad.scene.fit import closed_section
-from sitscad.scene.gaps import target_gap
-from sitscad.scene.grasper.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.pose import Pose
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.state import Pose
 
 
 @record

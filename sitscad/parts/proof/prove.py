@@ -23,7 +23,7 @@ from sitscad.parts.solid import PartsError, Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
-from sitscad.scene.grasper.jaws import axis, fitted_jaw
+from sitscad.scene.jaws import axis, fitted_jaw
 
 TIP_STEP = 0.5e-3
 """How far (m) the other jaw's tip goes between two positions that it is tried in."""

@@ -20,8 +20,8 @@ from sitscad.parts.mounts.plate import grown
 from sitscad.parts.prism import one_solid, prism, raised
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import Body, BodyRole, board_heights, elastomer, target
+from sitscad.scene.column import print_limit
 from sitscad.scene.plate import plate_plan
-from sitscad.scene.printing import print_limit
 
 MATERIAL, COLOUR = "printed resin", "#b8c9a9"
 FLOOR = 2.0e-3

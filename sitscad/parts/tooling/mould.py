@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.geometry.path import Path, Point, circle, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, face, one_solid, prism
 from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import Body, BodyRole, elastomer
-from sitscad.scene.printing import print_limit
+from sitscad.scene.column import print_limit
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)

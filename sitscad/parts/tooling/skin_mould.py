@@ -11,8 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.geometry.path import circle, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Region, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, box, face, one_solid, prism

@@ -13,8 +13,7 @@ from sitscad.parts.whole.films import films
 from sitscad.parts.whole.glue import glue_lines
 from sitscad.parts.whole.lift import glued
 from sitscad.parts.whole.tail import stiffener_on
-from sitscad.scene.bodies import BodyRole
-from sitscad.scene.gaps import target_lines
+from sitscad.scene.bodies import BodyRole, target_lines
 from sitscad.scene.tail_path import tail_path
 
 

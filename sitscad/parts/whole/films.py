@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from sitscad.geometry.path import Path, bounding_box, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Path, Region, bounding_box, rectangle
 from sitscad.layout.board import Coil, Layout
-from sitscad.layout.tail.thickness import tail_layers
+from sitscad.layout.thickness import tail_layers
 from sitscad.parts.extras import require
 from sitscad.parts.prism import face, prism, raised
 from sitscad.parts.solid import Solid

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.geometry.path import rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, face, raised

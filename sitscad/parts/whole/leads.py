@@ -11,9 +11,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from itertools import pairwise
 
-from sitscad.layout.board import Layout
-from sitscad.layout.pieces import Role, Trace
-from sitscad.layout.tail.thickness import tail_layers
+from sitscad.layout.board import Layout, Role, Trace
+from sitscad.layout.thickness import tail_layers
 from sitscad.spec.stackup import LayerKind, StackLayer
 
 CHORD = 1e-5

@@ -8,10 +8,9 @@ from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM
 from sitscad.parts.solid import Solid
-from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
+from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights, target_lines
 from sitscad.scene.column import column, levels
-from sitscad.scene.gaps import target_lines
-from sitscad.scene.grasper.jaws import shield_that_fits
+from sitscad.scene.jaws import shield_that_fits
 
 
 def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:

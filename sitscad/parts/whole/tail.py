@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.geometry.path import bounding_box, rectangle
-from sitscad.geometry.region import Region
+from sitscad.geometry.path import Region, bounding_box, rectangle
+from sitscad.layout.bending import bend_stretch
 from sitscad.layout.board import Layout
-from sitscad.layout.tail.bending import bend_stretch
 from sitscad.parts.extras import require
 from sitscad.parts.prism import MM, face, raised
 from sitscad.parts.solid import PartsError, Solid

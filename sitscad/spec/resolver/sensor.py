@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from sitscad.finding import Edit
-from sitscad.geometry.footprint import Footprint
+from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
 from sitscad.spec import presets

@@ -1,0 +1,390 @@
+"""The ways that lead round one coil: tracks on its ring road, and vias outside it; what going round it costs.
+
+A branch is one connection outside the winding, of one or two legs; each leg runs from a point to the ring, round it,
+and on to its end.
+
+From contact to contact the current goes round the coil a whole number of times, for both conductors of a pair come from
+one place. Whatever the layers' turns lack of a whole number, the leads run round the ring: that closing arc links the
+winding's flux like a turn of its own. Where both leads run round together, above each other, they cancel. Only a coil
+that ends inside its turns comes out wherever it likes, under them, and needs none; what that lead sweeps inside counts
+by its area.
+
+As arrays the branches of one coil are held against each other by the angles that they claim on the ring road, which is
+cheap, and by their vias' and last stretches' true distances.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.geometry.path import TWO_PI, Line, Path, Point
+from sitscad.layout.board import Coil, Role, Trace
+from sitscad.layout.clearance import Breadth, Hole, Track, hole_distance, hole_keep_out, joined_hole
+from sitscad.layout.lanes import Bus, Ring
+from sitscad.record import record
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.sensor import SensorSpec
+
+FLATTENED = 1e-6
+"""Arcs become chords within this distance (m)."""
+
+Values = TypeVar("Values", float, NDArray[np.float64])
+
+WEIGHT = 10.0
+"""A closing arc counts so many times its length: it moves the inductance by several per cent a quarter turn, while a
+pair that runs round together only has its resistance.
+"""
+
+RUNNING_ON = 0.9
+"""An arc that runs on as the winding does counts for less: it adds inductance, where one that runs back takes it away
+and has the same resistance. So of two halves of a turn that one is taken.
+"""
+
+
+def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
+    """Turns by which two leads that run round a coil by these angles (rad, from its ends) close its circuit: positive
+    where they run on as the winding does.
+    """
+    sense = -1.0 if coil.clockwise else 1.0
+    return sense * (sweep_b - sweep_a) / TWO_PI
+
+
+def closing_cost(turns: Values, radius: float) -> NDArray[np.float64]:
+    """What a closing arc of some turns on a ring of some radius (m) costs, as a length (m) of lead."""
+    return WEIGHT * TWO_PI * radius * counted(turns)
+
+
+def counted(turns: Values) -> NDArray[np.float64]:
+    """The turns that closing arcs count for: less than they are where they run on."""
+    return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
+
+
+def least_closing(coil: CoilSpec) -> float:
+    """The cheapest closing arc (turns) that a coil's leads can have, however much room there is."""
+    if len(coil.layers) % 2:
+        return 0.0
+    beyond = math.fsum(coil.layer_turns) % 1.0
+    return -beyond if beyond < RUNNING_ON * (1.0 - beyond) else 1.0 - beyond
+
+
+def swept_inside(one: Point, other: Point, centre: Point) -> float:
+    """What a straight lead from inside a coil out to its ring sweeps about the centre (rad): the angle on the ring over
+    an equal area, for inside the turns the field is as good as even.
+    """
+    x, y, beyond_x, beyond_y = one.x - centre.x, one.y - centre.y, other.x - centre.x, other.y - centre.y
+    return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
+
+
+def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
+    """The closing arc (turns) of a coil as it is drawn: how far its conductors outside the turns run round it, positive
+    where they run on as the winding does.
+    """
+    outside = min(spec.size) / 2.0 - spec.trace_width
+    centre, swept = coil.centre, 0.0
+    for piece in coil.series:
+        if not isinstance(piece, Trace) or piece.role is Role.WINDING:
+            continue
+        for one, other in pairwise(Point(*place) for place in piece.path.flattened(FLATTENED)):
+            near, far = sorted((one.distance(centre), other.distance(centre)))
+            if near > outside:
+                angles = [math.atan2(point.y - centre.y, point.x - centre.x) for point in (one, other)]
+                swept += math.remainder(angles[1] - angles[0], TWO_PI)
+            elif far > outside:
+                swept += swept_inside(one, other, centre)
+    return (-1.0 if spec.clockwise else 1.0) * swept / TWO_PI
+
+
+VIA_PLACES = 32
+"""Directions round a coil in which vias may stand."""
+
+
+@record
+class OuterEnd:
+    """The outer end of one layer, or the inner via from which a coil with an odd number of layers comes out."""
+
+    point: Point
+    layer: int
+    from_inside: bool = False
+
+
+@record
+class Surroundings:
+    """What the search of one coil needs to know: the spec, the bus, the ground for vias across the tail."""
+
+    spec: SensorSpec
+    bus: Bus
+    placement: CoilPlacement
+    breadth: Breadth
+
+    @cached_property
+    def joined(self) -> Hole:
+        """Such a via with the ends of the leads that meet there."""
+        return joined_hole(self.spec.fpc.rules, self.bus.width)
+
+    @cached_property
+    def keep_out(self) -> float:
+        """From a via's centre to the edge of copper that is not joined to it (m)."""
+        return hole_keep_out(self.joined, self.spec.fpc.rules, self.bus.spacing)
+
+    @cached_property
+    def ring(self) -> Ring:
+        """The ring road of the coil."""
+        return Ring(self.spec.coil, self.placement, self.bus.ring_offset)
+
+    @cached_property
+    def radius(self) -> float:
+        """The ring's smallest radius (m): angles are turned into distances with it, on the safe side."""
+        return min(self.spec.coil.size) / 2 + self.bus.ring_offset
+
+    def via_places(self) -> Iterator[Hole]:
+        """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
+        rules, beyond = self.spec.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
+        placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
+        places = _via_places(self.spec.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
+        keep = self.joined.pad / 2 + rules.copper_to_edge - 1e-9
+        for place, angle, distance in places:
+            centre = place.shifted(*self.placement.centre)
+            if self.breadth.holds(centre.y, centre.y, keep):
+                self._stands[centre] = angle, distance
+                yield Hole(centre, rules.via_pad, rules.via_drill)
+
+    @cached_property
+    def _stands(self) -> dict[Point, tuple[float, float]]:
+        return {}
+
+    def stand(self, hole: Hole) -> tuple[float, float]:
+        """Where the ring road passes one of the via places (rad), and how far from it (m)."""
+        return self._stands[hole.centre]
+
+
+@lru_cache(maxsize=64)
+def _via_places(
+    coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
+) -> tuple[tuple[Point, float, float], ...]:
+    """Places round a coil at some offsets, where its ring road (offset `road`) passes each (rad), and how far off (m).
+
+    Coils that differ in their place only share them, and so do boards that are tried to find out what helps.
+    """
+    ring, found = Ring(coil, placement, road), []
+    for offset in offsets:
+        around = Ring(coil, placement, offset)
+        for i in range(VIA_PLACES):
+            place = around.at(TWO_PI * i / VIA_PLACES)
+            angle = ring.facing(place)[0]
+            found.append((place, angle, place.distance(ring.at(angle))))
+    return tuple(found)
+
+
+@record
+class Leg:
+    """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
+
+    around: Surroundings
+    layer: int
+    begin: Point
+    angle: float
+    sweep: float
+    finish: tuple[Point, ...]
+
+    @property
+    def end_angle(self) -> float:
+        """Where the leg leaves the ring."""
+        return self.angle + self.sweep
+
+    @cached_property
+    def stretches(self) -> list[tuple[Point, Point]]:
+        """Start and end of every straight stretch beyond the ring."""
+        corners = (self.around.ring.at(self.end_angle), *self.finish)
+        return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
+
+    @cached_property
+    def track(self) -> Track:
+        """The leg as a track."""
+        ring = self.around.ring
+        first = ring.at(self.angle)
+        path = Path((Line(self.begin, first),)) if self.begin.distance(first) > 1e-9 else Path(())
+        if self.sweep:
+            path = path + ring.along(self.angle, self.end_angle, self.sweep > 0)
+        beyond = Path(tuple(Line(start, end) for start, end in self.stretches))
+        return Track(path + beyond, self.around.bus.width, self.layer)
+
+    @cached_property
+    def round(self) -> float:
+        """How far it goes round the coil (rad, signed): on the ring, and inside if it begins there."""
+        ring = self.around.ring
+        return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
+
+    @cached_property
+    def cost(self) -> float:
+        """Its length on the ring and before it (m), near enough for sorting."""
+        return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
+
+
+@record
+class Branch:
+    """One connection outside the winding: one or two legs with a via between them.
+
+    ``returns`` is set when the second leg was drawn from its own end towards the via and is walked backwards.
+    """
+
+    legs: tuple[Leg, ...]
+    hole: Hole | None = None
+    returns: bool = False
+
+    @cached_property
+    def pieces(self) -> tuple[Track | Hole, ...]:
+        """Tracks and hole in the order of the current."""
+        if self.hole is None:
+            return self.tracks
+        first, second = self.tracks
+        return (first, self.hole, replace(second, path=second.path.reversed()) if self.returns else second)
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The tracks alone, as they are drawn."""
+        return tuple(leg.track for leg in self.legs)
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The hole, if there is one."""
+        return (self.hole,) if self.hole else ()
+
+    @cached_property
+    def cost(self) -> float:
+        """Length (m), a via counting as a millimetre."""
+        return sum([leg.cost for leg in self.legs]) + (1e-3 if self.hole else 0.0)
+
+    @cached_property
+    def round(self) -> float:
+        """How far it goes round the coil, from where its first leg begins (rad, signed)."""
+        first, *second = (leg.round for leg in self.legs)
+        return first + sum(-sweep if self.returns else sweep for sweep in second)
+
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+ROWS_AT_ONCE = 16
+"""Branches that another connection's are held against at once: the next cheapest ones are asked for next."""
+
+
+@record(eq=False)
+class BranchTable:
+    """Branches of one connection, the cheapest first; rows of all arrays are branches.
+
+    ``cost`` (n) is each branch's (m), ``round`` (n) how far it goes round the coil (rad).
+    Legs (n, 2): copper layer (-1: no such leg), where its interval on the ring begins and how long it is (rad). Vias
+    (n): centre (m; nan: none), angle (rad) and distance from the ring road (m). `ways` are the straight stretches
+    beyond the ring: starts and steps (w, 2) and the branch that each belongs to.
+    """
+
+    around: Surroundings
+    branches: tuple[Branch, ...]
+    cost: Array
+    round: Array
+    layer: NDArray[np.intp]
+    low: Array
+    sweep: Array
+    centre: Array
+    angle: Array
+    beside: Array
+    starts: Array
+    steps: Array
+    owner: NDArray[np.intp]
+
+    def beside_branch(self, other: BranchTable, row: int) -> int:
+        """The set of branches of this table that keep their distance from one branch of another; kept with that."""
+        sets = other._known.setdefault(id(self), (self, {}))[1]  # by identity, so this table is kept, too
+        if row not in sets:
+            first = row - row % ROWS_AT_ONCE
+            rows = range(first, min(first + ROWS_AT_ONCE, len(other.branches)))
+            sets.update(zip(rows, self.beside_branches(other, rows), strict=True))
+        return sets[row]
+
+    @cached_property
+    def _known(self) -> dict[int, tuple[BranchTable, dict[int, int]]]:
+        return {}
+
+    def beside_branches(self, other: BranchTable, rows: range) -> list[int]:
+        """The sets of branches of this table that keep their distance from each of some branches of another."""
+        around, some = self.around, slice(rows.start, rows.stop)
+        layer, low, sweep = (table[some][:, None, None, :] for table in (other.layer, other.low, other.sweep))
+        same = (self.layer[:, :, None] == layer) & (layer >= 0)
+        gap = _interval_gap(self.low[:, :, None], self.sweep[:, :, None], low, sweep)
+        near = np.any(same & (gap < (around.bus.pitch - 1e-9) / around.radius), axis=(2, 3))
+        need = around.keep_out + around.bus.width / 2 - 1e-9
+        if other.has_vias:  # they may meet the legs of this table, beyond the ring too, and its vias
+            angle, beside = other.angle[some, None, None], other.beside[some, None]
+            gap = _interval_gap(self.low, self.sweep, angle, 0.0) * around.radius
+            near |= (beside < need) & np.any((gap < need) & (self.layer >= 0), axis=2)
+            stretch, row = np.nonzero(_to_stretches(self.starts, self.steps, other.centre[some]) < need)
+            near[row, self.owner[stretch]] = True
+            apart = hole_distance(around.joined, around.joined, around.spec.fpc.rules, around.bus.spacing) - 1e-9
+            away = self.centre - other.centre[some, None]
+            near |= np.hypot(away[..., 0], away[..., 1]) < apart
+        if self.has_vias:  # and these the legs of the others
+            low, sweep, layer = (table[some, None] for table in (other.low, other.sweep, other.layer))
+            gap = _interval_gap(self.angle[:, None], 0.0, low, sweep) * around.radius
+            near |= (self.beside < need) & np.any((gap < need) & (layer >= 0), axis=2)
+            own = slice(*np.searchsorted(other.owner, (some.start, some.stop)))
+            stretch, branch = np.nonzero(_to_stretches(other.starts[own], other.steps[own], self.centre) < need)
+            near[other.owner[own][stretch] - some.start, branch] = True
+        return [int.from_bytes(row.tobytes(), "little") for row in np.packbits(~near, axis=1, bitorder="little")]
+
+    @cached_property
+    def has_vias(self) -> bool:
+        """Whether any branch has a via."""
+        return not bool(np.isnan(self.angle).all())
+
+
+def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTable:
+    """The arrays of some branches."""
+    legs, vias, stretches, owner = [], [], [], []
+    for k, branch in enumerate(branches):
+        rows = [(leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)) for leg in branch.legs]
+        legs.append((*rows, (-1, 0.0, 0.0))[:2])
+        vias.append((math.nan,) * 4 if branch.hole is None else (*branch.hole.centre, *around.stand(branch.hole)))
+        for leg in branch.legs:
+            for start, end in leg.stretches:
+                stretches.append((*start, *end))
+                owner.append(k)
+    leg_of, via_of = np.array(legs, dtype=float).reshape(-1, 2, 3), np.array(vias, dtype=float).reshape(-1, 4)
+    table = np.array(stretches, dtype=float).reshape(-1, 4)
+    return BranchTable(
+        around=around,
+        branches=tuple(branches),
+        cost=np.array([branch.cost for branch in branches]),
+        round=np.array([branch.round for branch in branches]),
+        layer=leg_of[..., 0].astype(np.intp),
+        low=leg_of[..., 1],
+        sweep=leg_of[..., 2],
+        centre=via_of[:, :2],
+        angle=via_of[:, 2],
+        beside=via_of[:, 3],
+        starts=table[:, :2],
+        steps=table[:, 2:] - table[:, :2],
+        owner=np.array(owner, dtype=np.intp),
+    )
+
+
+def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Array:
+    """Angles (rad) between intervals on a circle; 0 where they overlap."""
+    ahead = (other_low - low) % TWO_PI
+    behind = np.where(ahead > 0.0, TWO_PI - ahead, 0.0) - other_sweep
+    return np.asarray(np.maximum(0.0, np.minimum(ahead - sweep, behind)))
+
+
+def _to_stretches(starts: Array, steps: Array, points: Array) -> Array:
+    """Distances (m) of points (p, 2) from straight stretches: (stretches, p); nan for points that are nan."""
+    (x, y), (dx, dy) = (points[:, k] - starts[:, k, None] for k in (0, 1)), steps.T[:, :, None]
+    share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
+    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
+    return np.asarray(np.hypot(x - share * dx, y - share * dy))

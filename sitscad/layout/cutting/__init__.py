@@ -1,1 +1,0 @@
-"""What is cut out: parts of a panel at the fabricator, pad and target on a laser."""

@@ -1,0 +1,443 @@
+"""How one coil's outer ends get out: stubs to the vias outside the winding, leads round the ring to their exits.
+
+A small search: every end may go either way round the ring, every outer via may stand at several places; of the
+combinations that keep the rules' distances that one is taken whose leads link least of the winding's flux (see
+`branches`), and of those the shortest. Branches of one coil are compared by the angles that they claim on the ring,
+which is cheap; with everything else on the board they are compared by their true geometry. What the searches of one
+board may try is counted, not timed, so that every machine finds the same board.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.geometry.path import TWO_PI, Point, polyline
+from sitscad.layout.branches import (
+    Branch,
+    BranchTable,
+    Leg,
+    OuterEnd,
+    Surroundings,
+    branch_table,
+    closing_cost,
+    closing_turns,
+    counted,
+    least_closing,
+)
+from sitscad.layout.clearance import Hole, Obstacles, Track
+from sitscad.layout.lanes import BENT_BACK, Exit, straightness
+from sitscad.record import record
+
+TRIALS_OF_A_WAVE = 50
+"""What it takes to find the ways through the array to one coil, in trials."""
+
+BUDGET = 16_000
+"""All searches of one board together give up after this many trials of branches: some seconds. Of 329 random boards
+that found their ways (tests/validation/random_boards.py, tests/benchmarks/check_times.py) ten took over 4,000, two over
+8,000, one 13,699.
+"""
+
+
+LOST = 4_000
+"""They give up after so many since a try last led out more coils than those before it, while two or more have no way.
+Of 112 boards of four layers or more that found ways for all coils (random_boards.py, seeds 0 to 449) none went on after
+more than 3,209.
+"""
+
+
+class SearchLimit:
+    """How many branches the searches of one board may still try."""
+
+    def __init__(self, budget: int = BUDGET) -> None:
+        self.left = budget
+        self._missing, self._since = 0, budget
+
+    def begin(self, coils: int) -> None:
+        """A board with so many coils is to be routed."""
+        self._missing, self._since = coils, self.left
+
+    def led_out(self, coils: int, of: int) -> None:
+        """A try has led out so many coils of all."""
+        if of - coils < self._missing:
+            self._missing, self._since = of - coils, self.left
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether two coils or more have found no way for long."""
+        return self._missing > 1 and self._since - self.left >= LOST
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no search may begin any more."""
+        return self.left <= 0 or self.is_lost
+
+    @property
+    def is_overdrawn(self) -> bool:
+        """Whether a search that is going on has to end."""
+        return self.left < 0 or self.is_lost
+
+    @contextmanager
+    def at_most(self, most: int) -> Iterator[None]:
+        """The searches that go on with it may try so many more and no more."""
+        kept = max(0, self.left - most)
+        self.left -= kept
+        yield
+        self.left += kept
+
+
+TRIALS = 2_000
+"""The search of one coil gives up after it has tried this many branches: ways found took up to 1,100 (1,000 coils)."""
+
+QUICK = 100
+"""Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
+
+PIECES = 48
+"""Pieces of the ring road of which it is known whether a track may run there."""
+
+PROVED = 8
+"""Legs refused on a layer after which that is looked up: most searches find a way before."""
+
+SPARED = 0.04
+"""Leads that run so little farther round their coil than they must (turns) are as good as any."""
+
+INSIDE = 0.1
+"""A lead from the inside comes out within this (turns) of where it would go round nothing, past inner vias."""
+
+COMES_OUT = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
+"""How far beside its other end a coil that ends inside may come out from under its turns: to make up for what that lead
+sweeps inside, or past an inner via.
+"""
+
+NEAR = math.radians(60.0)
+"""A via stands no farther (rad) from where the lead from the inside comes out, or where it does."""
+
+STEP_BACK = 1e-3
+"""How far back on the ring (rad) its direction is taken."""
+
+SHARPEST = math.cos(math.radians(40.0))
+"""A lead leaves the ring at no sharper angle: its two parts would lie on each other."""
+
+
+Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
+"""Ways to join two ends, by the ends and the places where a via may stand: boards that are tried share them."""
+
+
+@record
+class Escape:
+    """What leads out of one coil: the joins outside (between layers), and the two leads."""
+
+    joins: tuple[Branch, ...]
+    lead_a: Branch
+    lead_b: Branch
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """All of them."""
+        return (*self.joins, self.lead_a, self.lead_b)
+
+    @property
+    def entries(self) -> tuple[Point, Point]:
+        """Where the two leads enter the tail."""
+        return self.lead_a.legs[-1].track.path.end, self.lead_b.legs[-1].track.path.end
+
+    @property
+    def closing(self) -> float:
+        """How far leads and joins run round the coil in all (turns), positive where they run on as the winding does."""
+        around = self.lead_a.legs[0].around
+        joins = math.fsum(join.round for join in self.joins)
+        return float(closing_turns(around.spec.coil, self.lead_a.round, self.lead_b.round + joins))
+
+    @property
+    def excess(self) -> float:
+        """How much more that counts for than it had to (turns)."""
+        coil = self.lead_a.legs[0].around.spec.coil
+        least = INSIDE if len(coil.layers) % 2 else float(counted(least_closing(coil)))
+        return max(0.0, float(counted(self.closing)) - least)
+
+    @property
+    def cost(self) -> float:
+        """Length of everything (m), vias counted as in `Branch.cost`, and what running round the coil costs."""
+        radius = self.lead_a.legs[0].around.radius
+        return sum(branch.cost for branch in self.branches) + float(closing_cost(self.closing, radius))
+
+
+def escape(
+    around: Surroundings,
+    joins: list[tuple[OuterEnd, OuterEnd]],
+    ends: tuple[OuterEnd, OuterEnd],
+    choices: Iterable[tuple[Exit, Exit]],
+    obstacles: Obstacles,
+    searches: SearchLimit,
+    first: bool = False,
+    known: Joined | None = None,
+) -> Escape | None:
+    """The cheapest way out that keeps every distance, or the `first` whose leads run no farther round the coil than
+    they must; None where the search finds none. `known` are joins of boards that were tried before.
+    """
+    places = obstacles.admitted(list(around.via_places()))
+    search = _Search(obstacles, searches)
+    known = {} if known is None else known
+    stands = tuple(hole.centre for hole in places)
+    best: Escape | None = None
+    hard: list[list[BranchTable]] = []
+    for exits in choices:
+        if not all(search.lets_out(around, out) for out in exits):
+            continue
+        tables = search.lead_tables(around, ends, exits, places)
+        if tables is None:
+            continue
+        for pair in joins:
+            if (pair, stands) not in known:
+                known[pair, stands] = branch_table(around, cheapest_first(_join_options(around, pair, places)))
+            tables.append(known[pair, stands])
+        found = search.find(tables, QUICK if first else TRIALS)
+        if found is None and search.gave_up:
+            hard.append(tables)
+        if found is not None and (best is None or found.cost < best.cost - 1e-6):
+            best = found
+        if first and best is not None and best.excess < SPARED:
+            return best
+    for tables in hard if first and best is None else ():
+        best = search.find(tables, TRIALS)
+        if best is not None:
+            return best
+    return best
+
+
+def cheapest_first(branches: Iterable[Branch]) -> list[Branch]:
+    """Branches by what they cost, as good as equal ones in their order."""
+    return sorted(branches, key=lambda branch: round(branch.cost, 9))
+
+
+class _Search:
+    """In depth over the connections' branches, cheapest first, on sets of those that the chosen ones leave room for."""
+
+    def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:
+        self._obstacles = obstacles
+        self._admitted: dict[int, tuple[Leg, bool]] = {}
+        self._exact: dict[tuple[int, int], bool] = {}
+        self._single: dict[int, Obstacles] = {}
+        self._barred: dict[int, int] = {}
+        self._refused: dict[int, int] = {}
+        self._closed: dict[int, NDArray[np.float64]] = {}
+        self._asked: list[Sequence[BranchTable]] = []
+        self._searches = searches
+        self._total = self._left = TRIALS
+        self.gave_up = False
+
+    def lead_tables(
+        self, around: Surroundings, ends: tuple[OuterEnd, OuterEnd], exits: tuple[Exit, Exit], places: list[Hole]
+    ) -> list[BranchTable] | None:
+        """The ways of two leads, the cheapest first; None where one has none that the board admits: the other's, which
+        are many, are then not made. A lead from the inside may come out beside the other end, or near there.
+        """
+        beside = list(dict.fromkeys(around.ring.facing(ends[0].point)))
+        leads = []
+        for end, out in zip(ends, exits, strict=True):
+            leads.append(cheapest_first(_ways_out(around, end, out, places, beside)))
+            if not any(map(self.admits, leads[-1])):
+                return None
+        return [branch_table(around, options) for options in leads]
+
+    def find(self, tables: Sequence[BranchTable], most: int) -> Escape | None:
+        """One branch of every table, those of the two leads first, none too near another or anything on the board;
+        None, too, where `most` trials were not enough: then it `gave_up`.
+        """
+        self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
+        self._left = min(most, self._total)
+        self.gave_up = False
+        leads_a, leads_b, *joins = tables
+        for row_a, row_b in _cheapest_pairs(leads_a, leads_b):
+            pair = leads_a.branches[row_a], leads_b.branches[row_b]
+            if not self.admits(pair[0]) or not leads_b.beside_branch(leads_a, row_a) >> row_b & 1:
+                continue
+            left = [table.beside_branch(leads_a, row_a) & table.beside_branch(leads_b, row_b) for table in joins]
+            if not all(left) or not self.admits(pair[1]) or not self._clear(pair[1], pair[0]):
+                continue
+            chosen = self._combine(joins, left, pair) if self._goes_on() else None
+            if chosen is not None:
+                return Escape(chosen[2:], *pair)
+            if self.gave_up:
+                return None
+        return None
+
+    def _combine(
+        self, tables: Sequence[BranchTable], left: list[int], chosen: tuple[Branch, ...]
+    ) -> tuple[Branch, ...] | None:
+        """The first branches, one of each table still left, that keep clear of each other; None if there are none."""
+        if not tables:
+            return chosen
+        options = left[0] & ~self._barred.get(id(tables[0]), 0)
+        while options:
+            row = (options & -options).bit_length() - 1
+            options &= options - 1
+            branch = tables[0].branches[row]
+            if not self.admits(branch):
+                self._barred[id(tables[0])] = self._barred.get(id(tables[0]), 0) | 1 << row
+                continue
+            if not all(self._clear(branch, other) for other in chosen):
+                continue
+            if not self._goes_on():
+                return None
+            others = zip(left[1:], tables[1:], strict=True)
+            after = [mask & other.beside_branch(tables[0], row) for mask, other in others]
+            found = self._combine(tables[1:], after, (*chosen, branch)) if all(after) else None
+            if found is not None:
+                return found
+        return None
+
+    def _clear(self, branch: Branch, other: Branch) -> bool:
+        """Whether two branches keep the fabricator's distance: angles on the ring do not see what bends at a corner."""
+        key = (id(branch), id(other))
+        if key not in self._exact:
+            if id(other) not in self._single:
+                rules = other.legs[0].around.spec.fpc.rules
+                self._single[id(other)] = Obstacles(rules, rules.trace_spacing)
+                self._single[id(other)].add(other.tracks, other.holes)
+            self._exact[key] = self._single[id(other)].admits(branch.tracks, branch.holes)
+        return self._exact[key]
+
+    def _goes_on(self) -> bool:
+        """Counts a trial; whether the search may go on."""
+        self._spend()
+        self.gave_up = self._left < 0 or self._searches.is_overdrawn
+        return not self.gave_up
+
+    def _spend(self) -> None:
+        self._left -= 1
+        self._total -= 1
+        self._searches.left -= 1
+
+    def lets_out(self, around: Surroundings, out: Exit) -> bool:
+        """Whether the way from the ring to the tail, which all leads by that exit share, keeps its distances: if not,
+        none of them does, which is one trial instead of one each.
+        """
+        way = polyline([around.ring.at(out.angle), *out.way])
+        is_free = not way.segments or self._obstacles.admits([Track(way, around.bus.width, out.layer)])
+        if not is_free:
+            self._spend()
+        return is_free
+
+    def admits(self, branch: Branch) -> bool:
+        """Whether a branch's legs keep their distance from what is on the board; its via is at a place that does."""
+        for leg in branch.legs:
+            if id(leg) not in self._admitted:  # the leg is kept too, so that no other gets its identity
+                self._admitted[id(leg)] = leg, self._is_free(leg)
+            if not self._admitted[id(leg)][1]:
+                return False
+        return True
+
+    def _is_free(self, leg: Leg) -> bool:
+        """Whether a leg keeps its distances by its true geometry, which is a trial unless it is refused for certain."""
+        if self._runs_into(leg):
+            return False
+        self._spend()
+        is_free = self._obstacles.admits([leg.track])
+        if not is_free:
+            self._refused[leg.layer] = self._refused.get(leg.layer, 0) + 1
+        return is_free
+
+    def _runs_into(self, leg: Leg) -> bool:
+        """Whether a leg runs over a whole piece of the ring road on which no track may."""
+        piece, layer = TWO_PI / PIECES, leg.layer
+        if self._refused.get(layer, 0) < PROVED or abs(leg.sweep) < piece:
+            return False
+        if layer not in self._closed:  # where the pieces begin (rad) on which no track of the layer may run
+            ring, begin = leg.around.ring, np.linspace(0.0, TWO_PI, PIECES, endpoint=False)
+            roads = (ring.along(low, low + piece, True) for low in begin.tolist())
+            ways = [Track(road, leg.around.bus.width, layer) for road in roads]
+            self._closed[layer] = begin[~self._obstacles.admits_each(ways)]
+        ahead = (self._closed[layer] - (leg.angle + min(leg.sweep, 0.0))) % TWO_PI
+        return bool(np.any(ahead <= abs(leg.sweep) - piece - 1e-9))
+
+
+def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tuple[int, int]]:
+    """Rows of two leads' branches, by what both together cost."""
+    around = leads_a.around
+    turns = closing_turns(around.spec.coil, leads_a.round[:, None], leads_b.round[None, :])
+    costs = leads_a.cost[:, None] + leads_b.cost[None, :] + closing_cost(turns, around.radius)
+    for place in np.argsort(np.round(costs, 9), axis=None, kind="stable").tolist():
+        yield divmod(place, len(leads_b.branches))
+
+
+def _ways_out(
+    around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole], beside: list[float]
+) -> Iterator[Branch]:
+    """The ways from a coil's end to its exit: directly, or by a via where the layers differ.
+
+    The via of a lead from the inside stands where that lead comes out, or not far from there.
+    """
+    if end.layer == out.layer:
+        near = [angle + turned for turned in COMES_OUT for angle in beside]
+        for sweep in _sweeps(around, end, out.angle, near):
+            if not _doubles_back(around, out, sweep):
+                yield Branch((Leg(around, end.layer, end.point, out.angle - sweep, sweep, out.way),))
+        return
+    way = polyline([around.ring.at(out.angle), *out.way])
+    clear = around.keep_out + around.bus.width / 2 - 1e-9
+    for hole in places:
+        if way.distance(hole.centre) < clear:  # a lead that passes its own via closes a loop with it
+            continue
+        angle, _ = around.stand(hole)
+        sweeps = [sweep for sweep in _both_ways(out.angle - angle) if not _doubles_back(around, out, sweep)]
+        onward = [Leg(around, out.layer, hole.centre, angle, sweep, out.way) for sweep in sweeps]
+        near = [place for place in beside if abs(math.remainder(place - angle, TWO_PI)) < NEAR]
+        for to_via in _legs_to_via(around, end, hole, near):
+            for from_via in onward:
+                yield Branch((to_via, from_via), hole)
+
+
+def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:
+    """Whether a lead that comes round the ring by `sweep` (rad) would leave it back over itself."""
+    if not sweep:
+        return False
+    leaves, before = around.ring.at(out.angle), around.ring.at(out.angle - math.copysign(STEP_BACK, sweep))
+    beyond = next((point for point in out.way if point.distance(leaves) > 1e-9), leaves)
+    return straightness(before, leaves, beyond) < -SHARPEST
+
+
+def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:
+    """The ways to join two layers' outer ends by a via outside the winding."""
+    for hole in places:
+        for both in product(*(_legs_to_via(around, end, hole) for end in pair)):
+            yield Branch(both, hole, returns=True)
+
+
+def _legs_to_via(around: Surroundings, end: OuterEnd, hole: Hole, beside: Sequence[float] = ()) -> list[Leg]:
+    """The ways from a coil's end to a via beside the ring."""
+    angle, _ = around.stand(hole)
+    sweeps = _sweeps(around, end, angle, beside)
+    return [Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in sweeps]
+
+
+def _sweeps(around: Surroundings, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
+    """Both ways round from an end to an angle; from an inner via straight under the turns, or out at one of the angles
+    `beside` and both ways round from there, where that meets the ring without bending back sharply.
+
+    At a corner each way begins on its own side of it, so that no lead bends back sharply.
+    """
+    if end.from_inside:
+        ways = [0.0]
+        for sweep in (sweep for out in beside for sweep in _both_ways(angle - out)):
+            meets, onward = (around.ring.at(angle - sweep + ahead) for ahead in (0.0, math.copysign(STEP_BACK, sweep)))
+            if straightness(end.point, meets, onward) > -BENT_BACK:
+                ways.append(sweep)
+        return list(dict.fromkeys(ways))
+    back, on = around.ring.facing(end.point)
+    if on - back < 1e-6:
+        return _both_ways(angle - on)
+    ways = sorted((-((back - angle) % TWO_PI), (angle - on) % TWO_PI), key=abs)
+    return [0.0, *ways] if (angle - back) % TWO_PI < on - back else ways
+
+
+def _both_ways(turn: float) -> list[float]:
+    short = math.remainder(turn, TWO_PI)
+    if abs(short) < 1e-6:
+        return [0.0]
+    return [short, short - math.copysign(TWO_PI, short)]

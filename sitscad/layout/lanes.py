@@ -1,0 +1,294 @@
+"""The ways outside a coil: its ring road, and the lanes along the jaw past the other coils and into the tail.
+
+The ring road is the track next outside a coil, on which its leads and the stubs of its outer vias run. The coil next to
+the tail leaves forwards; the others pass it above and below in turn, the nearest on the inner lanes, so that no pair
+crosses another. A pair runs stacked on two copper layers, or side by side where the tail has only one.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
+from sitscad.layout.clearance import Breadth
+from sitscad.record import record
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.sensor import SensorSpec
+
+
+@record
+class Ring:
+    """The closed curve at `offset` (m) outside a coil's copper, walked by angle (rad) about the coil's centre."""
+
+    coil: CoilSpec
+    placement: CoilPlacement
+    offset: float
+
+    @cached_property
+    def centre(self) -> Point:
+        """The coil's centre."""
+        return Point(*self.placement.centre)
+
+    @cached_property
+    def boundary(self) -> Path:
+        """The ring about the origin, unrotated."""
+        return self.coil.outline.boundary(self.coil.size, self.offset)
+
+    @cached_property
+    def half_size(self) -> tuple[float, float]:
+        """Half the ring's extent in x and y (m)."""
+        box = bounding_box([self.boundary.rotated(self.placement.rotation)])
+        return box[2], box[3]
+
+    @cached_property
+    def _known(self) -> dict[float | Point, Any]:
+        return {}
+
+    def at(self, angle: float) -> Point:
+        """The ring's point in a direction (rad) from its centre; remembered, for many ways round begin or end alike."""
+        if angle not in self._known:
+            if self.coil.outline.is_round:
+                distance = self.coil.size[0] / 2 + self.offset
+            else:
+                local = angle - self.placement.rotation
+                ux, uy = math.cos(local), math.sin(local)
+                distance = max(_ray_length(segment, ux, uy) for segment in self.boundary)
+            self._known[angle] = polar(distance, angle, self.centre)
+        return self._known[angle]
+
+    def facing(self, point: Point) -> tuple[float, float]:
+        """The directions from the centre in which the ring's points nearest to `point` lie (rad), the first clockwise
+        of the second: two of them for a point on the diagonal of a corner, else twice the same. Remembered.
+        """
+        if point not in self._known:
+            centre, turn = self.centre, self.placement.rotation
+            away = math.atan2(point.y - centre.y, point.x - centre.x)
+            sides = [0.0]
+            if not self.coil.outline.is_round:
+                local = polar(point.distance(centre), away - turn, Point(0.0, 0.0))
+                feet = [_foot(segment, local) for segment in self.boundary]
+                least = min(foot.distance(local) for foot in feet)
+                near = [foot for foot in feet if foot.distance(local) < least + 1e-9]
+                sides = [math.remainder(math.atan2(foot.y, foot.x) + turn - away, TWO_PI) for foot in near]
+            self._known[point] = away + min(sides), away + max(sides)
+        return self._known[point]
+
+    def along(self, start: float, end: float, ccw: bool) -> Path:
+        """The way along the ring from one angle to another, either way round; empty where they are equal."""
+        sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
+        if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
+            return Path(())
+        if self.coil.outline.is_round:
+            return Path((Arc(self.at(start), self.at(end), self.centre, ccw),))
+        passed = []  # corners by how far along the sweep they are
+        for corner in (segment.end for segment in self.boundary.segments[:-1]):
+            angle = math.atan2(corner.y, corner.x) + self.placement.rotation
+            along = (angle - start) % TWO_PI if sweep > 0 else (start - angle) % TWO_PI
+            if 1e-9 < along < abs(sweep) - 1e-9:
+                passed.append((along, polar(math.hypot(corner.x, corner.y), angle, self.centre)))
+        points = [self.at(start), *(point for _, point in sorted(passed)), self.at(end)]
+        return Path(tuple(Line(a, b) for a, b in pairwise(points) if a.distance(b) > 1e-9))
+
+
+def _foot(line: Segment, point: Point) -> Point:
+    """The point of a straight side that is nearest to another."""
+    dx, dy = line.end.x - line.start.x, line.end.y - line.start.y
+    share = ((point.x - line.start.x) * dx + (point.y - line.start.y) * dy) / (dx * dx + dy * dy)
+    share = min(1.0, max(0.0, share))
+    return Point(line.start.x + share * dx, line.start.y + share * dy)
+
+
+def _ray_length(segment: Segment, ux: float, uy: float) -> float:
+    """Distance from the origin at which a ray in direction (ux, uy) meets a straight side; 0 where it misses."""
+    dx, dy = segment.end.x - segment.start.x, segment.end.y - segment.start.y
+    determinant = ux * dy - uy * dx
+    if abs(determinant) < 1e-18:
+        return 0.0
+    reach = (segment.start.x * dy - segment.start.y * dx) / determinant
+    t = (segment.start.x * uy - segment.start.y * ux) / determinant
+    return reach if reach > 0 and -1e-9 <= t <= 1 + 1e-9 else 0.0
+
+
+STAGGER = math.sqrt(2.0) - 1.0
+"""Parallel tracks bend by 45 degrees this many spacings apart, so that they stay equally far from each other."""
+
+TURNED = (-15, 15, -30, 30, 45)
+"""Degrees from the corner of the ring, away from the tail, at which a pair may leave it too."""
+
+
+@record
+class Exit:
+    """Where one end of a coil leaves its ring (angle, rad), and the corners that it then passes up to the tail."""
+
+    angle: float
+    way: tuple[Point, ...]
+    layer: int
+
+
+BENT_BACK = math.sin(math.radians(22.5))
+"""A lead bends back no more than by a right angle and a quarter of one (sine), under the turns or off its ring."""
+
+
+def straightness(one: Point, corner: Point, other: Point) -> float:
+    """The cosine of the angle by which a way turns at a corner."""
+    ahead, onward = (corner.x - one.x, corner.y - one.y), (other.x - corner.x, other.y - corner.y)
+    return (ahead[0] * onward[0] + ahead[1] * onward[1]) / max(math.hypot(*ahead) * math.hypot(*onward), 1e-30)
+
+
+@record
+class Bus:
+    """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
+
+    ``coils`` is how far the coils' copper extends across the jaw; lanes stand off from it by the ring road and by
+    ``base``, which leaves the coils room for tracks or vias under the lanes.
+    """
+
+    width: float
+    spacing: float
+    layers: tuple[int, int]
+    coils: Breadth
+    base: float = 0.0
+
+    @property
+    def reach(self) -> float:
+        """The farthest from the axis that a coil's copper extends."""
+        return self.coils.farthest
+
+    @property
+    def ring_offset(self) -> float:
+        """From a coil's copper edge to the centre line of the ring road."""
+        return self.spacing + self.width / 2
+
+    @property
+    def pitch(self) -> float:
+        """Distance of neighbouring tracks."""
+        return self.width + self.spacing
+
+    @property
+    def is_stacked(self) -> bool:
+        """Whether the two conductors of a pair lie above each other."""
+        return self.layers[0] != self.layers[1]
+
+
+@record
+class Lane:
+    """One coil's lane.
+
+    ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` counts from the top in the tail.
+    """
+
+    placement: CoilPlacement
+    side: int
+    index: int
+    rank: int
+
+
+def bus_for(spec: SensorSpec) -> Bus:
+    """The coil's own trace width, the fabricator's spacing, and the two top layers if the tail has two."""
+    tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
+    second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
+    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), coils_breadth(spec))
+
+
+def coils_breadth(spec: SensorSpec) -> Breadth:
+    """How far the coils' copper reaches across."""
+    halves = [(p.centre[1], Ring(spec.coil, p, 0.0).half_size[1]) for p in spec.array.placements]
+    return Breadth(min(y - half for y, half in halves), max(y + half for y, half in halves))
+
+
+def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
+    """A lane for every coil, in the order of the placements; `first_side` is the side that is used first."""
+    near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
+    taken = {near_first[0]: (0, 0)}
+    for distance, coil in enumerate(near_first[1:]):
+        taken[coil] = (-first_side if distance % 2 else first_side, distance // 2)
+    from_top = sorted(taken, key=lambda coil: -taken[coil][0] * (1 + taken[coil][1]))
+    return tuple(Lane(placement, *taken[i], rank=from_top.index(i)) for i, placement in enumerate(placements))
+
+
+def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
+    """Places in the tail for coils in several rows, to be tried in this order.
+
+    Rows from the top with the far coils of each outermost, so that they pass outside the near ones; innermost, so that
+    they come through between the rows; and with a row in the middle passing all others on one side. Where every coil
+    has a height of its own, first in the order in which they are seen from the tail, and as if they stood in line.
+    """
+    middle = sum(p.centre[1] for p in placements) / len(placements)
+    far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
+    near_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), -p.centre[0]))
+    row = [p for p in far_first if abs(p.centre[1] - middle) <= 1e-7]
+    between = row[-3::-2][::-1] + row[-1:] + row[-2::-2]
+    above, below = (
+        [[p for p in order if side * (p.centre[1] - middle) > 1e-7] for order in (far_first, near_first)]
+        for side in (1, -1)
+    )
+    orders = [above[i] + between + below[j] for i, j in ((0, 1), (1, 0), (0, 0), (1, 1))]
+    orders += [between + above[0] + below[1], above[0] + below[1] + between]
+    ranks = [tuple(order.index(p) for p in placements) for order in orders]
+    if len({round(p.centre[1], 7) for p in placements}) == len(placements) > 1:
+        in_line = (tuple(lane.rank for lane in assign_lanes(placements, side)) for side in (1, -1))
+        size = max(math.dist(p.centre, q.centre) for p in placements for q in placements)
+        eye = max(p.centre[0] for p in placements) + 0.5 * size
+        from_top = sorted(placements, key=lambda p: round(-p.centre[1] / (eye - p.centre[0]), 9))
+        ranks = [tuple(from_top.index(p) for p in placements), *in_line, *ranks]
+    unlike = dict.fromkeys(ranks)
+    return [tuple(map(Lane, placements, [0] * len(order), [0] * len(order), order)) for order in unlike]
+
+
+def lane_height(bus: Bus, index: int, track: int = 0) -> float:
+    """Distance (m) from the axis to a lane's track: `index` counts outwards, `track` 1 is the outer of a flat pair."""
+    tracks = index if bus.is_stacked else 2 * index + track
+    return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
+
+
+def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
+    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order.
+
+    `turned` gives those that leave the ring beside its corner, for coils whose own ends stand there.
+    """
+    ring = Ring(spec.coil, lane.placement, bus.ring_offset)
+    corner = math.atan2(ring.half_size[1], ring.half_size[0])
+    upper, lower = bus.layers
+
+    def passing(angle: float, track: int = 0) -> tuple[Point, ...]:
+        """At 45 degrees towards the tail up to the lane, and along it."""
+        start, height = ring.at(angle), lane.side * lane_height(bus, lane.index, track)
+        return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
+
+    if bus.is_stacked:
+        ways = _forwards(spec.coil, ring, funnel_x) if not lane.side else []
+        for degrees in (TURNED if turned else (0,)) if lane.side else ():
+            angle = lane.side * (corner + math.radians(degrees))
+            ways.append((angle, passing(angle)))
+        return [(Exit(angle, way, upper), Exit(angle, way, lower)) for angle, way in ways]
+
+    # side by side the track that leaves the ring farther back takes the outer lane; either end of the coil may
+    apart = 2.0 * bus.pitch / min(ring.half_size)
+    pairs = []
+    if lane.side:
+        outer, inner = lane.side * corner, lane.side * corner - lane.side * apart
+        pairs.append((Exit(outer, passing(outer, 1), upper), Exit(inner, passing(inner), upper)))
+    else:
+        for middle in map(math.radians, (0, 25, -25)):
+            one, other = middle + apart / 2, middle - apart / 2
+            both = (Exit(angle, (Point(funnel_x, ring.at(angle).y),), upper) for angle in (one, other))
+            pairs.append((next(both), next(both)))
+    return [way for one, other in pairs for way in ((one, other), (other, one))]
+
+
+def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
+    """Where the pair of the coil next to the tail may leave its ring: the angle (rad) and the way to the funnel."""
+    found: list[tuple[float, tuple[Point, ...]]] = []
+    length, breadth = ring.half_size
+    for turn in map(math.radians, (0, 20, -20, 40, -40)):
+        # about the middle of the end that faces the tail, which is the centre unless the coil is long
+        angle = math.atan2(breadth * math.sin(turn), max(0.0, length - breadth) + breadth * math.cos(turn))
+        place = ring.at(angle)
+        is_flat = coil.outline.sides and coil.outline.is_long
+        height = place.y if is_flat else ring.centre.y + min(ring.half_size) * math.tan(turn)
+        edge, end = Point(ring.centre.x + length, height), Point(funnel_x, height)
+        found.append((angle, (edge, end) if edge.distance(place) > 1e-9 else (end,)))
+    return found

@@ -1,0 +1,332 @@
+"""What a laser cuts: the sheet with one part and its kerf coupon, as contours on named layers. No file format here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from enum import StrEnum
+
+from sitscad.geometry.convex import Footprint
+from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
+from sitscad.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.spec.places import footprint, place_in_words
+from sitscad.spec.plates import Cutting
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import in_mm
+
+MARGIN = 5e-3
+COUPON_SIZE = 10e-3
+COUPON_HOLE = 5e-3
+MARK_ARM = 1e-3
+TEXT_HEIGHT = 1.2e-3
+_LINE_STEP = 2e-3
+_LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plain font
+
+
+class CutLayer(StrEnum):
+    """What the laser does with a contour, in the order in which it has to be done.
+
+    Engraving comes before any cut, and inside contours before outside ones: a piece that is cut loose may move.
+    """
+
+    ENGRAVE = "ENGRAVE"
+    CUT_INNER = "CUT_INNER"
+    CUT_OUTER = "CUT_OUTER"
+    REF = "REF"
+
+
+@record
+class Look:
+    """How a layer is told from the others in every format: its colour in words, as ``#rrggbb`` and by AutoCAD's index,
+    and what the laser does with it; empty where it does nothing.
+    """
+
+    colour: str
+    rgb: str
+    index: int
+    work: str
+
+
+LOOKS = {
+    CutLayer.ENGRAVE: Look("black", "#000000", 7, "engrave"),
+    CutLayer.CUT_INNER: Look("red", "#ff0000", 1, "cut inside"),
+    CutLayer.CUT_OUTER: Look("magenta", "#ff00ff", 6, "cut outside"),
+    CutLayer.REF: Look("grey", "#999999", 8, ""),
+}
+"""Drivers order their work by colour, so every step has one of its own out of those that all of them know; by the
+conventions of most shops black is engraved and red is cut, and blue, which is scored, is left out.
+"""
+
+
+@record
+class Contour:
+    """A path on a layer; `diameter` (m) where it is a full circle, which formats may have a word for."""
+
+    layer: CutLayer
+    path: Path
+    diameter: float | None = None
+
+    @property
+    def centre(self) -> Point:
+        """The centre of a circle; meaningless for other contours."""
+        return Point((self.path.start.x + self.path.segments[0].end.x) / 2, self.path.start.y)
+
+    @property
+    def area(self) -> float:
+        """Enclosed area in square metres."""
+        return abs(enclosed_area(self.path))
+
+
+@record
+class Nest:
+    """How copies lie on a sheet: `columns` by `rows`, of which `count` are there; which sheet it is, and how many times
+    it is cut.
+    """
+
+    count: int = 1
+    columns: int = 1
+    rows: int = 1
+    number: int = 1
+    times: int = 1
+
+
+@record
+class LaserSheet:
+    """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
+
+    ``size`` is the nominal size [x, y] of the finished part, ``kerf`` the width of material that the beam removes,
+    ``width`` and ``height`` those of the drawing; all in metres.
+    """
+
+    part: str
+    material: str
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    kerf: float
+    width: float
+    height: float
+    contours: tuple[Contour, ...]
+    notes: tuple[tuple[Point, str], ...]
+    nest: Nest = Nest()
+
+    @property
+    def name(self) -> str:
+        """What its file is called: the part, with a number where there are several sheets."""
+        return self.part if self.nest.number == 1 else f"{self.part}-{self.nest.number}"
+
+    def on(self, layer: CutLayer) -> tuple[Contour, ...]:
+        """The contours of one layer."""
+        return tuple(contour for contour in self.contours if contour.layer is layer)
+
+    @property
+    def cut(self) -> Contour:
+        """The outside contour of the part itself, where the beam's centre runs: the outline grown by half a kerf."""
+        return self.on(CutLayer.CUT_OUTER)[0]
+
+
+@record
+class CutPart:
+    """A part that is cut out of a sheet: its name, material, shape and nominal size [x, y], thickness and kerf (m), the
+    place where it lies over or under the coils, and what is said of that.
+    """
+
+    part: str
+    material: str
+    shape: str
+    size: tuple[float, float]
+    thickness: float
+    kerf: float
+    place: Footprint
+    words: str = ""
+
+
+def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
+    """Elastomer and target, those that the spec has."""
+    return tuple(
+        CutPart(
+            name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
+            place_in_words(plate),
+        )
+        for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
+        if plate is not None
+    )  # fmt: skip
+
+
+def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
+    """The sheets of the elastomer and of the target, of those that the spec has, and of `more` parts
+    (`sitscad.scene.stack.sheets` has the shield among them); `stop` is the first of their notes.
+
+    Raises ValueError for a kerf that is negative or as wide as the coupon's hole.
+    """
+    spec = layout.spec
+    return tuple(
+        _sheet(layout, part, nest, stop)
+        for part in (*cut_parts(spec), *more)
+        for nest in nests(part.size, part.kerf, spec.cutting, spec.fpc.boards or 1)
+    )
+
+
+def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
+    """How so many copies of a plate [x, y] (m) are laid on sheets: as many full ones as it takes, and a rest.
+
+    Rows are filled from the left, as nearly square as the sheet allows; the coupon has a place beside them on each.
+    Raises ValueError where not even one plate fits.
+    """
+    if boards == 1:
+        return (Nest(),)
+    room = (cutting.sheet[0] - 3 * MARGIN - COUPON_SIZE - 2 * kerf, cutting.sheet[1] - 2 * MARGIN)
+    most = [math.floor((room[k] + cutting.gap + 1e-9) / (size[k] + kerf + cutting.gap)) for k in (0, 1)]
+    if min(most) < 1:
+        raise ValueError(
+            f"a plate of {in_mm(size[0])} x {in_mm(size[1])} mm and the coupon do not fit on a sheet of "
+            f"{in_mm(cutting.sheet[0])} x {in_mm(cutting.sheet[1])} mm: give cutting.sheet the size of yours"
+        )
+    full, rest = divmod(boards, most[0] * most[1])
+    found = [Nest(most[0] * most[1], most[0], most[1], 1, full)] if full else []
+    if rest:
+        columns = min(most[0], max(math.ceil(math.sqrt(rest)), math.ceil(rest / most[1])))
+        found.append(Nest(rest, columns, math.ceil(rest / columns), len(found) + 1))
+    return tuple(found)
+
+
+def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
+    """How large (m) a sheet has to be for one plate [x, y] and the coupon beside it, with their kerfs and margins."""
+    return (
+        size[0] + kerf + 3 * MARGIN + COUPON_SIZE + 2 * kerf,
+        max(size[1] + kerf, COUPON_SIZE + kerf) + 2 * MARGIN,
+    )
+
+
+def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
+    """The outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
+    if PLATES[shape].is_round:
+        return Contour(layer, circle(centre, size[0] / 2), size[0])
+    x, y = size[0] / 2, size[1] / 2
+    return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))
+
+
+def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
+    """One plate's sheet: its contours with the kerf allowed for, the coupon beside them, and the notes above."""
+    shape, size, kerf = part.shape, part.size, part.kerf
+    if not 0.0 <= kerf < COUPON_HOLE:
+        raise ValueError(
+            f"a kerf of {kerf * 1e3:g} mm cannot be compensated: it must be from 0 to {COUPON_HOLE * 1e3:g} mm"
+        )
+    floor = MARGIN + kerf / 2
+    centre = Point(floor + size[0] / 2, floor + size[1] / 2)
+    step = tuple(length + kerf + layout.spec.cutting.gap for length in size)
+    centres = [centre.shifted(*_place(index, nest.columns, step)) for index in range(nest.count)]
+    right = centre.x + (nest.columns - 1) * step[0]
+    coupon = Point(right + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
+    texts = (*([stop] if stop else []), *_texts(layout, part), *_counted(nest))
+    top = floor + max(size[1] + (nest.rows - 1) * step[1], COUPON_SIZE) + kerf / 2
+    notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
+    height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
+    width = (
+        max(coupon.x + COUPON_SIZE / 2 + kerf / 2, MARGIN + max(map(len, texts)) * _LETTER_WIDTH * TEXT_HEIGHT) + MARGIN
+    )
+    contours = (
+        *_label(coupon, kerf),
+        plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
+        *(plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), each) for each in centres),
+        plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
+        plate(CutLayer.REF, shape, size, centre),
+        *_marks(layout, part.place, centre, width, height),
+    )
+    return LaserSheet(part.part, part.material, shape, size, part.thickness, kerf, width, height, contours, notes, nest)
+
+
+def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
+    """Where a copy lies from the first one (m): row by row, there and back, so that the beam travels little."""
+    row, column = divmod(index, columns)
+    return step[0] * (column if row % 2 == 0 else columns - 1 - column), step[1] * row
+
+
+def _counted(nest: Nest) -> Iterator[str]:
+    """How many are on the sheet, and how often it is cut; nothing for one."""
+    if nest.count > 1:
+        yield f"{nest.count} pieces in {nest.rows} row{'s' if nest.rows > 1 else ''}"
+    if nest.times > 1:
+        yield f"cut this sheet {nest.times} times"
+
+
+def _texts(layout: Layout, part: CutPart) -> tuple[str, ...]:
+    """The lines of text on a sheet."""
+    kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
+    half = in_mm(kerf / 2)
+    compensation = (
+        (
+            f"kerf {in_mm(kerf)} mm: {half} mm added outside, holes less {half} mm",
+            f"coupon: {in_mm(COUPON_SIZE)} mm wide, hole {in_mm(COUPON_HOLE)} mm if right",
+            f"else kerf = {in_mm(kerf)} + {in_mm(COUPON_SIZE)} - measured width",
+        )
+        if kerf
+        else (
+            "kerf not compensated: drawn at nominal size",
+            f"coupon: drawn {in_mm(COUPON_SIZE)} mm wide, hole {in_mm(COUPON_HOLE)} mm",
+        )
+    )
+    return (
+        f"{layout.spec.name} {part.part}",
+        *([layout.spec.issue.words] if layout.spec.issue.rows else []),
+        f"{part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
+        part.material,
+        *([part.words] if part.words else []),
+        *compensation,
+        *_order(kerf > 0.0),
+        f"{LOOKS[CutLayer.REF].colour} (layer REF) is not cut",
+    )
+
+
+def _order(is_engraved: bool) -> Iterator[str]:
+    """The legend: what has to be done first, and by which colour a driver tells it."""
+    steps = [layer for layer in CutLayer if LOOKS[layer].work and (is_engraved or layer is not CutLayer.ENGRAVE)]
+    for i, layer in enumerate(steps, 1):
+        yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
+
+
+def _marks(layout: Layout, here: Footprint, centre: Point, width: float, height: float) -> Iterator[Contour]:
+    """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
+    by.
+    """
+    beside = (here.place_of(Point(*p.centre)) for p in layout.spec.array.placements)
+    marks = (centre.shifted(x, y) for x, y in beside)
+    under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
+    inset = MARGIN / 2
+    places = dict.fromkeys(under, MARK_ARM / 2)
+    places |= dict.fromkeys((centre, Point(inset, inset), Point(width - inset, height - inset)), MARK_ARM)
+    for place, arm in places.items():
+        for dx, dy in ((arm, 0.0), (0.0, arm)):
+            yield Contour(CutLayer.REF, polyline([place.shifted(-dx, -dy), place.shifted(dx, dy)]))
+
+
+# Strokes of the digits on a grid 1 wide and 2 high, as polylines; drivers of lasers seldom know fonts.
+_DIGITS: dict[str, tuple[tuple[tuple[float, float], ...], ...]] = {
+    "0": (((0, 0), (1, 0), (1, 2), (0, 2), (0, 0)),),
+    "1": (((1, 0), (1, 2)),),
+    "2": (((0, 2), (1, 2), (1, 1), (0, 1), (0, 0), (1, 0)),),
+    "3": (((0, 2), (1, 2), (1, 0), (0, 0)), ((0, 1), (1, 1))),
+    "4": (((0, 2), (0, 1), (1, 1)), ((1, 2), (1, 0))),
+    "5": (((1, 2), (0, 2), (0, 1), (1, 1), (1, 0), (0, 0)),),
+    "6": (((1, 2), (0, 2), (0, 0), (1, 0), (1, 1), (0, 1)),),
+    "7": (((0, 2), (1, 2), (1, 0)),),
+    "8": (((0, 1), (0, 0), (1, 0), (1, 2), (0, 2), (0, 1), (1, 1)),),
+    "9": (((1, 1), (0, 1), (0, 2), (1, 2), (1, 0), (0, 0)),),
+    ".": (((0.4, 0), (0.6, 0)),),
+}
+_DIGIT_WIDTH, _DIGIT_STEP = 0.6e-3, 1.0e-3
+
+
+def _label(coupon: Point, kerf: float) -> Iterator[Contour]:
+    """The kerf in millimetres, engraved between the coupon's hole and its lower edge; nothing where there is none."""
+    text = in_mm(kerf) if kerf else ""
+    band = (COUPON_SIZE - COUPON_HOLE) / 2
+    left = coupon.x - (_DIGIT_STEP * (len(text) - 1) + _DIGIT_WIDTH) / 2
+    lower = coupon.y - COUPON_SIZE / 2 + (band - 2 * _DIGIT_WIDTH) / 2
+    for i, letter in enumerate(text):
+        for stroke in _DIGITS[letter]:
+            at = [Point(left + i * _DIGIT_STEP + x * _DIGIT_WIDTH, lower + y * _DIGIT_WIDTH) for x, y in stroke]
+            yield Contour(CutLayer.ENGRAVE, polyline(at))

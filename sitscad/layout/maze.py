@@ -1,0 +1,358 @@
+"""Ways through an array whose coils do not stand in one line: the shortest for each pair that keeps all distances.
+
+A pair runs stacked on two layers, so it is one track to be led from its coil's ring road to its place in the tail. A
+wave from there over a lattice (Dijkstra) finds the shortest way to every exit of the ring at once; each way is then
+pulled taut between what it passes. The clearance is judged at points along the way, not on the lattice.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.geometry.path import Point
+from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
+from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
+from sitscad.record import record
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.sensor import SensorSpec
+
+Flags = NDArray[np.bool_]
+Node = tuple[int, int]
+
+_STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+
+
+@record(eq=False)
+class Wave:
+    """Distances over the lattice (in steps; infinite where it did not come), and from each node the one before it.
+
+    Both are kept row by row, with a border of nodes that are not free.
+    """
+
+    stride: int
+    reached: Sequence[float]
+    before: Sequence[int]
+
+    def distance(self, node: Node) -> float:
+        """How far a node is from where the wave began."""
+        return self.reached[self._place(node)]
+
+    def back(self, node: Node) -> Iterator[Node]:
+        """The nodes from one to where the wave began."""
+        place = self._place(node)
+        while place >= 0:
+            yield place // self.stride - 1, place % self.stride - 1
+            place = self.before[place]
+
+    def _place(self, node: Node) -> int:
+        return (node[0] + 1) * self.stride + node[1] + 1
+
+
+def spread(free: Flags, sources: Sequence[Node], between: Flags | None = None) -> Wave:
+    """The wave from some nodes over those that are free, eight neighbours each.
+
+    `between` (2 n - 1, 2 m - 1) tells of the same lattice at half its step which places a step may lead over: without
+    it all may.
+    """
+    stride = free.shape[1] + 2
+    size = (free.shape[0] + 2) * stride
+    ways, onward = _ways(free, between), _onward(stride)
+    reached, before = [math.inf] * size, [-1] * size
+    queue = [(0.0, (i + 1) * stride + j + 1) for i, j in sources if free[i, j]]
+    for _, place in queue:
+        reached[place] = 0.0
+    while queue:
+        so_far, place = heapq.heappop(queue)
+        if so_far > reached[place]:
+            continue
+        for offset, length in onward[ways[place]]:
+            beyond, further = place + offset, so_far + length
+            if further < reached[beyond] - 1e-12:
+                reached[beyond], before[beyond] = further, place
+                heapq.heappush(queue, (further, beyond))
+    return Wave(stride, reached, before)
+
+
+def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
+    """Of each node, with the border, which of the eight steps may be taken: one bit each."""
+    n, m = free.shape
+    found = np.zeros((n + 2, m + 2), dtype=np.intp)
+    bordered = np.zeros((n + 2, m + 2), dtype=bool)
+    bordered[1:-1, 1:-1] = free
+    halves = np.ones((2 * n + 1, 2 * m + 1), dtype=bool)
+    if between is not None:
+        halves[1:-1, 1:-1] = between
+    for bit, (dx, dy) in enumerate(_STEPS):
+        beyond = bordered[1 + dx : n + 1 + dx, 1 + dy : m + 1 + dy]
+        halfway = halves[1 + dx : 2 * n + dx + 1 : 2, 1 + dy : 2 * m + dy + 1 : 2]
+        found[1:-1, 1:-1] |= (free & beyond & halfway).astype(np.intp) << bit
+    return list(found.ravel().tolist())
+
+
+@lru_cache(maxsize=16)
+def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
+    """For every set of steps their offsets in rows of a length, and their lengths."""
+    steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
+    return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
+
+
+Floats = NDArray[np.float64]
+
+EXITS = 24
+MARGIN = 2e-6
+"""Kept beyond the rules (m), for what the points along a way do not see."""
+
+CHORD = 2e-6
+STRIDE = 0.71
+"""Half a diagonal step of the lattice, in steps."""
+
+
+@record
+class Ground:
+    """The board between the coils: its front, where the tail begins (m), and how far it reaches across there."""
+
+    front: float
+    tail_start: float
+    breadth: Breadth
+    tail_half_width: float
+
+    def limits(self, x: Floats) -> tuple[Floats, Floats]:
+        """The lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
+        along = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
+        low, high = self.breadth.low, self.breadth.high
+        return low + along * (-self.tail_half_width - low), high + along * (self.tail_half_width - high)
+
+
+@record(eq=False)
+class Lattice:
+    """Points over the whole array, and how far each is from every coil: the same for all boards that are tried."""
+
+    spec: SensorSpec
+    bus: Bus
+    start: float
+    end: float
+    breadth: Breadth
+
+    @cached_property
+    def step(self) -> float:
+        """The lattice's step (m): fine enough for a track between two others, coarse enough for some 20 000 nodes."""
+        area = (self.end - self.start) * 2 * self.breadth.half
+        return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
+
+    @cached_property
+    def xs(self) -> Floats:
+        """Columns (m)."""
+        return self.start + self.step * np.arange(math.ceil((self.end - self.start) / self.step) + 1.0)
+
+    @cached_property
+    def ys(self) -> Floats:
+        """Rows (m)."""
+        below, above = (math.floor(reach / self.step) for reach in (-self.breadth.low, self.breadth.high))
+        return self.step * np.arange(-below, above + 1.0)
+
+    @property
+    def halves(self) -> tuple[int, int]:
+        """How many columns and rows of points at half a step there are."""
+        return 2 * len(self.xs) - 1, 2 * len(self.ys) - 1
+
+    @cached_property
+    def points(self) -> Floats:
+        """All nodes and the places halfway between them (n, 2), rows of one column after the other (m)."""
+        columns, rows = (
+            first + self.step / 2 * np.arange(count)
+            for first, count in zip((self.xs[0], self.ys[0]), self.halves, strict=True)
+        )
+        return np.column_stack([grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij")])
+
+    @cached_property
+    def outside(self) -> dict[CoilPlacement, Floats]:
+        """Distance (m) of all these points from every coil's outer copper edge, negative inside."""
+        return {placement: self.from_coil(placement, self.points) for placement in self.spec.array.placements}
+
+    def from_coil(self, placement: CoilPlacement, points: Floats) -> Floats:
+        """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
+        away = points - np.array(placement.centre)
+        if self.spec.coil.outline.is_round:
+            return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
+        normals, distances = self._sides(placement)
+        return np.asarray((away @ normals - distances).max(axis=1))
+
+    def _sides(self, placement: CoilPlacement) -> tuple[Floats, Floats]:
+        """Outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre."""
+        if placement.rotation not in self._known_sides:
+            boundary = Ring(self.spec.coil, placement, 0.0).boundary.rotated(placement.rotation)
+            ends = np.array([[*side.start, *side.end] for side in boundary])
+            along = ends[:, 2:] - ends[:, :2]
+            normals = np.stack([along[:, 1], -along[:, 0]]) / np.hypot(along[:, 0], along[:, 1])
+            self._known_sides[placement.rotation] = normals, np.sum(normals.T * ends[:, :2], axis=1)
+        return self._known_sides[placement.rotation]
+
+    @cached_property
+    def _known_sides(self) -> dict[float, tuple[Floats, Floats]]:
+        return {}
+
+    def around(self, low: Floats, high: Floats) -> tuple[slice, slice]:
+        """The columns and rows between two corners of a rectangle."""
+        i, j = np.searchsorted(self.xs, [low[0], high[0]]), np.searchsorted(self.ys, [low[1], high[1]])
+        return slice(int(i[0]), int(i[1])), slice(int(j[0]), int(j[1]))
+
+
+@dataclass
+class Maze:
+    """What stands on one board, and the search through it."""
+
+    lattice: Lattice
+    bus: Bus
+    ground: Ground
+    holes: list[Hole] = field(default_factory=list)
+    _chords: Floats = field(default_factory=lambda: np.empty((0, 5)))
+
+    def __post_init__(self) -> None:
+        """Nothing is taken yet."""
+        self.spec, self.step = self.lattice.spec, self.lattice.step
+        self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
+
+    def add(self, tracks: Iterable[Track], holes: Iterable[Hole]) -> None:
+        """Put tracks and holes on the board."""
+        for hole in holes:
+            self.holes.append(hole)
+            centre = np.array(hole.centre)
+            self._take(centre, centre, self._keep_out(hole))
+        for track in tracks:
+            if track.layer not in self.bus.layers:
+                continue
+            need = self.bus.spacing + (self.bus.width + track.width) / 2 + MARGIN + CHORD
+            chords = list(pairwise(track.path.flattened(CHORD)))
+            self._chords = np.vstack([self._chords, *(np.array([[*a, *b, need]]) for a, b in chords)])
+            for a, b in chords:
+                # a way over the lattice must not step across a thin track
+                self._take(np.array(a), np.array(b), max(need, STRIDE * self.step))
+
+    def _take(self, a: Floats, b: Floats, need: float) -> None:
+        """Nodes nearer than `need` (m) to the stretch from a to b are free no more."""
+        columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
+        x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
+        self._free[columns, rows] &= _from_stretch(x, y, *a, *b) >= need
+
+    def _keep_out(self, hole: Hole) -> float:
+        return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
+
+    def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
+        """The ways from a coil's ring to its entry of the tail, shortest first: both conductors take the same."""
+        # nodes, and halfway between, where a long step would cut a coil's corner
+        clear = self._inside(self.lattice.points)
+        for other, outside in self.lattice.outside.items():
+            clear &= outside >= self._room(other, placement)
+        clear = clear.reshape(self.lattice.halves)
+        wave = spread(clear[::2, ::2] & self._free, list(self._nodes_beside(entry)), clear)
+        reached = []
+        for angle, lead in self._starts(placement):
+            near = (node for node in self._nodes_beside(lead) if math.isfinite(wave.distance(node)))
+            node = min(near, key=wave.distance, default=None)
+            if node is not None:
+                reached.append((round(wave.distance(node), 6), angle, lead, node))
+        ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
+        for _, angle, lead, node in sorted(reached):
+            corners = [lead, *(self._point(n) for n in wave.back(node)), entry]
+            way = tuple(self._taut(corners, placement))
+            if straightness(ring.at(angle), *way[:2]) >= -BENT_BACK:
+                yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
+
+    def _room(self, placement: CoilPlacement, own: CoilPlacement | None) -> float:
+        """What a pair keeps from a coil's copper edge to its centre line (m)."""
+        beside = self.bus.pitch if placement == own else self.bus.base
+        return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
+
+    def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
+        """Exits round the ring: the angle, and the point outside from which the way is free to turn."""
+        ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
+        outside = Ring(self.spec.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)
+        for k in range(EXITS):
+            angle = 2 * math.pi * k / EXITS
+            start = ring.at(angle)
+            for facing in dict.fromkeys(outside.facing(start)):  # at a corner square to either side
+                lead = outside.at(facing)
+                if self._clear(_between(start, lead, self.step / 4), None, but=placement).all():
+                    yield angle, lead
+
+    def _nodes_beside(self, point: Point) -> Iterator[Node]:
+        """Nodes about a point from which no track stands between."""
+        reach = 1.6 * self.step
+        near_x = np.flatnonzero(np.abs(self.lattice.xs - point.x) <= reach).tolist()
+        near_y = np.flatnonzero(np.abs(self.lattice.ys - point.y) <= reach).tolist()
+        for node in product(near_x, near_y):
+            if self._off_tracks(_between(point, self._point(node), self.step / 4)).all():
+                yield node
+
+    def _point(self, node: Node) -> Point:
+        return Point(float(self.lattice.xs[node[0]]), float(self.lattice.ys[node[1]]))
+
+    def _taut(self, corners: list[Point], placement: CoilPlacement) -> list[Point]:
+        """The way with every corner left out that can be: from each point straight to the farthest that is in sight."""
+        way, here = [corners[0]], 0
+        while here < len(corners) - 1:
+            low, high = here + 1, len(corners) - 1
+            while low < high:
+                middle = (low + high + 1) // 2
+                if self._clear(_between(corners[here], corners[middle], self.step / 4), placement).all():
+                    low = middle
+                else:
+                    high = middle - 1
+            way.append(corners[low])
+            here = low
+        return way
+
+    def _clear(self, points: Floats, own: CoilPlacement | None, but: CoilPlacement | None = None) -> NDArray[np.bool_]:
+        """Whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
+        clear = self._inside(points)
+        for placement in self.spec.array.placements:
+            if placement != but:
+                clear &= self.lattice.from_coil(placement, points) >= self._room(placement, own)
+        for hole in self.holes:
+            away = np.hypot(points[:, 0] - hole.centre.x, points[:, 1] - hole.centre.y)
+            clear &= away >= self._keep_out(hole)
+        return clear & self._off_tracks(points)
+
+    def _inside(self, points: Floats) -> Flags:
+        """Whether points lie before the tail and keep a track's distance from the edge of the board."""
+        edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
+        x, y = points[:, 0], points[:, 1]
+        low, high = self.ground.limits(x)
+        aside = math.sqrt(2.0) * edge - 1e-9
+        on_taper = (y >= low + aside) & (y <= high - aside)
+        body, aside = self.ground.breadth, edge - 1e-9
+        beside = (y >= body.low + aside) & (y <= body.high - aside) & (x < self.ground.front)
+        return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
+
+    def _off_tracks(self, points: Floats) -> Flags:
+        """Whether points keep the spacing from all tracks on the pair's layers, arcs taken as chords within `CHORD`."""
+        if not len(self._chords):
+            return np.ones(len(points), dtype=bool)
+        ax, ay, bx, by, need = self._chords.T
+        (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
+        near = (np.minimum(ax, bx) - need <= right) & (np.maximum(ax, bx) + need >= left)
+        near &= (np.minimum(ay, by) - need <= high) & (np.maximum(ay, by) + need >= low)
+        away = _from_stretch(points[:, :1], points[:, 1:], ax[near], ay[near], bx[near], by[near])
+        return np.asarray((away >= need[near]).all(axis=1))
+
+
+def _from_stretch(x: Floats, y: Floats, ax: Any, ay: Any, bx: Any, by: Any) -> Floats:
+    """Distance (m) of points from the stretch between a and b; all are broadcast."""
+    dx, dy = bx - ax, by - ay
+    share = np.clip(((x - ax) * dx + (y - ay) * dy) / np.maximum(dx * dx + dy * dy, 1e-30), 0.0, 1.0)
+    return np.asarray(np.hypot(x - ax - share * dx, y - ay - share * dy))
+
+
+def _between(one: Point, other: Point, step: float) -> Floats:
+    count = max(2, math.ceil(one.distance(other) / step) + 1)
+    t = np.linspace(0.0, 1.0, count)[:, None]
+    return np.array([one]) + t * (np.array([other]) - np.array([one]))

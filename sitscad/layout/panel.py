@@ -1,0 +1,321 @@
+"""The panel: copies of a part that is too small to be handled alone, held by bridges in a frame that is ordered whole.
+
+The frame carries tooling holes and fiducials, three of each, so that it cannot be loaded the wrong way round, and
+coupons: the sensor's first coil alone with solder pads, to measure its inductance before any part is cut out.
+All parts lie the same way, so that every tail runs along the same grain of the film. Lengths in metres, the panel's
+lower left corner is the origin. Parts stay whole: no perforation enters their outline, for a tear would start there;
+the cut stops at each bridge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.spec.circuit import MOST_PARTS
+from sitscad.spec.coil import ArraySpec, CoilPlacement
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+
+BRIDGE_RUN = 25e-3
+"""One bridge at least for every so much of an outline (m), and three beside those at the tail's end, if there is room.
+"""
+
+FEWEST_BRIDGES = 3
+"""A part on fewer bridges tilts or drops out while the panel is made: `checks` refuses such a panel."""
+
+NARROWER, NARROWEST = 0.1e-3, 0.2e-3
+"""In steps of this (m) narrower bridges are tried where wide ones find too few places, down to the spec's narrowest.
+"""
+
+FREE_OF_BRIDGES = 1.0e-3
+"""How far (m) bridges keep from contacts and from the bend zone."""
+
+BESIDE_CONTACTS = 0.25e-3
+"""How far (m) a bridge at the tail's end keeps from the contacts: what it leaves on the edge is not plugged in."""
+
+_STEP, _FINE_STEP = 0.25e-3, 0.05e-3
+_ON_EDGE = 1e-9
+
+
+@record
+class Bridge:
+    """Where the cut round a part stops: a segment of its outline, and the part of its length (m) that stays whole."""
+
+    segment: int
+    begin: float
+    end: float
+
+    def middle(self, outline: Path) -> Point:
+        """The middle of the bridge, on the outline."""
+        piece = outline.segments[self.segment]
+        return piece.at((self.begin + self.end) / 2.0 / piece.length)
+
+
+def cut_lines(outline: Path, stops: tuple[Bridge, ...]) -> tuple[Path, ...]:
+    """A closed outline without its bridges: open paths, or the outline itself where there is no bridge."""
+    runs: list[list[Segment]] = [[]]
+    for index, segment in enumerate(outline):
+        at = 0.0
+        for bridge in sorted((b for b in stops if b.segment == index), key=lambda b: b.begin):
+            runs[-1] += _piece(segment, at, bridge.begin)
+            runs.append([])
+            at = bridge.end
+        runs[-1] += _piece(segment, at, segment.length)
+    if len(runs) > 1:
+        runs[0] = runs.pop() + runs[0]
+    return tuple(Path(tuple(run)) for run in runs if run)
+
+
+def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, Point], ...]:
+    """Where the cut stops before each bridge and goes on behind it, in the outline's sense."""
+    pieces = ((_piece(outline.segments[stop.segment], stop.begin, stop.end)[0]) for stop in stops)
+    return tuple((piece.start, piece.end) for piece in pieces)
+
+
+def bridges(layout: Layout) -> tuple[Bridge, ...]:
+    """Bridges along an outline: at the end of the tail on both its sides, the others as far apart as they can be.
+
+    None at the contacts, beside what is plugged in or in the bend zone, where a nick in the edge would do harm; on
+    straight edges unless those are too few. Wide bridges on a small part may find fewer places than
+    `FEWEST_BRIDGES`: then only those are made that there is room for.
+    """
+    edge, least = layout.outline, 2.0 * layout.spec.fpc.panel.bridge
+
+    def apart_from(marks: list[Point], places: list[Bridge]) -> list[Bridge]:
+        return [place for place in places if all(place.middle(edge).distance(mark) > least for mark in marks)]
+
+    chosen: list[Bridge] = []
+    if layout.pads:  # on the stiffener where there is one: without these two a long tail would hang free
+        centres = [pad.centre for pad in layout.pads]
+        middle = Point(*(math.fsum(values) / len(centres) for values in zip(*centres, strict=True)))
+        places = list(_places(layout, _is_at_end, _FINE_STEP)) or list(_places(layout, _is_free, _STEP))
+        while places and len(chosen) < 2:
+            chosen.append(min(places, key=lambda place: round(place.middle(edge).distance(middle), 6)))
+            places = apart_from([chosen[-1].middle(edge)], places)
+    wanted = max(FEWEST_BRIDGES, math.ceil(edge.length / BRIDGE_RUN) - len(chosen))
+    places = list(_places(layout, _is_free, _STEP))
+    straight = [place for place in places if isinstance(edge.segments[place.segment], Line)]
+    marks = [bridge.middle(edge) for bridge in chosen]
+    places = apart_from(marks, straight if len(straight) >= wanted else places)
+    while places and wanted > 0:
+        wanted -= 1
+        away = [min((place.middle(edge).distance(mark) for mark in marks), default=0.0) for place in places]
+        chosen.append(places[max(range(len(places)), key=lambda i: (round(away[i], 6), -i))])
+        marks.append(chosen[-1].middle(edge))
+        places = apart_from(marks[-1:], places)
+    return tuple(sorted(chosen, key=lambda b: (b.segment, b.begin)))
+
+
+def narrower_bridge(layout: Layout) -> float | None:
+    """The widest narrower bridge (m), in steps, of which enough find a place on a board; None if none do."""
+    spec = layout.spec
+    most, least = math.ceil(spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
+    for width in (steps * NARROWER for steps in range(most, least - 1, -1)):
+        panel = replace(spec.fpc.panel, bridge=width)
+        if len(bridges(replace(layout, spec=replace(spec, fpc=replace(spec.fpc, panel=panel))))) >= FEWEST_BRIDGES:
+            return width
+    return None
+
+
+Box = tuple[float, float, float, float]
+
+
+def _places(layout: Layout, is_fit: Callable[[Layout, Box | None, Path], bool], step: float) -> Iterator[Bridge]:
+    """Every bridge that could be made where the edge is fit for it, at steps (m) along each segment."""
+    width = layout.spec.fpc.panel.bridge
+    plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
+    for index, segment in enumerate(layout.outline):
+        room = segment.length - 2.0 * width
+        for i in range(int(room / step + 1e-9) + 1 if room >= 0 else 0):
+            begin = width / 2.0 + i * step
+            if is_fit(layout, plate, Path(tuple(_piece(segment, begin, begin + width)))):
+                yield Bridge(index, begin, begin + width)
+
+
+def _is_free(layout: Layout, plate: Box | None, edge: Path) -> bool:
+    """Whether a piece of the edge lies on the film, off contacts, stiffener and bend zone."""
+    at, keep = edge.segments[0].at(0.5), FREE_OF_BRIDGES
+    if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
+        return False
+    return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(layout, at, keep)
+
+
+def _is_off_contacts(layout: Layout, at: Point, keep: float) -> bool:
+    halves = ((pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in layout.all_pads)
+    return not any(_is_near((x - w, y - h, x + w, y + h), at, keep) for (x, y), w, h in halves)
+
+
+def _is_near(box: Box, at: Point, keep: float) -> bool:
+    x0, y0, x1, y1 = box
+    return x0 - keep < at.x < x1 + keep and y0 - keep < at.y < y1 + keep
+
+
+def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
+    """Whether a piece of the edge and a little on both sides of it is stiffened, or at least does not bend, and lies
+    off the contacts.
+    """
+    at = edge.segments[0].at(0.5)
+    ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
+    if plate is not None:
+        x0, y0, x1, y1 = plate
+        if not all(x0 - _ON_EDGE <= p.x <= x1 + _ON_EDGE and y0 - _ON_EDGE <= p.y <= y1 + _ON_EDGE for p in ends):
+            return False
+    elif layout.bend_zone is not None and any(layout.bend_zone[0] < p.x < layout.bend_zone[1] for p in ends):
+        return False
+    return _is_off_contacts(layout, at, edge.length / 2.0 + BESIDE_CONTACTS)
+
+
+def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
+    """A segment from one length (m) along it to another; nothing where these are the same."""
+    if end - begin < 1e-9:
+        return []
+    a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))
+    return [Arc(a, b, segment.centre, segment.ccw)] if isinstance(segment, Arc) else [Line(a, b)]
+
+
+TOOLING_HOLE = 1.5e-3
+FIDUCIAL = 1.0e-3
+FIDUCIAL_OPENING = 2.0e-3
+FIDUCIAL_STEP = 5.0e-3
+"""Distance (m) of a fiducial from its tooling hole."""
+
+
+@record
+class Panel:
+    """Copies of a board in a frame. ``parts`` and ``coupons`` are how far each copy's own origin is moved.
+
+    ``coupon`` is None where there is none; ``no_coupon`` then says why.
+    """
+
+    layout: Layout
+    size: tuple[float, float]
+    columns: int
+    rows: int
+    parts: tuple[Point, ...]
+    bridges: tuple[Bridge, ...]
+    coupon: Layout | None
+    coupons: tuple[Point, ...]
+    coupon_bridges: tuple[Bridge, ...]
+    no_coupon: str
+    tooling_holes: tuple[Point, ...]
+    fiducials: tuple[Point, ...]
+    rail: float
+
+    @property
+    def cuts(self) -> tuple[Path, ...]:
+        """The cuts round all parts and coupons: open paths that stop at the bridges."""
+        found = [piece.shifted(*at) for at in self.parts for piece in cut_lines(self.layout.outline, self.bridges)]
+        if self.coupon is not None:
+            pieces = cut_lines(self.coupon.outline, self.coupon_bridges)
+            found += [piece.shifted(*at) for at in self.coupons for piece in pieces]
+        return tuple(found)
+
+
+def is_too_small(layout: Layout) -> bool:
+    """Whether the board is smaller than the smallest part that the fabricator handles singly."""
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    have, need = sorted((x1 - x0, y1 - y0)), sorted(layout.spec.fpc.rules.part_size)
+    return any(size < smallest - 1e-9 for size, smallest in zip(have, need, strict=True))
+
+
+def is_wanted(layout: Layout) -> bool:
+    """Whether the spec asks for a panel, or leaves it to the size of the part and the part is too small."""
+    wish = layout.spec.fpc.panel.wish
+    return wish == "always" or (wish == "auto" and is_too_small(layout))
+
+
+def least_size(layout: Layout) -> tuple[float, float]:
+    """The least sides (m) of a panel with the parts that the spec asks for, or with one; without a coupon."""
+    wish, (x0, y0, x1, y1) = layout.spec.fpc.panel, bounding_box([layout.outline])
+    columns, rows = wish.parts or (1, 1)
+    frame = 2 * (wish.rail + wish.gap) - wish.gap
+    return columns * (x1 - x0 + wish.gap) + frame, rows * (y1 - y0 + wish.gap) + frame
+
+
+def plan(layout: Layout) -> Panel | None:
+    """The panel of a board; None where none is wanted.
+
+    Copies fill the fabricator's usual panel unless the spec says how many: one at least, `MOST_PARTS` boards at most.
+    A coupon stands at either end of the lowest row, to see a drift across the panel; one where there is no room for
+    two. Tooling holes are in three corners of the frame, with a fiducial beside each.
+    """
+    if not is_wanted(layout):
+        return None
+    wish, usual = layout.spec.fpc.panel, layout.spec.fpc.rules.panel_size
+    gap, rail, frame = wish.gap, wish.rail, wish.rail + wish.gap
+    coupon, no_coupon = _coupon(layout)
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    box = bounding_box([coupon.outline]) if coupon else (0.0, 0.0, 0.0, 0.0)
+    coupon_width, strip = box[2] - box[0], box[3] - box[1] + gap if coupon else 0.0
+    step = x1 - x0 + gap, y1 - y0 + gap
+    fill = [math.floor((usual[k] - frame - rail - (0.0, strip)[k] + 1e-9) / step[k]) for k in (0, 1)]
+    filled = min(max(1, fill[0]), MOST_PARTS)
+    columns, rows = wish.parts or (filled, min(max(1, fill[1]), MOST_PARTS // filled))
+    inner = max(columns * step[0] - gap, coupon_width)
+    size = inner + 2 * frame, rows * step[1] - gap + strip + 2 * frame
+
+    def on_grid(x: float, y: float) -> Point:  # of whole micrometres, which the files' grid of nanometres holds exactly
+        return Point(round(x, 6), round(y, 6))
+
+    lefts = [frame, frame + inner - coupon_width] if inner >= 2 * coupon_width + gap else [frame]
+    edge, far, high = rail / 2.0, size[0] - rail / 2.0, size[1] - rail / 2.0
+    return Panel(
+        layout=layout,
+        size=size,
+        columns=columns,
+        rows=rows,
+        parts=tuple(
+            on_grid(frame + i * step[0] - x0, frame + strip + j * step[1] - y0)
+            for j in range(rows)
+            for i in range(columns)
+        ),
+        bridges=bridges(layout),
+        coupon=coupon,
+        coupons=tuple(on_grid(left - box[0], frame - box[1]) for left in lefts) if coupon else (),
+        coupon_bridges=bridges(coupon) if coupon else (),
+        no_coupon=no_coupon,
+        tooling_holes=(Point(edge, edge), Point(far, edge), Point(edge, high)),
+        fiducials=(
+            Point(edge + FIDUCIAL_STEP, edge),
+            Point(far - FIDUCIAL_STEP, edge),
+            Point(edge + FIDUCIAL_STEP, high),
+        ),
+        rail=rail,
+    )
+
+
+def _coupon(layout: Layout) -> tuple[Layout | None, str]:
+    """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
+    from sitscad.layout.arrangement import arrange  # seldom drawn, and the package imports the panel's parts from here
+
+    spec = layout.spec
+    if spec.fpc.tail is None and len(spec.array.placements) == 1:
+        return None, "the part is a single coil with solder pads: every part is its own coupon"
+    coupon = arrange(coupon_spec(spec))
+    if coupon.shortfalls or not all(coil.is_closed_circuit for coil in coupon.coils):
+        reasons = "; ".join(lack.message for lack in coupon.shortfalls) or "the coil does not reach its pads"
+        return None, f"a single coil with solder pads finds no room: {reasons}"
+    if len(bridges(coupon)) < FEWEST_BRIDGES:
+        return None, f"bridges of {show(spec.fpc.panel.bridge, 'm')} find fewer than three places on it"
+    return coupon, ""
+
+
+def coupon_spec(spec: SensorSpec) -> SensorSpec:
+    """The sensor reduced to its first coil in free air, with solder pads in place of the tail."""
+    alone = CoilPlacement("C1", (0.0, 0.0), spec.array.placements[0].rotation)
+    return replace(
+        spec,
+        array=ArraySpec("single", (alone,)),
+        fpc=replace(spec.fpc, tail=None),
+        readout=replace(spec.readout, chip=None),
+        target=None,
+        elastomer=None,
+        encapsulation=None,
+        mount=None,
+        shield=None,
+    )

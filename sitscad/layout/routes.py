@@ -1,0 +1,425 @@
+"""How all coils are led out: along lanes where they stand in one line, through a maze where they do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from itertools import chain, islice, product
+from typing import TYPE_CHECKING, Any
+
+from sitscad.geometry.path import Point
+from sitscad.layout.branches import OuterEnd, Surroundings
+from sitscad.layout.clearance import Breadth, Obstacles, Track, hole_keep_out, joined_hole
+from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
+from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
+from sitscad.layout.outline import body_breadth, ends, far_end
+from sitscad.layout.tail_frame import TailFrame, frame, pair_height
+from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
+from sitscad.layout.windings import WoundCoil
+from sitscad.record import record
+from sitscad.spec.presets import connector
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.layout.maze import Lattice
+
+
+@record
+class Routing:
+    """One complete answer of the search, on a board of some breadth: for every coil an escape, and from where that
+    ends both conductors to their contacts; ``far`` is the least x (m) that the board then needs.
+    """
+
+    bus: Bus
+    escapes: tuple[Escape, ...]
+    ends: tuple[tuple[Run, Run], ...]
+    breadth: Breadth
+    far: float
+    tail: TailFrame
+
+    @property
+    def excess(self) -> float:
+        """How much farther than they must the leads of one coil run round it, at most (turns)."""
+        return max(way.excess for way in self.escapes)
+
+
+@record
+class Stuck:
+    """Which coil found no way out; ``walled`` if nothing on the board let it through from its ring to the tail: to keep
+    more room beside other coils then only makes it worse.
+    """
+
+    coil: int
+    walled: bool = False
+
+
+def in_line(spec: SensorSpec) -> bool:
+    """Whether all coils stand on the jaw's axis, so that lanes along it serve them."""
+    return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
+
+
+def front_of(spec: SensorSpec, bus: Bus) -> float:
+    """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    reach = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    lanes = (len(spec.array.placements) - 1) // 2 + 1
+    ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    return max(ends) + reach + lanes * bus.pitch
+
+
+def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try, narrow first: the lanes' base and how far the body reaches across.
+
+    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
+    beside the coils than the lanes take, room for a track, or room for a via.
+    """
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    via_room = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    passing = len(spec.array.placements) // 2
+    boards = []
+    for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
+        raised = replace(bus, base=base)
+        lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
+        for beside in (0.0, bus.spacing + bus.width, via_room):
+            boards.append(
+                (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
+            )
+    return sorted(set(boards), key=lambda board: (board[1].half, board[0].base))
+
+
+def _beyond_coils(bus: Bus, room: float) -> Breadth:
+    """A board with so much room (m) beside the outermost coils."""
+    return Breadth(round(bus.coils.low - room, 9), round(bus.coils.high + room, 9))
+
+
+def route_in_line(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+) -> Routing | None:
+    """The narrowest board with room, the first lane on the side where the far coil begins, else on the other.
+
+    Pairs leave their rings at the corner towards the tail, and the far coils choose first; only where no board has room
+    so, pairs may leave beside the corner too, and a coil that finds no way chooses before the others. Where leads run
+    farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
+    """
+    searches.begin(len(wound))
+    begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
+    first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
+    # the first try; pairs leave beside the corner; and coils choose in another order
+    efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
+    known: _Known = {}
+    joined: Joined = {}
+    for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
+        tried = (
+            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, searches, joined)
+            for (raised, breadth), side in product(boards(spec, bus), first_sides)
+        )
+        routed = (_Lanes(board, turned, known).routed(reordered) for board in tried)
+        found = _least_round((one for one in routed if one is not None), widest(spec), searches)
+        if found is not None:
+            return found
+    return None
+
+
+def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
+    """Of boards as they are found the one whose leads run least round their coils beyond what they must; the first one,
+    and of the others those no wider than `widest` (half, m), while their limit lasts.
+    """
+    best = next(routed, None)
+    if best is None or best.excess < SPARED:
+        return best
+    with searches.at_most(FURTHER):
+        for found in routed:
+            if found.breadth.half > max(widest, best.breadth.half):
+                break
+            best = found if found.excess < best.excess - SPARED else best
+            if best.excess < SPARED:
+                break
+    return best
+
+
+def widest(spec: SensorSpec) -> float:
+    """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
+    jaw = spec.mount.jaw if spec.mount else None
+    return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
+
+
+def _in_turn(
+    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | Stuck], reordered: bool
+) -> dict[int, Escape] | Stuck:
+    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
+
+    Or which coil finds no way.
+    """
+    tried: set[tuple[int, ...]] = set()
+    while True:
+        tried.add(tuple(order))
+        found = lead_out(order)
+        if not isinstance(found, Stuck) or not reordered:
+            return found
+        order = [found.coil, *(index for index in order if index != found.coil)]
+        if tuple(order) in tried or len(tried) > len(order):
+            return found
+
+
+@record
+class _Board:
+    # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
+    # ways that `joined` two ends on other boards are shared.
+    spec: SensorSpec
+    bus: Bus
+    wound: tuple[WoundCoil, ...]
+    lanes: tuple[Lane, ...]
+    front: float
+    breadth: Breadth
+    searches: SearchLimit
+    joined: Joined
+
+    def around(self, index: int) -> Surroundings:
+        """What lies around one coil."""
+        return Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
+
+
+_Known = dict[tuple[Any, ...], Escape | None]
+"""Ways out that were found, or not, by board, coil, what stands there and where the coil may leave its ring."""
+
+
+@record(eq=False)
+class _Lanes:
+    # Coils in one line, led out to their lanes; `turned` where pairs may leave beside the corner of their ring, `known`
+    # what other efforts found.
+    board: _Board
+    turned: bool
+    known: _Known
+
+    def routed(self, reordered: bool) -> Routing | None:
+        """The board with all its coils led out, far ones first, if they find a way."""
+        board = self.board
+        far_first = sorted(range(len(board.wound)), key=lambda i: board.lanes[i].placement.centre[0])
+        escapes = _in_turn(far_first, self.lead_out, reordered)
+        if isinstance(escapes, Stuck):
+            return None
+        return _routing(board, escapes, body_frame(board.spec, board.bus, board.front, board.breadth))
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
+        """Every coil's escape, or which coil found none."""
+        board = self.board
+        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            if board.searches.is_spent:
+                return Stuck(index)
+            found = None
+            for turned in (False, True) if self.turned else (False,):
+                found = found or self._way_out(index, turned, laid, tuple(escapes.values()))
+            if found is None:
+                return Stuck(index)
+            for branch in found.branches:
+                laid.add(branch.tracks, branch.holes)
+            escapes[index] = found
+            board.searches.led_out(len(escapes), len(board.wound))
+        return escapes
+
+    def _way_out(self, index: int, turned: bool, laid: Obstacles, there: tuple[Escape, ...]) -> Escape | None:
+        """One coil's escape on a board where some of the others are; efforts that come to the same search once."""
+        board = self.board
+        key = (board.bus.base, board.breadth, board.lanes[index], index, turned, *map(id, there))
+        if key not in self.known:
+            choices = exits(board.spec, board.bus, board.lanes[index], board.front, turned)
+            self.known[key] = _lead_out(board, index, choices, laid)
+        return self.known[key]
+
+
+def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
+    """The finished routing, on a tail long enough for it."""
+    spec, bus, lanes = board.spec, board.bus, board.lanes
+    ways = tuple(escapes[i] for i in range(len(lanes)))
+    down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
+    pieces = [branch for way in ways for branch in way.branches]
+    far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
+    long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
+    laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
+    return Routing(bus, ways, laid, board.breadth, far, long)
+
+
+def _lead_out(
+    board: _Board, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
+) -> Escape | None:
+    """One coil's escape among the other coils and what is laid on the board already."""
+    coil, wound = board.spec.coil, board.wound[index]
+    boundary = coil.outline.boundary(coil.size, -coil.trace_width / 2)
+    others = [
+        Track(boundary.rotated(placement.rotation).shifted(*placement.centre), coil.trace_width, layer)
+        for i, placement in enumerate(board.spec.array.placements)
+        for layer in coil.layers
+        if i != index
+    ]
+    ends = [OuterEnd(w.path.start if w.inward else w.path.end, w.layer) for w in wound.windings]
+    joins, passed = list(zip(ends[1:-1:2], ends[2::2], strict=False)), []
+    if len(ends) % 2:  # it ends inside: its lead comes out under the turns, past all vias but the one that it begins at
+        assert wound.way_out_layer is not None, "a coil without a way out is not routed"
+        ends.append(OuterEnd(wound.inner[-1].hole.centre, wound.way_out_layer, from_inside=True))
+        passed = [join.hole for join in wound.inner[:-1]]
+    obstacles = laid.copy()
+    obstacles.add(others, passed)
+    both = ends[0], ends[-1]
+    return escape(board.around(index), joins, both, choices, obstacles, board.searches, first, board.joined)
+
+
+def route_freely(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+) -> Routing | None:
+    """Routing for coils that do not stand in one line: near ones first, each by the shortest way that is left.
+
+    The narrowest board with room in one of the likely orders of the tail, or else in one of the others; only where no
+    board has room so, a coil that finds no way chooses before the others. Where leads run farther round their coils
+    than they must, the boards that come next are tried too, as far as the jaw allows.
+    """
+    searches.begin(len(wound))
+    return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec), searches)
+
+
+def _free_ways(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+) -> Iterator[Routing]:
+    """Boards on which all coils are led out, narrow ones and likely orders first."""
+    from sitscad.layout.maze import Lattice  # coils in one line go without
+
+    orders = rows_of_lanes(spec.array.placements)
+    grounds = [
+        (raised, breadth, gathering_frame(spec, raised, front, breadth))
+        for raised, breadth in grounds_between(spec, bus)
+    ]
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
+    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
+    near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
+    can_leave: set[int] = set()
+    joined: Joined = {}
+    known: _InRows = {}
+
+    def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
+        bus, breadth, tail = ground
+        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, searches, joined), tail, lattice, known)
+
+    likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
+    for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
+        walled: set[tuple[Breadth, int]] = set()
+        for ground in grounds[-BASES:] if reordered else grounds:
+            for rank, lanes in enumerate(ranks):
+                if (ground[1], rank) in walled:
+                    continue
+                tried = rows(ground, lanes)
+                escapes = _in_turn(near_first, tried.lead_out, reordered)
+                if not isinstance(escapes, Stuck):
+                    yield _routing(tried.board, escapes, tried.tail)
+                    continue
+                if escapes.walled:
+                    walled.add((ground[1], rank))
+                alone = [escapes.coil]
+                if escapes.coil not in can_leave and isinstance(rows(roomiest, lanes).lead_out(alone), Stuck):
+                    return  # not even alone
+                can_leave.add(escapes.coil)
+
+
+def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
+    """Boards to try for coils not in one line, narrow first: the room kept beside other coils, and how far the body
+    reaches across.
+
+    There is room outside the coils for a track, for a via, or for a via and a track beside it.
+    """
+    rules = spec.fpc.rules
+    hole = joined_hole(rules, bus.width)
+    keep_out = hole_keep_out(hole, rules, bus.spacing)
+    across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
+    across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
+    bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
+    return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
+
+
+_InRows = dict[tuple[Any, ...], tuple["Escape | Stuck", int]]
+"""Ways out that were found, or not, by board, coil and what stands there; and the trials that each took."""
+
+
+@record
+class _Rows:
+    # Coils that do not stand in one line, led out through a maze to the tail; `known` is what other orders found.
+    board: _Board
+    tail: TailFrame
+    lattice: Lattice
+    known: _InRows
+
+    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
+        """Every coil's escape, or which coil found none."""
+        board, searches = self.board, self.board.searches
+        escapes: dict[int, Escape] = {}
+        for index in order:
+            if searches.is_spent:
+                return Stuck(index)
+            there = tuple(escapes.values())
+            key = (board.bus.base, board.breadth, board.lanes[index], index, *map(id, there))
+            if key in self.known:  # counted as if it was tried again: so orders that begin alike get no more trials
+                searches.left -= self.known[key][1]
+            else:
+                before = searches.left
+                self.known[key] = self._way_out(index, there), before - searches.left
+            found = self.known[key][0]
+            if isinstance(found, Stuck):
+                return found
+            escapes[index] = found
+            searches.led_out(len(escapes), len(board.wound))
+        return escapes
+
+    def _way_out(self, index: int, there: Iterable[Escape]) -> Escape | Stuck:
+        """One coil's escape on a board where some of the others are."""
+        from sitscad.layout.maze import Ground, Maze  # coils in one line go without
+
+        board, tail = self.board, self.tail
+        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
+        maze = Maze(self.lattice, board.bus, Ground(board.front, tail.funnel, board.breadth, tail.half_width))
+        for branch in chain.from_iterable(way.branches for way in there):
+            laid.add(branch.tracks, branch.holes)
+            maze.add(branch.tracks, branch.holes)
+        board.searches.left -= TRIALS_OF_A_WAVE
+        lane = board.lanes[index]
+        entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
+        choices = islice(maze.exits(lane.placement, entry), TRIED)
+        shortest = next(choices, None)
+        if shortest is None:
+            return Stuck(index, walled=True)
+        return _lead_out(board, index, chain([shortest], choices), laid, first=True) or Stuck(index)
+
+
+def gathering_frame(spec: SensorSpec, bus: Bus, front: float, breadth: Breadth) -> TailFrame:
+    """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
+    tail = body_frame(spec, bus, front, breadth)
+    gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
+    return replace(tail, start=gather, funnel=gather)
+
+
+def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:
+    """The tail of the body as wide as it is made for coils and leads that need so much of it."""
+    half_width = body_breadth(spec, needed).farthest
+    contacts = spec.fpc.tail.connector if spec.fpc.tail else connector("solder-pads")
+    return frame(spec, bus, contacts, front, half_width)
+
+
+def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
+    """The tail, begun later where the body needs a margin, or more length for the coils to be in its middle."""
+    ahead = ends(spec, far, tail.body_end)[1] - tail.body_end
+    return tail.reaching(ahead) if ahead > 0.0 else tail
+
+
+FURTHER = 1_500
+"""So many trials more may be spent where leads run farther round their coils than they must."""
+
+BASES = 3
+"""How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
+
+LIKELY_ORDERS = 2
+"""Orders of the tail that are tried on all boards before the others: a wider board costs less than all of them."""
+
+TRIED = 8
+"""Exits of a coil that are tried in an array not in line, shortest way first."""

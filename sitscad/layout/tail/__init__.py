@@ -1,1 +1,0 @@
-"""The tail: its frame and tracks, where it turns and bends, and its end with the contacts."""

@@ -1,0 +1,368 @@
+"""The tail's frame: from the end of the body, where the board tapers, to the contacts; where vias and bends may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+from sitscad.geometry.path import Path, Point, rounded
+from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
+from sitscad.layout.placing import turn_length
+from sitscad.record import record
+from sitscad.spec.circuit import Chip, Connector
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.sensor import SensorSpec
+
+SAME = 1e-9
+"""Half widths that differ by less (m) are equal: there is no corner between them."""
+
+
+@record
+class Taper:
+    """The change of the half width `near` to the half width `far` (m) along x from `begin` to `end`, or a longer one.
+
+    The inner one of its two corners has the radius `inner`, the outer one `outer` (m). Where the way from `begin` to
+    `end` is too steep for both, the taper becomes longer at its inner corner, so that the board only grows.
+    """
+
+    begin: float
+    end: float
+    near: float
+    far: float
+    inner: float
+    outer: float
+
+    @property
+    def narrows(self) -> bool:
+        """Whether the far part is the narrower one; its corner is then the inner one."""
+        return self.far < self.near
+
+    @property
+    def step(self) -> float:
+        """By how much (m) the half width changes."""
+        return abs(self.near - self.far)
+
+    @cached_property
+    def angle(self) -> float:
+        """How far (rad) the edge turns at both corners: their two arcs together must not climb more than the step."""
+        steepest = math.acos(max(0.0, 1.0 - self.step / (self.inner + self.outer)))
+        return min(math.atan2(self.step, self.end - self.begin), steepest)
+
+    @property
+    def length(self) -> float:
+        """Along x (m) from corner to corner."""
+        return self.step / math.tan(self.angle) if self.step > SAME else 0.0
+
+    @property
+    def reach_before(self) -> float:
+        """How far (m) the rounding of the first corner reaches back along the near part."""
+        return self._cut(self.outer if self.narrows else self.inner)
+
+    @property
+    def reach_beyond(self) -> float:
+        """How far (m) the rounding of the second corner reaches along the far part."""
+        return self._cut(self.inner if self.narrows else self.outer)
+
+    def corners(self) -> list[tuple[Point, float]]:
+        """The two corners of the lower edge with their radii (m); none where the widths are the same."""
+        if self.step <= SAME:
+            return []
+        if self.narrows:
+            return [
+                (Point(self.begin, -self.near), self.outer),
+                (Point(self.begin + self.length, -self.far), self.inner),
+            ]
+        return [(Point(self.end - self.length, -self.near), self.inner), (Point(self.end, -self.far), self.outer)]
+
+    def _cut(self, radius: float) -> float:
+        return radius * math.tan(self.angle / 2) if self.step > SAME else 0.0
+
+
+TAIL_TRACE_WIDTH = 0.2e-3
+"""Tracks widen to this outside the jaw, for their resistance (m)."""
+
+BARE_LENGTH = 2.0e-3
+"""Length of the strip with solder pads where the spec asks for no tail: pads, vias and a little to hold (m)."""
+
+END_GAP = 0.2e-3
+"""Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance."""
+
+CHIP_ROOM = 0.3e-3
+"""Between a capacitor's pads and the vias behind and the bends before them (m), at least."""
+
+CHIP_OPENING = 0.05e-3
+"""How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
+
+CORNER_RADIUS = 0.5e-3
+"""Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
+fabricator's radius where that is larger."""
+
+CAP = 0.25e-3
+"""Straight copper left between the bends and the vias at the contacts (m)."""
+
+
+@record
+class Row:
+    """The contacts at the tail's end: ``count`` of them, of which the coils have ``used`` from number ``first`` on.
+
+    Those that no coil has are shared out to both sides, so that the tail stays in line; one more is below if need be.
+    """
+
+    pitch: float
+    count: int
+    used: int
+
+    @property
+    def first(self) -> int:
+        """The number of the first contact that a coil has."""
+        return (self.count - self.used) // 2 + 1
+
+    @property
+    def offset(self) -> float:
+        """How far (m) the middle of the coils' contacts stands above the axis: half a pitch where one more is below."""
+        return self.pitch * ((self.count - self.used) % 2) / 2
+
+    def height(self, number: int) -> float:
+        """Height (m) above the axis of a contact, number 1 at the top."""
+        return contact_height(self.pitch, self.count, number)
+
+
+@record
+class TailFrame:
+    """Where the tail lies (m), before it is turned: its start and end along x, its half width, its connector.
+
+    ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
+    Leads come with ``lead_width`` and draw together as necks of ``neck_width``, no wider than their lanes allow.
+    ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
+    (``chip``) need more; ``outer_contact`` is the height of a coil's outermost contact over the middle of them all.
+    """
+
+    connector: Connector
+    body_end: float
+    funnel: float
+    start: float
+    end: float
+    body_half_width: float
+    half_width: float
+    plug_half_width: float
+    outer_contact: float
+    inner_radius: float
+    end_gap: float
+    trace_width: float
+    lead_width: float
+    neck_width: float
+    fan_pitch: float
+    edge: float
+    row: Row
+    finger_lap: float = 0.0
+    """How far (m) the contacts go on under the coverlay, where they are plugged in."""
+    chip: Chip | None = None
+    turn: float = 0.0
+    wait: float = 0.0
+    """How much later (m) than the innermost the outermost lane bends, for which the body's end leaves room."""
+    covered: float = 0.0
+    """How far (m) a via at the contacts keeps from an opening of the coverlay, beyond `CAP`."""
+    chip_room: float = CHIP_ROOM
+    """Between a capacitor's pads and the vias behind and the bends before them (m)."""
+    ahead: float = 0.0
+    """How much farther (m) the body reaches than coils and leads need it to."""
+
+    def reaching(self, ahead: float) -> TailFrame:
+        """The tail of a body that reaches so much (m) farther: the leads come to their lanes where they did."""
+        begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
+        return replace(self, body_end=begin, start=start, end=end, ahead=self.ahead + ahead)
+
+    @property
+    def pad_start(self) -> float:
+        """Where the contacts' copper begins."""
+        return self.end - self.end_gap - self.contact_length
+
+    @property
+    def contact_length(self) -> float:
+        """Length (m) of the contacts' copper: what is bare, and what goes on under the coverlay."""
+        return self.connector.contact_length + self.finger_lap
+
+    @property
+    def shoulder(self) -> float:
+        """How much wider the tail is, on each side, than what is plugged in: room for the outer vias' edge distance."""
+        return self.half_width - self.plug_half_width
+
+    @property
+    def taper(self) -> Taper:
+        """From the body to the tail; where its first corner is the outer one, a lead bends there and keeps its distance
+        from the rounding.
+        """
+        shoulder = self.edge + self.lead_width / 2
+        return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
+
+    @cached_property
+    def plug_taper(self) -> Taper:
+        """From the tail to what is plugged in, which has its own width from the contacts on."""
+        widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
+        corners = Taper(0.0, self.shoulder, *widths)
+        end = self.pad_start - corners.reach_beyond
+        begin = end - corners.length
+        return Taper(begin, begin + self.shoulder, *widths)
+
+    @property
+    def squeeze(self) -> float:
+        """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
+        return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
+
+    @property
+    def squeeze_start(self) -> float:
+        """Where tracks at the vias' pitch begin to draw together, so that all are straight again before the contacts.
+
+        Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
+        """
+        plug_begin = self.plug_taper.begin + self.shoulder
+        beside = math.sqrt(2.0) * (self.edge + self.trace_width / 2)
+        beside -= self.plug_half_width - self.outer_contact - self.row.offset
+        beside += self.pad_start - plug_begin
+        return self.pad_start - max(beside, 1.5 * self.connector.contact_width) - self.squeeze
+
+    @property
+    def fan_end(self) -> float:
+        """Up to where the vias stand; behind them are the capacitors, if any."""
+        if self.chip:
+            return self.chip_end - self.chip.pad_across - 2.0 * self.chip_room
+        return min(self.chip_end, self.pad_start - self.covered)
+
+    @property
+    def chip_end(self) -> float:
+        """Up to where capacitors may stand, and the tail has its whole width; what stands at its edge keeps its
+        distance from the shoulder too.
+        """
+        shoulder = self.plug_taper.begin
+        if self.shoulder > SAME:
+            shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)
+        return min(shoulder, self.squeeze_start) if self.squeeze > 1e-9 else shoulder
+
+    def strip(self, start: float) -> Path:
+        """The closed outline of the tail from `start` to its end, with the shoulders before the contacts."""
+        end = [(Point(self.end, -self.plug_half_width), 0.0)]
+        lower = [(Point(start, -self.half_width), 0.0), *self.plug_taper.corners(), *end]
+        corners = lower + [(Point(point.x, -point.y), radius) for point, radius in reversed(lower)]
+        return rounded([point for point, _ in corners], [radius for _, radius in corners])
+
+
+def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
+    """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
+    rules, tail, chip = spec.fpc.rules, spec.fpc.tail, chip_of(spec, bus)
+    edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
+    row, fan = contact_row(spec, connector), fan_pitch(spec, bus, connector)
+    outer_contact, plug = contact_height(connector.pitch, row.used, 1), connector.width(row.count) / 2
+    if is_soldered:  # nothing is plugged in that asks for a width
+        plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
+    # tracks are as wide as a via beside them allows; those that draw together run at 45 degrees
+    width = min(TAIL_TRACE_WIDTH, 2.0 * (fan - _beside_via(rules, bus)), connector.contact_width)
+    if fan > connector.pitch:
+        width = min(width, fan / math.sqrt(2.0) - bus.spacing, connector.pitch - bus.spacing)
+    width = max(rules.trace_width, width)
+    # copper keeps its distance from the edge, and the coverlay its web beside a capacitor's opening
+    copper = max(width, rules.via_pad if bus.is_stacked else 0.0, chip.pad_along if chip else 0.0)
+    to_edge = max(copper / 2 + edge, chip.pad_along / 2 + CHIP_OPENING + rules.coverlay_web if chip else 0.0)
+    outer_track = contact_height(fan, row.used, 1)
+    half_width = max(plug, outer_track + row.offset + to_edge)
+    # necks are as wide as their neighbours in the lanes and the tail's edge allow
+    lanes = 2.0 * fan if bus.is_stacked else fan
+    beside = half_width - row.offset - edge - (outer_track - (lanes - fan) / 2)
+    narrows = half_width < body_half_width
+    slack = STAGGER * (edge + bus.width / 2)
+    wait = max(0.0, STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0)))
+    body_end = front + slack + wait if narrows else front
+    inner, outer = max(CORNER_RADIUS, rules.inside_radius), edge + bus.width / 2
+    taper = Taper(body_end, body_end + abs(body_half_width - half_width), body_half_width, half_width, inner, outer)
+    start = body_end + taper.length if narrows else taper.end
+    covered = max(0.0, rules.coverlay_opening_to_trace - CAP)  # what a via lacks with `CAP` behind its pad
+    turn = turn_length(tail, half_width)
+    laid = TailFrame(
+        connector=connector,
+        body_end=body_end,
+        funnel=front if narrows else front + slack,
+        start=start,
+        end=start,
+        body_half_width=body_half_width,
+        half_width=half_width,
+        plug_half_width=plug,
+        outer_contact=outer_contact,
+        inner_radius=inner,
+        end_gap=max(END_GAP, edge) if is_soldered else END_GAP,
+        trace_width=width,
+        lead_width=bus.width,
+        neck_width=min(bus.width, max(rules.trace_width, min(lanes - bus.spacing, 2.0 * beside))),
+        fan_pitch=fan,
+        edge=edge,
+        row=row,
+        finger_lap=0.0 if is_soldered else rules.finger_lap + rules.registration,
+        chip=chip,
+        turn=turn,
+        wait=wait,
+        covered=covered if is_soldered else max(0.0, covered - rules.finger_lap),
+        chip_room=max(CHIP_ROOM, CHIP_OPENING + max(covered, rules.coverlay_web)),
+    )
+    # a stacked pair parts, changes layer and reaches the contacts; a flat pair widens
+    needed = fan + CAP + (fan / 2 + CAP + rules.via_pad if bus.is_stacked else 0.0) + laid.end - laid.fan_end
+    if turn:
+        needed = max(needed, connector.stiffener_length) + turn + CAP + taper.reach_beyond
+    needed = start - body_end + max(needed, taper.reach_beyond + laid.end - laid.plug_taper.begin)
+    return replace(laid, end=body_end + (max(tail.length, needed) if tail else needed + BARE_LENGTH))
+
+
+def contact_row(spec: SensorSpec, connector: Connector) -> Row:
+    """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with."""
+    used, tail = 2 * len(spec.array.placements), spec.fpc.tail
+    wanted = tail.contacts if tail is not None else None
+    return Row(connector.pitch, max(used, wanted or connector.contacts_for(used)), used)
+
+
+def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+    """Pitch (m) of the tracks where a via stands beside every other one: the contacts', or what such a row needs."""
+    if not bus.is_stacked:
+        return connector.pitch
+    chip, rules = chip_of(spec, bus), spec.fpc.rules
+    return max(connector.pitch, _beside_via(rules, bus) + rules.trace_width / 2, chip.pitch if chip else 0.0)
+
+
+def _beside_via(rules: DesignRules, bus: Bus) -> float:
+    """From a via's centre to the nearest edge of a track beside it (m)."""
+    return hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
+
+
+def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
+    """What stands across every pair before its contacts; nothing without a tail, or where pairs lie side by side."""
+    return spec.readout.chip if spec.fpc.tail is not None and bus.is_stacked else None
+
+
+def contact_height(pitch: float, contacts: int, number: int) -> float:
+    """Height (m) above the axis of a contact, or of its track in the tail, number 1 at the top."""
+    return pitch * ((contacts - 1) / 2 - (number - 1))
+
+
+def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
+    """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
+    contacts = 2 * len(spec.array.placements)
+    first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
+    return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
+
+
+def parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
+    if not bus.is_stacked:
+        return tail.pad_start - CAP
+    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP - tail.fan_pitch / 2
+
+
+def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+    """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
+    apart = parting(spec, bus, tail)
+    if not tail.turn:
+        return apart
+    return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
+
+
+def first_via(spec: SensorSpec, tail: TailFrame) -> float:
+    """Where along x the vias at the contacts begin: up to there the tail may be bent."""
+    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP

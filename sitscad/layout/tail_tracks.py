@@ -1,0 +1,222 @@
+"""The tracks in the tail: every pair down the funnel to its lane, along it, apart to its two contacts; their table.
+
+In the funnel tracks that come side by side past the coils draw together, or apart. Every track bends by 45 degrees
+where it leaves its height and bends back where it has reached its lane's. Tracks never cross: their order across the
+tail is that of their lanes. So two can only come too near each other where both run towards the same side, and there
+the one behind waits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from sitscad.geometry.path import Path, Point, polyline
+from sitscad.layout.board import Layout, Pad
+from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.lanes import STAGGER, Bus, Lane
+from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+
+SAME = 1e-9
+"""Heights that differ by less (m) are equal."""
+
+
+@record
+class Descent:
+    """One track in the funnel: where it enters it, the height of its lane (m), and the x (m) where it bends to it."""
+
+    entry: Point
+    height: float
+    bend: float
+
+    @property
+    def climb(self) -> float:
+        """How far up its lane lies (m), negative for down."""
+        return self.height - self.entry.y
+
+    @property
+    def parts(self) -> bool:
+        """Whether its lane is as far from the axis as its entry, or farther."""
+        return abs(self.height) >= abs(self.entry.y)
+
+    @property
+    def foot(self) -> Point:
+        """Where it has reached its lane."""
+        return Point(self.bend + abs(self.climb), self.height)
+
+    def neck(self, length: float) -> Path:
+        """From the entry to the foot, and so far (m) along the lane."""
+        bend = Point(self.bend, self.entry.y)
+        return polyline([self.entry, bend, self.foot, self.foot.shifted(length, 0.0)])
+
+
+def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
+    """The ways of one layer's tracks from x = `funnel` (m) to lanes at these heights, middle lines a `pitch` (m) apart.
+
+    Those that part bend in turn, the outermost first: a track widens only where its neighbour has gone. Any others bend
+    at once, or as late as those must that follow another to the same side.
+    """
+    ways = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
+    outermost = max((abs(way.entry.y) for way in ways if way.parts), default=0.0)
+    ways = [replace(w, bend=funnel + STAGGER * (outermost - abs(w.entry.y))) if w.parts else w for w in ways]
+    for side in (1.0, -1.0):
+        going = [i for i, way in enumerate(ways) if side * way.climb > SAME]
+        going.sort(key=lambda i: -side * ways[i].entry.y)
+        for ahead, behind in pairwise(going):
+            apart = abs(ways[ahead].entry.y - ways[behind].entry.y)
+            soonest = ways[ahead].bend + math.sqrt(2.0) * pitch - apart
+            if soonest > ways[behind].bend + SAME:
+                ways[behind] = replace(ways[behind], bend=soonest)
+    return ways
+
+
+Ends = tuple[Point, Point]
+"""Where a coil's two conductors (A, B) enter the funnel."""
+
+
+@record
+class Run:
+    """One conductor from the funnel to its contact, in that direction: the lead's last track, down to its lane in the
+    tail; the tail's own tracks and holes; the contact; a capacitor's pad.
+    """
+
+    neck: Track
+    lane: tuple[Track | Hole, ...]
+    pad: Pad
+    chip_pad: Pad | None = None
+
+    @property
+    def pieces(self) -> tuple[Track | Hole, ...]:
+        """All tracks and holes."""
+        return (self.neck, *self.lane)
+
+
+def _track_height(tail: TailFrame, number: int) -> float:
+    """Height (m) above the axis of a track in the tail; the coils' own are numbered from 1 at the top."""
+    return tail.row.offset + contact_height(tail.fan_pitch, tail.row.used, number)
+
+
+def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
+    """The numbers of the contacts of a coil's ends A and B."""
+    first = 2 * lane.rank + 1
+    return (first, first + 1) if bus.is_stacked or entries[0].y >= entries[1].y else (first + 1, first)
+
+
+def ways_down(
+    spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
+) -> list[tuple[Descent, Descent]]:
+    """How both conductors of every coil, entering the funnel at these points, come to their lanes."""
+    if bus.is_stacked:  # both at the pair's middle, above each other on two layers
+        middles = [pair_height(spec, tail, lane) for lane in lanes]
+        return [(way, way) for way in descents(tail.funnel, [a for a, _ in entries], middles, bus.pitch)]
+    numbers = [number for lane, ends in zip(lanes, entries, strict=True) for number in _numbers(bus, lane, ends)]
+    heights = [_track_height(tail, number) for number in numbers]
+    flat = descents(tail.funnel, [entry for ends in entries for entry in ends], heights, bus.pitch)
+    return list(zip(flat[::2], flat[1::2], strict=True))
+
+
+def stretched(spec: SensorSpec, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
+    """The tail, made longer where its pairs would come down to their lanes too late, and begun later where the outer
+    ones wait longer than for each other.
+    """
+    both = [way for pair in ways for way in pair]
+    waited = max((way.bend - tail.funnel for way in both if not way.parts), default=0.0) - tail.wait
+    if waited > SAME and tail.taper.narrows:
+        begin, start, end = tail.body_end + waited, tail.start + waited, tail.end + waited
+        tail = replace(tail, body_end=begin, start=start, end=end)
+    limit = turn_begin(spec, bus, tail)
+    late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
+    late = max(late, *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in both))
+    return replace(tail, end=tail.end + late)
+
+
+def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[Descent, Descent]) -> tuple[Run, Run]:
+    """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
+    a, b = _numbers(bus, lane, (ways[0].entry, ways[1].entry))
+    return _run(spec, bus, tail, lane, ways[0], a, "A"), _run(spec, bus, tail, lane, ways[1], b, "B")
+
+
+def _run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
+    """A conductor from the funnel to its contact; end B of a stacked pair comes up to the contact's layer by a via."""
+    name, width, rules = lane.placement.name, tail.trace_width, spec.fpc.rules
+    layer = bus.layers[0] if end == "A" else bus.layers[1]
+    neck = Track(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
+    pad = replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
+    if not bus.is_stacked:
+        return Run(neck, (Track(polyline([neck.path.end, pad.centre]), width, layer),), pad)
+
+    height = _track_height(tail, number)
+    part = Point(parting(spec, bus, tail), way.height)
+    before = [neck.path.end, part, Point(part.x + abs(height - way.height), height)]
+    pieces: list[Track | Hole] = []
+    if end == "B":
+        hole = Hole(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
+        pieces = [Track(polyline([*before, hole.centre]), width, layer), hole]
+        before, layer = [hole.centre], pad.layer
+    after, aside = [pad.centre], abs(height - pad.centre.y)
+    if aside >= 1e-9:  # it draws together with the others to the contacts' pitch
+        begin = Point(tail.squeeze_start, height)
+        after = [begin, Point(begin.x + aside, pad.centre.y), pad.centre]
+
+    if tail.chip is None:
+        return Run(neck, (*pieces, Track(polyline([*before, *after]), width, layer)), pad)
+    reference, pin = f"CT{name.removeprefix('C')}", 1 if end == "A" else 2
+    size, centre = (tail.chip.pad_across, tail.chip.pad_along), Point((tail.fan_end + tail.chip_end) / 2, height)
+    chip_pad = Pad(centre, size, 1, name, f"{reference}.{pin}", pin, reference)
+    broken = [Track(polyline(points), width, layer) for points in ([*before, centre], [centre, *after])]
+    return Run(neck, (*pieces, *broken), pad, chip_pad)
+
+
+def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
+    """The contacts that no coil has: copper without a net, which the connector holds the tail by."""
+    used = range(tail.row.first, tail.row.first + tail.row.used)
+    return tuple(_bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
+
+
+def _bare_contact(tail: TailFrame, number: int) -> Pad:
+    size = (tail.contact_length, tail.connector.contact_width)
+    return Pad(Point(tail.pad_start + size[0] / 2, tail.row.height(number)), size, 1, "", "", number)
+
+
+def head(converter: str) -> tuple[str, ...]:
+    """The heads of the table's columns, by the converter's name."""
+    return "contact", "pin", "net", "coil", converter, "channel", "its pin"
+
+
+@record
+class Contact:
+    """One contact: its number, the pin (``C1.A``), the net, the coil, the converter, its channel and that one's pin."""
+
+    number: int
+    pin: str
+    net: str
+    coil: str
+    converter: str
+    channel: str
+    converter_pin: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of a table under `head`."""
+        pin = self.converter_pin
+        return str(self.number), self.pin, self.net, self.coil, self.converter, self.channel, pin
+
+
+def contacts(layout: Layout) -> tuple[Contact, ...]:
+    """All contacts of the tail in the order of their numbers; none where the coils found no way to them."""
+    orders = {coil.net: (order, coil.name) for order, coil in enumerate(layout.coils)}
+    found = []
+    for pad in sorted(layout.pads, key=lambda pad: pad.number):
+        if pad.is_unused:
+            found.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
+            continue
+        order, name = orders[pad.net]
+        channel = layout.spec.readout.device.channel_of(order)
+        end = pad.pin.rpartition(".")[2]
+        number = str(channel.number)
+        found.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))
+    return tuple(found)

@@ -1,1 +1,0 @@
-"""The windings of every coil, and how their layers are joined inside."""
