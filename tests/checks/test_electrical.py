@@ -145,6 +145,29 @@ def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
     assert (stops.severity, stops.limit) == (Severity.ERROR, 0.6)
 
 
+@pytest.mark.parametrize(("weaker", "volts", "severity", "limit"), [
+    (0, 1.79, None, None), (0, 1.95, Severity.WARNING, 1.8), (2, 1.1, Severity.NOTE, 1.2),
+])  # fmt: skip
+def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limit, judge, design, estimates) -> None:
+    """One state whose R_P the thickest copper (or, with the sign turned, the thinnest) takes to an amplitude."""
+    spec = design()
+    code = ldc161x.drive_code(1300.0) - weaker
+    numbers = estimates(spec, resistances={"free": 1350.0, "rest": 1300.0, "pressed": 1290.0}, drive_code=code)
+    amplitude = numbers.coils[0].states["rest"].amplitude
+    assert 1.2 < amplitude < 1.8
+    change = 1300.0 * abs(volts / amplitude - 1.0)
+    spread = Spread(0.0, 0.0, 0.0, 0.0, 0.0, thickest_copper=change)
+    coils = tuple(
+        replace(coil, states=coil.states | {"rest": replace(coil.states["rest"], spread=spread)})
+        for coil in numbers.coils
+    )
+    found = judge("SIT204", spec, None, replace(numbers, coils=coils))
+    assert [(f.severity, f.limit) for f in found] == ([(severity, limit)] if severity else [])
+    for one in found:
+        assert one.measured == approx(volts, rel=1e-9)
+        assert "at rest" in one.message and f"drive code {code}" in one.message
+
+
 @pytest.mark.parametrize("readout", [None, {"device": "ldc1614"}])
 def test_a_chosen_drive_code_points_where_it_helps(readout, judge, design, estimates) -> None:
     """At the turns where no drive is strong enough; else at the section that takes a code, or the end, and names it."""
