@@ -10,11 +10,12 @@ from tolerance import approx
 
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.loss import corners
-from sitscad.physics.loss.bent_tracks import BentTrack
+from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.corner_excess import OWN, TURNS, moment, own_inductance, points, relaxation
 from sitscad.physics.loss.corners import corner_inductance, direct_resistance, mitred, normal_field, with_corners
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.resistance import bend_squares
+from sitscad.physics.loss.track_modes import ModeSet
 from tests.oracles.losses import inductance_change
 
 MM, UM = 1e-3, 1e-6
@@ -110,6 +111,18 @@ def test_a_bend_is_the_map_s_closed_form(turn):
     rise = math.fsum(0.5 * a / ((n + 0.5) * (n + 0.5 + 0.5 * a))) + 0.5 * a / n.size
     assert bend_squares(turn) == approx(2.0 * rise / math.pi - math.tan(0.5 * turn), abs=2e-5)
     assert bend_squares(-turn) == bend_squares(turn) < 0.0
+
+
+@pytest.mark.parametrize("alike", [2, 4])
+def test_parts_that_are_each_other_s_images_are_solved_once(alike):
+    """Square rings: opposite sides are images of each other, and so are the halves of a side."""
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * MM
+    rings, modes = [bent(corners, 400 * UM), bent(0.7 * corners, 400 * UM)], ModeSet(6, 1, (4, 2))
+    whole, part = (bent_winding_loss(rings, 58e6, modes, 4, 14, alike=k) for k in (1, alike))
+    assert (part.direct, part.unresolved) == approx((whole.direct, whole.unresolved), rel=1e-6)
+    frequencies = np.geomspace(1e5, 2e7, 4)
+    assert part.resistance_ratios(frequencies) == approx(whole.resistance_ratios(frequencies), rel=1e-6)
+    assert part.inductance_changes(frequencies) == approx(whole.inductance_changes(frequencies), rel=1e-6)
 
 
 def test_resistance_goes_by_the_map_of_a_bent_strip():
