@@ -17,6 +17,7 @@ from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.mechanics.elastomer import VALID_STRAIN
+from sitscad.readout import ldc161x
 from sitscad.spec import presets
 from sitscad.units import parse_quantity
 
