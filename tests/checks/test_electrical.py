@@ -17,7 +17,6 @@ from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
 from sitscad.mechanics.elastomer import VALID_STRAIN
-from sitscad.readout import ldc161x
 from sitscad.spec import presets
 from sitscad.units import parse_quantity
 
@@ -152,7 +151,7 @@ def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
 def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limit, judge, design, estimates) -> None:
     """One state whose R_P the thickest copper (or, with the sign turned, the thinnest) takes to an amplitude."""
     spec = design()
-    code = ldc161x.drive_code(1300.0) - weaker
+    code = LDC1614.drive_code(1300.0) - weaker
     numbers = estimates(spec, resistances={"free": 1350.0, "rest": 1300.0, "pressed": 1290.0}, drive_code=code)
     amplitude = numbers.coils[0].states["rest"].amplitude
     assert 1.2 < amplitude < 1.8
