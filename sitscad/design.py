@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sitscad.layout.board import Layout
     from sitscad.layout.escape import SearchLimit
     from sitscad.layout.panel import Panel
-    from sitscad.measured import Closing, Measure
+    from sitscad.measured import Closing, Measure, Most
     from sitscad.scene.bodies import Body
     from sitscad.scene.motions import Motions
 
@@ -111,6 +111,13 @@ class Design:
             return performance(self.response, lambda: self.twins)
         except NoResponse:
             return ()
+
+    @cached_property
+    def most_signal(self) -> tuple[Most, ...]:
+        """How thick pad and target are with which the inductance changes most per newton: a tenth of a second."""
+        from sitscad.estimates.signal import most_signal
+
+        return most_signal(self.layout, self.estimates)
 
     @cached_property
     def felt(self) -> QuickPerformance | None:

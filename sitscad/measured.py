@@ -41,6 +41,20 @@ class Signal:
         return abs(both[0] - both[1]) > BY_LOSS * max(map(abs, both))
 
 
+@record
+class Most:
+    """The thickness (m) of a part, ``pad`` or ``target``, with which the inductance changes most per newton, and that
+    change (H/N); both as they are; and what keeps the part from being thicker (``the port``), empty where nothing does.
+    """
+
+    part: str
+    thickness: float
+    per_newton: float
+    thickness_now: float
+    per_newton_now: float
+    ended_by: str = ""
+
+
 BY_LOSS = 0.2
 """Part of a signal from which on it is told that losses make it: under copper and aluminium it is 0.01 to 0.04, under
 steel 0.2 and more up to a change of sign (derived: the templates, with such targets)."""
@@ -49,13 +63,14 @@ steel 0.2 and more up to a change of sign (derived: the templates, with such tar
 @record
 class Reached:
     """What is felt beside what `requirements` ask: the requirement's name, the rule that judges it, the largest figure
-    of all axes and loads, what is asked, both in `unit` (``N``, or empty for shares), on which axis and where.
+    of all axes and loads, what is asked (None: nothing), both in `unit` (``N``, or empty for shares), on which axis and
+    where.
     """
 
     requirement: str
     rule: str
     measured: float
-    limit: float
+    limit: float | None
     unit: str
     axis: str
     at: str

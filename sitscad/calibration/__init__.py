@@ -27,7 +27,7 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.maps.least_squares import NoFit
-    from sitscad.calibration.misfit import odd_reading, turned_fit
+    from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
     from sitscad.calibration.possible import require_possible, require_told
     from sitscad.calibration.second_readings import second_readings
     from sitscad.calibration.suspicion import require_plausible
@@ -54,5 +54,5 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
         said = "" if other is None else other.note
     require_told(table, found, sensors, made.fit, said)
     turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
-    told = [note for note in (said, odd_reading(table, found, sensors, made.fit)) if note]
-    return replace(made, remarks=(*told, *remarks), turned=turned)
+    told = (said, odd_reading(table, found, sensors, made.fit), noisy(table, found, sensors, made.fit))
+    return replace(made, remarks=(*filter(None, told), *remarks), turned=turned)

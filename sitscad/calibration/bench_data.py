@@ -7,12 +7,14 @@ import io
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, noisier
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import usual
 from sitscad.record import record
 from sitscad.scene.motions import LOAD, POSE, ROTATIONS, TableError, table_text
 
@@ -234,8 +236,11 @@ def points_of(table: Table, sensors: Sensors) -> Points:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
     at_rest = np.all(moved == 0.0, axis=1)
     _require_enough(table, moved, at_rest, motion)
-    frequency = np.stack([frequencies_of(table, sensors, _used(table, name)) for name in sensors.coils], axis=1)
-    return Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
+    used = [_used(table, name) for name in sensors.coils]
+    frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
+    found = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
+    written = np.array([rounded(table, column).max() for column in used]) / math.sqrt(3.0)
+    return replace(found, noisier=noisier(found, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
 
 
 FEWEST = 3
@@ -263,6 +268,17 @@ def _used(table: Table, coil: str) -> Column:
     place = table.named(coil)
     assert place is not None
     return table.columns[place]
+
+
+FINEST = 12
+"""Digits behind the point that are looked at."""
+
+
+def rounded(table: Table, column: Column) -> Array:
+    """By how much (n, of the frequency) the last digit that a coil's column is written with may be off."""
+    values = table.values[:, table.columns.index(column)]
+    digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
+    return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
 def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:

@@ -37,6 +37,9 @@ AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear 
 SHOWN = (3, 5)
 """Numbers of points whose error is shown beside that of a whole plan."""
 
+TARES = 3
+"""Rows without load by which noise and drift are told apart: at the beginning, in the middle, at the end."""
+
 CHARTS = 3
 """Charts that are made about a sensor, one after the other, before what was found is taken."""
 
@@ -128,10 +131,13 @@ class Calibration:
         if self.fit is not None and self.fit.excess > SUSPECT:
             assert self.points is not None
             why = pattern(self.points, self.fit, self.sensors) or (
-                "no pattern in them: hysteresis, creep, or loads that were not what the file says")  # fmt: skip
+                "no pattern in them: noise, hysteresis, creep, or loads that were not what the file says")  # fmt: skip
             found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected; {why}")
         if self.fit is not None:
             found += far_off(self.sensors, self.fit)
+        if self.points is not None and np.sum(self.points.at_rest) < TARES:
+            found.append("fewer than three rows without load: noise of the readings is not told from drift, nor a slip "
+                         "in the tare; take it again in the middle of the rows and at their end")  # fmt: skip
         if self.fit is not None and not self.fit.settled:
             found.append("the fit of the model did not settle: its unknowns are not to be trusted")
         return tuple(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from sitscad.calibration.bench_data import Table
 from sitscad.calibration.maps.least_squares import NoFit
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import usual
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
@@ -26,9 +28,12 @@ LIKELIER = 12.0
 """Difference of the fits' costs (twice a logarithm of likelihoods: odds of 400 to 1) from which on the other way of
 loading is said to be the true one."""
 
-ODD, ALONE = 4.0, 3.0
-"""Standard deviations from which on one coil's reading in one row is told, and how many times as far off it is then as
-rows are (their median)."""
+ODD = 4.2
+"""Standard deviations, beside the scatter of all others, from which on one coil's reading in one row is told: of 16
+readings as they should be one is in 2,500 tables."""
+
+NOISY = 0.5
+"""Error of a force by noise, over that of the loads themselves (`usual("force")`), from which on noise is told."""
 
 FEWEST, EXPLAINED = 6, 0.6
 """Points from which on a pattern is looked for, and the share of an axis' squared errors that it explains at least."""
@@ -74,16 +79,45 @@ def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -
     """A note on the one reading that the others contradict, with its row and coil; nothing where all are alike."""
     off = np.where(points.at_rest[:, None], 0.0, fit.odd)
     row, coil = np.unravel_index(int(np.argmax(off)), off.shape)
-    rows = off.max(axis=1)[~points.at_rest]
-    if off[row, coil] < max(ODD, ALONE * float(np.median(rows))):
+    if off[row, coil] < ODD:
         return ""
     place = table.named(sensors.coils[int(coil)])
     assert place is not None
     column = table.columns[place]
     amount = table.values[row, place] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
     return (f"{table.where(int(row), column)} {column.name} reads {amount:+.3g} {column.unit} off what the other rows "
-            f"foretell, {off[row, coil]:.0f} times what is expected: a slip of this reading, or another load than the "
+            f"foretell, {off[row, coil]:.1f} sigma of their scatter: a slip of this reading, or another load than the "
             "row says? Read that row again")  # fmt: skip
+
+
+def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
+    """One sigma of a force (of full scale, the worst axis) by the noise of one row and of its tare, near rest."""
+    slopes = load_slopes(sensors, fit.errors, np.zeros((1, 3)))[0]
+    noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual("readings")))
+    return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
+
+
+def noisy(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+    """A note on rows without load that scatter by more than the converter does, with the row and coil that are farthest
+    off; nothing where it is as expected, or less than the loads themselves are off by.
+    """
+    share = noise_share(points, sensors, fit)
+    if points.noisier <= 1.0 or share < NOISY * usual("force"):
+        return ""
+    left = points.restless
+    tare, coil = np.unravel_index(int(np.argmax(np.abs(left))), left.shape)
+    row = int(np.flatnonzero(points.at_rest)[tare])
+    place = table.named(sensors.coils[int(coil)])
+    assert place is not None
+    column = table.columns[place]
+    size = table.values[row, place] * (2.0 if column.kind == "H" else 1.0)
+    expected = size * float(sensors.of_mean(int(usual("readings")))[coil])
+    amount = abs(size * float(left[tare, coil]))
+    return (f"{table.where(row, column)} rows without load scatter by {points.noisier * expected:.3g} {column.unit} "
+            f"(one sigma, drift along the rows taken out) where {expected:.2g} are expected, {100.0 * share:.2g} % of "
+            f"full scale on a force; {column.name} is farthest off here, by {amount:.3g} {column.unit}: a slip, noise "
+            "of supply or cable, a target that was touched, or drift that goes up and down? In use noise comes on top "
+            "of the stated error")  # fmt: skip
 
 
 def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:

@@ -35,6 +35,10 @@ three loads alone show little of it."""
 CONSIDERED = 0.1
 """Step (prior standard deviations) of the slopes over unknowns that are not looked for."""
 
+LEAST_SCATTER = 0.3
+"""Least scatter of the other readings (of what is expected) beside which one is called odd: readings of exact loads
+scatter by 0.3 to 0.4, and what stands out of less moves no force that anybody sees."""
+
 FARTHEST = 8.0
 """Standard deviations beyond which no unknown is looked for."""
 
@@ -47,8 +51,8 @@ class ModelFit:
     many times larger than expected loads and model were off (`excess`), and are believed to be after so few points
     (`believed`); and, foretold by the other points, the force error of each point (n, axes; N; NaN at rest; None for
     poses) and that of ln f over rest (n, coils); `slips` (n, coils) is the error of ln f of one coil alone that would
-    explain a point best, and `odd` (n, coils) by how many standard deviations, as errors are expected. `cost` is that
-    of the readings with errors as expected and of the prior, in squares of standard deviations.
+    explain a point best, and `odd` (n, coils) how unlikely that is beside the others (`studentized`). `cost` is that of
+    the readings with errors as expected and of the prior, in squares of standard deviations.
     """
 
     errors: Array
@@ -87,7 +91,21 @@ def fit_model(sensors: Sensors, points: Points, start: Array | None = None, roun
         if np.abs(found.values - before).max() < NEAR:
             break
     plain = _problem(sensors, points, problem.aim, found.values).residuals(found.values)
-    return replace(_told(problem, found, excess, believed), cost=float(plain @ plain + found.values @ found.values))
+    told, cost = _told(problem, found, excess, believed), float(plain @ plain + found.values @ found.values)
+    return replace(told, cost=cost, odd=studentized(told.odd, cost))
+
+
+def studentized(odd: Array, cost: float) -> Array:
+    """How unlikely readings are that are off by so many standard deviations as expected (n, coils), each beside the
+    scatter of all others, in standard deviations of a normal number: externally studentized residuals (Cook and
+    Weisberg, Residuals and Influence in Regression, 1982, 2.2.1), by Wallace's approximation to Student's t (Ann. Math.
+    Stat. 30, 1959). `cost` is the sum of squares of all, with that of the prior.
+    """
+    freedom = odd.size - 1
+    others = np.sqrt(np.maximum(cost - odd**2, 0.0) / freedom)
+    ratio = odd / np.maximum(others, LEAST_SCATTER)
+    share = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
+    return np.asarray(share * np.sqrt(freedom * np.log1p(ratio**2 / freedom)))
 
 
 def _first(problem: _Problem, values: Array) -> Fitted:

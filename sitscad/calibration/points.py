@@ -19,6 +19,9 @@ AT_REST = 1e-4
 LEAST_LOAD = 1e-3
 """What a load (of full scale) may be off by, however small it is."""
 
+CHANCE = 3.7
+"""Standard deviations (one-sided odds of 10,000 to 1) beyond which rows without load do not scatter so by chance."""
+
 STEP = 1e-3
 """Step (of full scale) of the differences by which slopes over loads are taken."""
 
@@ -29,13 +32,14 @@ MOVE = 0.02
 @record(eq=False)
 class Points:
     """Points (n): `loads` (n, 3; N) or else `poses` (n, 6; m, rad, from rest), and `frequency` (n, coils; Hz);
-    `at_rest` (n) says which are tares.
+    `at_rest` (n) says which are tares; readings are so many times `noisier` than the converter (1: nothing says so).
     """
 
     loads: Array | None
     poses: Array | None
     frequency: Array
     at_rest: NDArray[np.bool_]
+    noisier: float = 1.0
 
     def __len__(self) -> int:
         return len(self.frequency)
@@ -56,7 +60,18 @@ class Points:
         """Some of the points."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
-        return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen])
+        return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noisier)
+
+    @property
+    def restless(self) -> Array:
+        """What ln f of the tares (tares, coils) is off their line along the rows, which is drift; none of fewer than
+        three.
+        """
+        rows, read = np.flatnonzero(self.at_rest), np.log(self.frequency[self.at_rest])
+        if len(rows) < 3:
+            return np.zeros((0, read.shape[1]))
+        line = np.vander(rows - rows.mean(), 2)
+        return np.asarray(read - line @ np.linalg.lstsq(line, read, rcond=None)[0])
 
 
 def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
@@ -100,7 +115,7 @@ def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0
     many = int(usual("readings")) if readings is None else readings
     here = np.log(foretold(sensors, errors, points))
     rest = np.log(foretold(sensors, errors, _rest_of(points)))
-    read = sensors.counting**2 / many + np.square(sensors.rounding)
+    read = np.square(points.noisier * sensors.of_mean(many))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * read)
     charted = np.square(more * sensors.charted * (here - rest))
     square = np.zeros((len(points), noise.shape[1], noise.shape[1]))
@@ -111,6 +126,18 @@ def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0
         slopes = load_slopes(sensors, errors, points.loads) * sigma[:, None, None]
         square += slopes @ np.swapaxes(slopes, 1, 2)
     return np.asarray(np.linalg.inv(np.linalg.cholesky(square)))
+
+
+def noisier(points: Points, expected: Array) -> float:
+    """How many times larger than `expected` (coils; one sigma of a row's ln f) the readings' noise is by what is left
+    of the tares; 1 where that may be chance. The limit of chi-square is that of Wilson and Hilferty (PNAS 17, 1931).
+    """
+    left = points.restless / expected
+    free = left.size - 2 * left.shape[1] * bool(left.size)
+    if not free:
+        return 1.0
+    square, part = float(np.sum(left**2)) / free, 2.0 / (9.0 * free)
+    return float(np.sqrt(square)) if square > (1.0 - part + CHANCE * np.sqrt(part)) ** 3 else 1.0
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:

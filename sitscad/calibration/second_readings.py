@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.calibration.bench_data import Column, Table, frequencies_of
+from sitscad.calibration.bench_data import Table, frequencies_of, rounded
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
-
-Array = NDArray[np.float64]
 
 BEYOND = 6.0
 """Standard deviations of the converter's noise by which two columns of one coil may differ."""
 
 CAPACITOR = 0.01
 """Relative difference of inductances at rest from which they were computed with another capacitor's value."""
-
-FINEST = 12
-"""Digits behind the point that are looked at."""
 
 
 def second_readings(table: Table, points: Points, sensors: Sensors) -> tuple[str, ...]:
@@ -41,7 +35,7 @@ def _compared(table: Table, points: Points, sensors: Sensors, pair: tuple[int, i
     left = np.abs(apart - level)
     row = int(np.argmax(left))
     noise = float(sensors.noise[sensors.coils.index(used.name)])
-    allowed = BEYOND * noise + _rounded(table, pair[0])[row] + _rounded(table, pair[1])[row]
+    allowed = BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]
     said = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
     if left[row] > allowed:
         said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
@@ -52,14 +46,3 @@ def _compared(table: Table, points: Points, sensors: Sensors, pair: tuple[int, i
     if abs(2.0 * level) > CAPACITOR:
         said += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
     return said
-
-
-def _rounded(table: Table, k: int) -> Array:
-    """By how much (n, of the frequency) the last digit that a column is written with may be off."""
-    values, column = table.values[:, k], table.columns[k]
-    digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
-    return np.asarray((0.5 if _is_inductance(column) else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
-
-
-def _is_inductance(column: Column) -> bool:
-    return column.kind == "H"

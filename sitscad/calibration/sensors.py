@@ -228,10 +228,13 @@ class Sensors:
     @property
     def noise(self) -> Array:
         """One sigma of one reading, relative to the frequency (coils)."""
-        return np.hypot(self.counting, self.rounding)
+        return self.of_mean(1)
+
+    def of_mean(self, readings: int) -> Array:
+        """One sigma of the mean of so many readings, relative to the frequency (coils)."""
+        return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
 
     def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
         """Frequencies (Hz; n, coils) as the converter gives them: with its noise, the mean of so many readings."""
         many = int(usual("readings")) if readings is None else readings
-        sigma = np.hypot(self.counting / math.sqrt(many), self.rounding)
-        return frequency * (1.0 + sigma * generator.normal(size=frequency.shape))
+        return frequency * (1.0 + self.of_mean(many) * generator.normal(size=frequency.shape))

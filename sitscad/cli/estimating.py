@@ -53,7 +53,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         loaded = sitscad.opened(spec, sitscad.policy_for(spec))
     except sitscad.SpecError as error:
         unread = sitscad.unreadable(spec, error)
-        print_result(show(spec, None, unread, coloured(sys.stdout), None))
+        print_result(show(spec, None, unread, coloured(sys.stdout), None, ()))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
     try:
@@ -64,8 +64,9 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
     checked = sitscad.as_configured(loaded, result)
-    felt = sitscad.Design(loaded, layout, estimates).performance if performance else None
-    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt))
+    design = sitscad.Design(loaded, layout, estimates)
+    felt = design.performance if performance else None
+    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
         asked = f"the method {method} does not meet" if method else "no method meets"

@@ -291,8 +291,9 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     pictures, felt = _pictures(contents, files), _felt(files)
     design = contents.design
     page = render(
-        contents.checked, design.spec, contents.estimates, pictures, sizes, wiring, felt, design.bench_estimates
-    )
+        contents.checked, design.spec, contents.estimates, pictures, sizes, wiring, felt, design.bench_estimates,
+        design.most_signal,
+    )  # fmt: skip
     return {"report.html": page.encode("utf-8"), **failing}
 
 

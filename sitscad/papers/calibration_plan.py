@@ -27,13 +27,13 @@ LOADING = {
 
 
 def table(found: Calibration, plan: Plan) -> bytes:
-    """The loads as CSV, the coils' columns empty: filled in it is what `sitscad calibrate` reads. Its first line says
-    how the target is loaded.
+    """The loads as CSV, rest before, amid and after them, the coils' columns empty: filled in it is what `sitscad
+    calibrate` reads. Its first line says how the target is loaded.
     """
     sensors = found.sensors
     head = [*load_names(sensors.range.axes), *(f"{coil}_counts" for coil in sensors.coils)]
     rows = [_numbers(load[sensors.range.columns]) + [""] * len(sensors.coils)
-            for load in np.vstack([np.zeros((1, 3)), plan.loads])]  # fmt: skip
+            for load in np.insert(plan.loads, [0, len(plan.loads) // 2, len(plan.loads)], 0.0, axis=0)]  # fmt: skip
     said = [f"# rotation: {sensors.rotation}"]
     return ("\n".join(",".join(row) for row in [said, head, *rows]) + "\n").encode("ascii")
 
@@ -57,13 +57,14 @@ def words(found: Calibration, plan: Plan) -> bytes:
         *(f"   {line}" for line in LOADING[rotation]),
         "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings look",
         "   like the other.",
-        "3. The first row is the tare, without load. Repeat it between as often as you like, as a row of its own:",
-        "   every row goes with the tare before it, so drift is taken out.",
+        "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
+        "   often as you like. Every row goes with the tare before it, so drift is taken out; three and more tell what",
+        "   noise the readings have.",
         "4. `sitscad calibrate SPEC plan.csv` fits the sensor, and writes calibration.h and calibration.json. The map",
         f"   is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
         f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.",
         "",
-        "Rows may be left out from the end, and others added: these stand in the order of what they tell. Expected",
+        "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads; noise,",
         "hysteresis, creep and temperature come on top.",
         "",

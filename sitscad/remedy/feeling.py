@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.finding import Edit
@@ -113,10 +113,11 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 """Thicknesses of pads (m) among which the one of most signal is looked for, as people write them."""
 
 
-def best_thickness(spec: SensorSpec, left: Left) -> str:
+def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], bool]) -> str:
     """The thickness of the pad with which the reading changes most over the required force and no other rule fails, and
     how many times as much: a thinner pad brings the target nearer, a thicker one gives way more, so that there is one
-    best. Nothing where none is better by enough, or the search may not be long.
+    best. Nothing where none is better by enough, or the search may not be long. A thicker one has to be one that
+    `passes` the port, also where the spec as it stands does not: then no rule fails that had not failed.
     """
     pad, here = spec.elastomer, left.share(spec)
     if pad is None or not here or not left.wants_another():
@@ -126,6 +127,8 @@ def best_thickness(spec: SensorSpec, left: Left) -> str:
     for steps in (thinner[::-1], thicker):
         before = here
         for fix in (_as_thick(spec, thickness) for thickness in steps):
+            if steps is thicker and not passes(fix.spec):
+                break
             broken = left(fix)
             there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
             if there < before:

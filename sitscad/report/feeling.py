@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from sitscad.estimates.performance.values import largest_lasting, of_full_scale
+from sitscad.estimates.performance.values import largest_lasting
 from sitscad.report.quantities import NONE
 from sitscad.units import show
 
@@ -41,16 +41,6 @@ def _milli(force: float | None) -> str:
 
 def _hundredths(share: float) -> str:
     return f"{100.0 * share:.0f}" if share >= 0.1 else f"{100.0 * share:.2g}"
-
-
-def unit_rows(unit_to_unit: Document, felt: Sequence[Document]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of what forces are off by from unit to unit, as the data sheet has it; nothing without one."""
-    errors = unit_to_unit.get("unit_errors", ())
-    if not errors or not felt:
-        return [], []
-    axes = {name: felt[-1]["axes"][name]["full_scale_N"] for name in errors[0]["error_N"]}
-    rows = [[one["of"], *(of_full_scale(one["error_N"][name], full) for name, full in axes.items())] for one in errors]
-    return ["error over all loads, of", *axes], rows
 
 
 def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:

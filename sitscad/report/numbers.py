@@ -9,19 +9,31 @@ from typing import TYPE_CHECKING
 from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, felt_rows
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.quantities import NONE, plus_minus, quantity
-from sitscad.report.signal import OTHERS_HEAD, OTHERS_MEANING, OTHERS_TITLE, SIGNAL_TITLE, other_rows, signal_rows
+from sitscad.report.signal import (
+    MOST_HEAD,
+    MOST_TITLE,
+    OTHERS_HEAD,
+    OTHERS_MEANING,
+    OTHERS_TITLE,
+    SIGNAL_TITLE,
+    most_rows,
+    other_rows,
+    signal_rows,
+)
 from sitscad.scene.state import FREE, NAMED, titled
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates, ReadoutEstimate
     from sitscad.estimates.performance.values import Performance
+    from sitscad.measured import Most
 
     Felt = Sequence[Performance] | None
 
 
 def as_text(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
+    most: Sequence[Most] = (),
 ) -> str:  # fmt: skip
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -32,6 +44,7 @@ def as_text(
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
+        _titled(MOST_TITLE, table(MOST_HEAD, most_rows(most)), colour),
         _titled(STATE_TITLE, table(STATE_HEAD, state_rows(estimates)), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
@@ -59,20 +72,28 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
 
 
 def as_json(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None
-) -> str:
-    """The JSON document of ``estimate``, with ``performance`` where that was asked for; an unreadable spec gives no
-    coils, and ``findings`` that say why.
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
+    most: Sequence[Most] = (),
+) -> str:  # fmt: skip
+    """The JSON document of ``estimate`` with how thick its parts give most signal, and ``performance`` where that was
+    asked for; an unreadable spec gives no coils, and ``findings`` that say why.
     """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
     asked = {} if felt is None else {"performance": [point.document() for point in felt]}
-    return to_json(estimates.as_json(path) | asked)
+    return to_json({**estimates.as_json(path), "most_signal": [most_json(one) for one in most], **asked})
 
 
-Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt"], str]
+def most_json(most: Most) -> dict[str, object]:
+    """The thickness of a part that gives most signal, as plain values for JSON."""
+    return {"part": most.part, "thickness_m": most.thickness, "inductance_H_per_N": most.per_newton,
+            "thickness_now_m": most.thickness_now, "inductance_now_H_per_N": most.per_newton_now,
+            "ended_by": most.ended_by or None}  # fmt: skip
+
+
+Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]"], str]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {
     "text": as_text,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail_tracks import Contact, head
-from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, unit_rows, whole_rows
+from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, whole_rows
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
 from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
 from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
@@ -42,11 +42,14 @@ from sitscad.report.numbers import (
 from sitscad.report.quantities import NONE, quantity
 from sitscad.report.section import section
 from sitscad.report.signal import (
+    MOST_HEAD,
+    MOST_TITLE,
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,
     SIGNAL_TITLE,
     headline,
+    most_rows,
     other_rows,
     signal_rows,
 )
@@ -56,6 +59,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
+    from sitscad.measured import Most
 
 ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 FORCED = "This package was built with --force in spite of errors. It is known not to meet its own checks."
@@ -70,13 +74,14 @@ def render(
     wiring: Sequence[Contact] = (),
     felt: Document | None = None,
     bench: Estimates | None = None,
+    most: Sequence[Most] = (),
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
     files with their sizes in bytes; `wiring` says where each contact leads; `felt` is what the sensor feels, as JSON
-    has it; `bench` is what boards are tested by, at 20 degrees Celsius. Everything that comes from the spec
-    is escaped, nothing is loaded from outside.
+    has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick parts give most signal.
+    Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     parts = [
         _head(checked, spec, estimates),
@@ -85,7 +90,7 @@ def render(
         part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
         part("Contacts", _contacts(wiring, spec.readout.device.part)),
         part("Incoming test", _incoming(estimates, bench)),
-        part("Electrical numbers", _electrical(estimates)),
+        part("Electrical numbers", _electrical(estimates, most)),
         part("What it feels", _feeling(felt or {})),
         part("Readout settings", _readout(estimates)),
         part("Stack", _stack(spec, estimates)),
@@ -217,7 +222,7 @@ def _where(finding: Finding, number: int | None) -> str:
     return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(words))}</p>"
 
 
-def _electrical(estimates: Estimates) -> str:
+def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
     """The tables of electrical numbers."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
@@ -229,6 +234,7 @@ def _electrical(estimates: Estimates) -> str:
     felt = signals(estimates)
     return (
         _table(names if felt else ["", ""], signal_rows(felt, estimates), SIGNAL_TITLE)
+        + _table(MOST_HEAD, most_rows(most), MOST_TITLE)
         + _table(STATE_HEAD, state_rows(estimates), STATE_TITLE)
         + _table(READING_HEAD, reading_rows(estimates), "What the converter resolves")
         + _table(OTHERS_HEAD, other_rows(estimates), OTHERS_TITLE)
@@ -262,7 +268,8 @@ def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
     whole = _table(["of the whole sensor, full load", ""], whole_rows(felt), "")
-    units = _table(*unit_rows(between, felt), between.get("errors_are", ""))
+    head, *rows = between.get("in_words", [()])  # of the map's own full scales, and rounded once
+    units = _table(head, rows, between.get("errors_are", ""))
     return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole + units
 
 

@@ -11,7 +11,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.measured import Reached, Signal
+    from sitscad.measured import Most, Reached, Signal
 
 SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
 
@@ -21,19 +21,21 @@ NO_SIGNAL = (
 
 
 def headline(signals: Iterable[Signal]) -> list[str]:
-    """The change per newton, and how much of the reading it is over the required force; alike coils together."""
+    """The inductance's change per newton, and how much of it that is over the required force; alike coils together."""
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
-        words = f"{change}, {_percent(s.share)} of the reading over {show(s.force, 'N')}"
+        words = f"{change}, {_percent(s.by_inductance)} of the inductance over {show(s.force, 'N')}"
         if s.has_loss_in_it:
-            words += f" (inductance alone {_percent(s.by_inductance)}: the reading follows losses, too)"
+            words += f" (of the reading {_percent(s.share)}: it follows losses, too)"
         named.setdefault(words, []).append(s.coil)
     return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
 
 
 def felt_words(reached: Reached) -> str:
     """What is felt beside what is required: the figure, what is asked, and where the figure is."""
+    if reached.limit is None:
+        return f"temperature moves zero by {show(reached.measured, reached.unit, 2)} ({reached.axis}) {reached.at}"
     found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
                     for value in (reached.measured, reached.limit))  # fmt: skip
     name = reached.requirement.replace("_", " ")
@@ -61,6 +63,18 @@ def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[st
         alone = "by the inductance alone: the reading follows losses, too"
         rows.insert(4, (alone, lambda s: _percent(s.by_inductance)))
     return [[name, *(value(s) if s else NONE for s in found)] for name, value in rows]
+
+
+MOST_TITLE = "Most signal per newton, all else as it is (within a few per cent: the target as an endless plate's share)"
+
+MOST_HEAD = ("part", "thickness", "change per newton", "thickness now", "now", "ended by")
+
+
+def most_rows(found: Iterable[Most]) -> list[list[str]]:
+    """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them."""
+    return [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
+             f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NONE]
+            for one in found]  # fmt: skip
 
 
 OTHERS_TITLE = "The same inductance as others see it: to compare with, not to judge by"

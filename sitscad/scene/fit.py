@@ -40,6 +40,7 @@ from sitscad.scene.jaws import (
 )
 from sitscad.scene.seating import side_ledges
 from sitscad.spec.mount import Jaw
+from sitscad.spec.sensor import SensorSpec
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
 
@@ -94,6 +95,14 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
         return fit(layout)
     except PartsError:
         return ()
+
+
+def passes_port(layout: Layout, spec: SensorSpec) -> bool:
+    """Whether the closed pair of a sensor whose parts are as thick as another spec says passes its port, by
+    root-sum-square; any does that is in no jaw.
+    """
+    closed = (m for m in measures(replace(layout, spec=spec)) if m.name == CLOSED_PAIR)
+    return all(measure.likely_margin >= 0.0 for measure in closed)
 
 
 def closed_section(layout: Layout) -> ClosedSection | None:

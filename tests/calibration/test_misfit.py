@@ -13,7 +13,7 @@ from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
 from sitscad.calibration.calibrate import calibrate_by, sensors_of
 from sitscad.calibration.misfit import CAUSES, cause, far_off, pattern, turned_fit
-from sitscad.calibration.model_fit import fit_model
+from sitscad.calibration.model_fit import fit_model, studentized
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST, units
 from sitscad.package.calibration_files import calibration_files
@@ -116,9 +116,11 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
     assert calibrated.fit.odd.max() < 4.0
 
 
-@pytest.mark.parametrize("more", [60_000, -60_000])
+@pytest.mark.parametrize("more", [60_000, -60_000, 20_000])
 def test_one_reading_that_the_others_contradict_is_named(design, table, more):
-    """One coil off in one row by 4 % of what it changes: the excess was told, and neither row nor coil."""
+    """One coil off in one row by 4 % of what it changes: the excess was told, and neither row nor coil. Of a third of
+    that the slip itself had spread over the other rows, beside which it did not stand out.
+    """
 
     def slipped(head, rows):
         place = head.index("C2_counts")
@@ -128,6 +130,57 @@ def test_one_reading_that_the_others_contradict_is_named(design, table, more):
     (note,) = (note for note in calibrate(design, table(slipped)).notes if "Read that row again" in note)
     assert "bench.csv:6:4 C2 reads" in note and "counts off what the other rows foretell" in note
     assert float(note.split("C2 reads ")[1].split()[0]) == approx(more, rel=0.3)
+
+
+def _with_tares(table, sensors, bench, noise=0.0, slip=0):
+    """The bench's table with tares in the middle and at the end, the readings `noise` (counts) noisier and the tare in
+    the middle `slip` off on the second coil.
+    """
+    generator, tare = np.random.default_rng(6), np.rint(sensors.counts(bench.frequency[0]))
+
+    def changed(head, rows):
+        rest = ["0", "0", *map(str, tare)]
+        rows = [rows[0], *rows[1:5], list(rest), *rows[5:], list(rest)]
+        rows[5][3] = str(float(rest[3]) + slip)
+        return head, [[*row[:2], *(str(round(float(c) + noise * generator.normal())) for c in row[2:])] for row in rows]
+
+    return table(changed)
+
+
+def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
+    """3,000 counts on every reading, 16 times the converter's, passed without a word."""
+    quiet, loud = (calibrate(design, _with_tares(table, sensors, bench, noise)) for noise in (0.0, 3000.0))
+    assert not any("rows without load" in note for note in quiet.notes) and quiet.points.noisier == 1.0
+    (note,) = (note for note in loud.notes if "rows without load scatter" in note)
+    assert note.startswith(_place(note, "bench.csv:")) and " counts (one sigma" in note and "where 1.9e+02 are" in note
+    assert 1000.0 < float(note.split("scatter by ")[1].split()[0]) < 6000.0
+    assert np.all(loud.map.error > quiet.map.error) and np.all(loud.fit.sigma > 0.999 * quiet.fit.sigma)
+
+
+def _place(note, name):
+    return note[: note.index(name) + len(name)]
+
+
+def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(design, table, sensors, bench):
+    (note,) = (n for n in calibrate(design, _with_tares(table, sensors, bench, slip=20_000)).notes if "scatter" in n)
+    assert "bench.csv:7:4 rows without load" in note and "C2 is farthest off here, by 1.3" in note
+    with pytest.raises(BenchError, match=r"bench.csv:2:1 rows without load scatter by .* find the noise first"):
+        calibrate(design, _with_tares(table, sensors, bench, slip=200_000))
+
+
+def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
+    assert any(note.startswith("fewer than three rows without load") for note in calibrate(design, table()).notes)
+    rows = calibration_files(foretold)["plan.csv"].decode().splitlines()[2:]
+    tares = [k for k, row in enumerate(rows) if row.startswith("0,0,")]
+    assert tares == [0, 5, len(rows) - 1] and len(rows) == 3 + len(foretold.plan.loads)
+
+
+def test_residuals_are_held_against_the_scatter_of_the_others():
+    """Student's t of 7 degrees of freedom at odds of 1,000 to 1, of any table: 5.408; a normal number's: 3.291."""
+    odd = np.zeros((4, 2))
+    odd[2, 1] = 5.408
+    assert studentized(odd, 7.0 + 5.408**2)[2, 1] == approx(3.291, rel=5e-3)
+    assert studentized(3.0 * odd, 9.0 * (7.0 + 5.408**2))[2, 1] == approx(3.291, rel=5e-3)
 
 
 @pytest.fixture(scope="module")

@@ -80,7 +80,7 @@ def test_the_law_of_the_tanks_is_that_of_the_states(steel):
 
 def test_temperature_is_within_a_tenth(both):
     quick, whole = both
-    assert quick.warmed.temperature == approx(list(whole[-1].temperature_error.values()), rel=0.1)
+    assert quick.warmed[-1].temperature == approx(list(whole[-1].temperature_error.values()), rel=0.1)
 
 
 def test_without_target_there_is_nothing_to_feel():

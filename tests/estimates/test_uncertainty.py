@@ -404,7 +404,7 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     rows = {row[0]: row[1] for row in signal_rows([signal], found)}
     alone = "by the inductance alone: the reading follows losses, too"
     (line,) = headline([signal])
-    assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("the reading follows losses, too" in line)
+    assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("it follows losses, too" in line)
     if is_by_loss:
         assert signal.per_newton < 0.0 < signal.share, "two signs"
         assert abs(without - signal.by_inductance) < 0.3 * abs(signal.share - signal.by_inductance)

@@ -7,7 +7,8 @@ import math
 import pytest
 
 from sitscad.estimates.performance.values import largest_lasting, of_full_scale
-from sitscad.report.feeling import felt_rows, unit_rows, whole_rows
+from sitscad.report.feeling import felt_rows, whole_rows
+from sitscad.report.page import _feeling
 
 AXIS = {
     "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
@@ -34,9 +35,14 @@ def test_an_axis_that_no_reading_tells_has_no_figures():
 def test_errors_are_told_beside_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
     assert of_full_scale(error, 2.0) == words
-    between = {"unit_errors": [{"of": "any unit", "error_N": {"normal": error}}]}
-    assert unit_rows(between, [POINT]) == (["error over all loads, of", "normal"], [["any unit", words]])
-    assert unit_rows(between, []) == ([], [])
+
+
+def test_the_page_has_the_words_of_the_data_sheet():
+    """Shares were of another full scale than the map's, and rounded again: 76 % beside the data sheet's 75 %."""
+    said = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
+    page = _feeling({"unit_to_unit": {"errors_are": "One sigma.", "in_words": said}})
+    assert all(cell in page for row in said for cell in row)
+    assert "unit" not in _feeling({"performance": ()})
 
 
 @pytest.mark.parametrize("free", [None, 88.5])

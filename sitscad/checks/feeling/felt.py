@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sitscad.checks.rules import Advice, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.measured import Reached
@@ -13,7 +15,7 @@ from sitscad.readout.converter import source_in_all
 from sitscad.record import record
 from sitscad.remedy.feeling import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.remedy.search import first_tried
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import Requirements, SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.quick import QuickPerformance
@@ -38,8 +40,32 @@ def note_reached(design: Design, reached: Reached) -> None:
 
 
 def noted(design: Design) -> tuple[Reached, ...]:
-    """What was kept, in the order of the rules."""
-    return tuple(sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule))
+    """What was kept, in the order of the rules; where something was, also what warmth after the tare makes of nothing
+    at all, asked or not: it is most of what many sensors are off by.
+    """
+    kept = sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule)
+    found, needs = design.felt, design.spec.requirements
+    if not kept or found is None or not found.held[0]:
+        return tuple(kept)
+    end = farthest(needs)
+    drift = abs(end - needs.temperature) * found.warmed[0].temperature
+    k = int(np.argmax(drift / found.bench.full_scales))
+    at = f"between {needs.temperature:.3g} and {end:.3g} degC"
+    return (*kept, Reached("zero_drift", "SIT406", float(drift[k]), None, "N", _along(found.bench.names[k]), at))
+
+
+def farthest(needs: Requirements) -> float:
+    """The temperature (degrees Celsius) of the required range that is farthest from the tare's; `WARMER` where none is
+    required, as in the budget of errors.
+    """
+    from sitscad.estimates.performance.causes import WARMER  # loaded by whatever feels
+
+    ends = needs.temperature_range or (needs.temperature + WARMER,)
+    return max(ends, key=lambda end: abs(end - needs.temperature))
+
+
+def _along(axis: str) -> str:
+    return axis.replace("_", " along ")
 
 
 def where_felt(
@@ -97,7 +123,7 @@ def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int],
     """
     names = found.bench.names
     each = [
-        Worst(of(point, names.index(axis)), axis.replace("_", " along "), where)
+        Worst(of(point, names.index(axis)), _along(axis), where)
         for point, where in enumerate(POINTS)
         if found.held[point]
         for axis in axes

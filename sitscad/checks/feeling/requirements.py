@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import NOISE_STEPS_SOURCE, more_signal, note_reached, where_felt, where_held, worst
+from sitscad.checks.feeling.felt import (
+    NOISE_STEPS_SOURCE,
+    farthest,
+    more_signal,
+    note_reached,
+    where_felt,
+    where_held,
+    worst,
+)
 from sitscad.checks.rules import Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -124,17 +132,17 @@ def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]
 def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
     needs = design.spec.requirements
-    assert needs.temperature_range is not None and needs.temperature_error is not None
-    apart = max(abs(end - needs.temperature) for end in needs.temperature_range)
+    assert needs.temperature_error is not None
+    apart = abs(farthest(needs) - needs.temperature)
     if not found.held[-1]:
         return
-    drift = apart * found.warmed.temperature
+    drift = apart * found.warmed[-1].temperature
     k = int(np.argmax(drift))
     axis = found.bench.names[k].replace("_", " along ")
     note_reached(design, Reached("temperature_error", "SIT406", float(drift[k]), needs.temperature_error, "N", axis,
                                  "at full load"))  # fmt: skip
     if drift[k] > needs.temperature_error:
-        causes = {name: abs(float(value[k])) for name, value in found.warmed.by_kelvin.items()}
+        causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
         yield DRIFTS.found(
             "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
             axis=axis, apart=apart, start=needs.temperature,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 from sitscad.checks.cases import Case, worded
 from sitscad.checks.own_limits import own_limits
@@ -17,6 +18,7 @@ from sitscad.record import record
 from sitscad.remedy.feeling import best_thickness, more_by_metal
 from sitscad.remedy.moves import larger_target, over_the_middle
 from sitscad.remedy.search import Left, first_tried
+from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
 from sitscad.spec.places import footprint
@@ -94,9 +96,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
         "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
-        advice=_over_all_coils(design.spec, deaf)
-        if beside
-        else lambda left: _more(design.spec, left, _more_change(design)),
+        advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
         named=_named(deaf),
         verb_end="s" if len(deaf) == 1 else "",
         force=design.spec.requirements.normal_force or 0.0,
@@ -249,15 +249,16 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         drift=drift,
         scale=scale,
         hint=hint,
-        advice=lambda left: _more(design.spec, left, hint),
+        advice=lambda left: _more(design, left, hint),
     )
 
 
-def _more(spec: SensorSpec, left: Left, otherwise: str) -> str:
+def _more(design: Design, left: Left, otherwise: str) -> str:
     """Another metal of the target, else another thickness of the pad, before what else makes more signal, where trying
     finds one.
     """
-    found = more_by_metal(spec, left) or best_thickness(spec, left)  # the best thickness is another one for each metal
+    # the best thickness is another one for each metal
+    found = more_by_metal(design.spec, left) or best_thickness(design.spec, left, partial(passes_port, design.layout))
     return f"{found}; {otherwise}" if found else otherwise
 
 

@@ -154,14 +154,15 @@ class QuickPerformance:
     def friction(self, shear: str) -> dict[str, float]:
         """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
         units = units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
-        return self.warmed.friction(self.warmed.errors(units, self.working.map_errors), shear)
+        full = self.warmed[-1]
+        return full.friction(full.errors(units, self.working.map_errors), shear)
 
     @cached_property
-    def warmed(self) -> Disturbed:
-        """Full load with what copper and other metal do."""
+    def warmed(self) -> tuple[Disturbed, ...]:
+        """Rest, half and full load with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
         warmer = estimated(self.layout, temperature=warm, solved=self.estimates.solved)
-        return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))[-1]
+        return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))
 
 
 def quick_performance(layout: Layout, estimates: Estimates) -> QuickPerformance | None:

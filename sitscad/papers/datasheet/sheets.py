@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from html import escape
+from typing import Any
 
 from sitscad.calibration.calibrate import Calibration, foretell
 from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
@@ -69,10 +70,11 @@ def _calibration(response: ResponseModel) -> Calibration | None:
 
 
 def _figures(documents: Sequence[object], found: Calibration | None) -> bytes:
-    whole: dict[str, object] = {"performance": documents}
+    whole: dict[str, Any] = {"performance": documents}
     if found is not None:
         known = found.document()
         whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
+        whole["unit_to_unit"]["in_words"] = found.error_rows
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
     return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 
