@@ -20,6 +20,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.reading import read_findings
+from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 ASKED = {
@@ -62,14 +63,28 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
     result = check(asked, replace(bench.layout, spec=asked), bench.estimates, "none")
     found = {each.requirement: each for each in result.reached}
-    assert list(found) == ["normal_resolution", "crosstalk", "tilt_error"]
+    assert list(found) == ["normal_resolution", "crosstalk", "tilt_error", "zero_drift"]
+    del found["zero_drift"]
     assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
     checked = sitscad.as_configured(asked, result)
     line = "felt: +normal resolution by noise alone 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\)\n +cross"
     assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
     document = json.loads(as_json([checked]))["specs"][0]
-    assert [each["rule"] for each in document["felt"]] == ["SIT401", "SIT403", "SIT404"]
+    assert [each["rule"] for each in document["felt"]] == ["SIT401", "SIT403", "SIT404", "SIT406"]
     assert read_findings(as_json([checked]).encode(), "", "").reached == result.reached
+
+
+@pytest.mark.parametrize(("needs", "end"), [({}, 30.0), ({"temperature_range": (-20.0, 45.0)}, -20.0)])
+def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, end):
+    """It was most of what three sensors of a new user were off by, and every line of what is felt was met."""
+    wanted = {"normal_resolution": 0.1, **needs}
+    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
+    design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+    checked = sitscad.as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
+    drift = abs(end - 20.0) * design.felt.warmed[0].temperature[0]
+    line = f"temperature moves zero by {show(float(drift), 'N', 2)} (normal) between 20 and {end:.3g} degC"
+    assert line in as_text([checked]) and drift > 0.1
+    assert json.loads(as_json([checked]))["specs"][0]["felt"][-1]["limit"] is None
 
 
 @pytest.mark.parametrize("rule_id", ASKED)

@@ -44,8 +44,8 @@ def noted(design: Design) -> tuple[Reached, ...]:
     at all, asked or not: it is most of what many sensors are off by.
     """
     kept = sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule)
-    found, needs = design.felt, design.spec.requirements
-    if not kept or found is None or not found.held[0]:
+    found, needs = design.felt if kept else None, design.spec.requirements
+    if found is None or not found.held[0]:
         return tuple(kept)
     end = farthest(needs)
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
