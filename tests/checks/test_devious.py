@@ -25,6 +25,7 @@ from sitscad.spec.rules import SpecError
 TEMPLATES = Path(__file__).parents[2] / "templates"
 BASES = {
     "B": "bench_7mm", "G": "grasper_4layer", "S": "single_coil", "F": "fingertip_foil", "R": "racetrack_jaw",
+    "T": "three_axis_grid", "J": "jaw_5x20",
 }  # fmt: skip
 
 FILM, COPPER, CORE = {"coverlay": "27.5 um"}, {"copper": "35 um"}, {"dielectric": "25 um"}
@@ -204,6 +205,33 @@ TOLD = [
     ("B", {"requirements.temperature_range": [-60, 200], "requirements.temperature_error": "1 N"}, "SIT134"),
     ("B", {"requirements.normal_resolution": "10 kN"}, "SIT134"),
     ("B", {"requirements.tilt": "2 deg", "requirements.tilt_error": "10 kN"}, "SIT134"),
+    ("B", {"requirements.crosstalk": 1}, "SIT134"),
+    ("B", {"requirements.friction_error": 1}, "SIT134"),
+    ("B", {"requirements.bandwidth": "10 kHz"}, "SIT210!"),
+    ("B", {"requirements.temperature_range": [20, 21], "requirements.temperature_error": "1 uN"}, "SIT406"),
+    ("B", {"requirements.friction_error": 0.0001}, "SIT405"),
+    # Windows, plating, bends, turned coils, several converters.
+    ("G", jaw(fenestration=[18, 4]), "SIT315!"),
+    ("B", bend(kind="dynamic", radius=50), "SIT123! SIT134 SIT308"),
+    ("B", bend(at=29), "SIT123!"),
+    ("B", {"fpc.plated": "panel", "fpc.plating": "1 um"}, "SIT134"),
+    ("G", {"fpc.plated": "pattern", "fpc.plating": "60 um"}, "SIT134 SIT303"),
+    ("B", {"fpc.plated": "buttons", "fpc.plating": "40 um"}, "SIT132-"),
+    ("B", {"fpc.tail.contacts": 4, "fpc.tail.layers": 1}, "SIT132-"),
+    ("R", {"array": {"centres": [[-4, 0], [4, 0]], "rotations": ["90 deg", "0 deg"]}}, "SIT301!"),
+    ("B", {"readout.device": "ldc1612", "array.count": 3}, "SIT211 SIT215"),
+    ("T", {"readout.device": "ldc1612"}, "SIT211"),
+    ("B", {"array.count": 8}, "SIT211 SIT215"),
+    ("B", {"array.count": 9}, "SIT211! SIT215"),
+    ("B", {"coil.layers": [1]}, "SIT203"),
+    ("B", {"target.rotation": "45 deg"}, "SIT306 SIT307"),
+    ("B", {"target.thickness": 4.9, "elastomer.thickness": 9.9}, "SIT217 SIT310!"),
+    ("B", {"cutting": {"gap": 0}}, "SIT134"),
+    ("B", {"mount": {"kind": "fingertip", "standoff": 0.001}}, "SIT314!"),
+    ("F", {"mount.standoff": 0.01}, "SIT314!"),
+    ("J", {"mount.standoff": 0, "shield": None}, "SIT301!"),
+    ("B", {"readout.capacitance": "1 uF"}, "SIT203! SIT214"),
+    ("B", {"fpc.margin": [0, 0], "elastomer.size": 9}, "SIT217 SIT307"),
 ]  # fmt: skip
 """Rules that speak: `!` an error, `-` a note, else a warning. None: SIT116 is silent (it is as large as its panel)."""
 
@@ -214,6 +242,14 @@ PASSES = [
     ("B", {"array": {"centres": [[996, 0], [988, 0]]}}, "centres count from anywhere"),
     ("B", {"target.material": "ferrite"}, "it raises the inductance, and more as it comes near"),
     ("B", {"coil.turns": [12, 1]}, "layers may have turns of their own"),
+    ("B", {"fpc.panel": {"parts": [1, 1]}}, "a panel of one part is a board with a frame"),
+    ("B", {"fpc.panel": "auto", "fpc.boards": 1, "fpc.tail.length": 200}, "one board, however long its tail"),
+    ("B", bend(angle="1 deg"), "a tail that is hardly bent is bent as well"),
+    ("B", bend(angle="180 deg", at=10), "there is room to fold it back"),
+    ("B", {"mount": {"kind": "custom", "standoff": 0}}, "what is below is one's own"),
+    ("B", {"mount.standoff": 0.001}, "the plate's floor is as thick as it can be made, with no metal below"),
+    ("B", {"array": {"centres": [[-4, 0], [4, 0]], "rotations": ["45 deg", "10 deg"]}}, "a circle has no direction"),
+    ("B", {"readout.device": "ldc1612"}, "it has as many channels as there are coils"),
     ("B", {"requirements": None}, "a board is ordered before its forces are known, and SIT215 is named as not checked"),
     ("B", {"fpc.boards": 100000}, "many boards are no fault of one"),
     ("B", {"mount": None}, "the board alone is ordered before its mount"),
@@ -238,6 +274,13 @@ REFUSED = [
     ("B", rubber(bulk_modulus="1 kPa"), "SIT006"),
     ("B", {"shield": {"gap": 100, "thickness": 0.1}, "mount.standoff": 100}, "SIT009"),
     ("B", {"assembly": {"glue_tolerance": 1}}, "SIT009"),
+    ("G", jaw(fenestration=[0.01, 0.01]), "SIT006"),
+    ("G", jaw(fenestration=[30, 2]), "SIT009"),
+    ("B", {"fpc.panel": {"parts": [100, 1]}}, "SIT006"),
+    ("S", {"fpc.panel": {"parts": [2, 2], "bridge": 0.01}}, "SIT006"),
+    ("B", bend(angle="359 deg"), "SIT006"),
+    ("R", {"array.rotations": ["90 deg"]}, "SIT009"),
+    ("F", {"mount.finger.screw": 10}, "SIT006"),
 ]
 """What cannot be read."""
 
