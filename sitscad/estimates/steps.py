@@ -182,7 +182,7 @@ def _solved(wound: Wound, band: tuple[float, float], part: float) -> Wound:
     from sitscad.estimates.states.solved_target import solved_target
 
     start, scale = wound.given, wound.winding.inductance
-    solved = solved_target(start.spec, start.layout.coils, start.assembly, band, scale)
+    solved = solved_target(start.layout, start.assembly, band, scale)
     if part < 1.0:
         solved = handed_over(solved, part, start.layout, wound.winding, start.assembly, wound.shares)
     return replace(wound, solved=solved)

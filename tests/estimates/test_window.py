@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-import pytest
 from tolerance import approx
 
 import sitscad
 from sitscad.checks.assembly.joints import JOINT_RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
-from sitscad.physics.metal.finite_plate import CoaxialRings, field_share
+from sitscad.estimates.signal import signals
 from sitscad.spec import templates
 
 SHIELD = "shield: {material: copper, thickness: 0.1, gap: 0.5}"
@@ -29,44 +26,43 @@ def windowed(size: str, text: str = BARE) -> str:
     return text.replace(JAW, f"jaw: {{based_on: generic-5mm, fenestration: {size}}} ")
 
 
+POOR = BARE.replace(JAW, "jaw: {based_on: generic-5mm, material: {name: poor, conductivity: 1 S/m}} ")
+
+
 def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
-    """A window of 19.5 x 4.3 mm in a face of 20 x 4.386 mm left L and Rp as they were."""
-    poor = BARE.replace(JAW, "jaw: {based_on: generic-5mm, material: {name: poor, conductivity: 1 S/m}} ")
-    (whole, _), (none, _) = at_rest(BARE), at_rest(poor)
+    """A window of 19.5 x 4.3 mm in a face of 20 x 4.386 mm left L and Rp as they were; then it took half, give or take
+    half. Surface currents leave of 480 nH 9 % for 3 x 1 mm and 55 % for 10 x 2 mm (tests/validation).
+    """
+    (whole, _), (none, _) = at_rest(BARE), at_rest(POOR)
     small, middle, large = (at_rest(windowed(size))[0] for size in ("[0.3, 0.3]", "[3, 1]", "[19.5, 4.3]"))
     assert whole.inductance < small.inductance < middle.inductance < large.inductance < none.inductance
-    assert large.inductance == approx((whole.inductance + none.inductance) / 2, rel=5e-3)
-    reach = math.sqrt(3.0) * large.spread.inductance
-    assert large.inductance - reach <= whole.inductance and large.inductance + 1.05 * reach >= none.inductance
+    assert none.inductance - large.inductance < 0.1 * (none.inductance - whole.inductance)
     assert large.spread.causes["parallel_resistance"] == "window in the jaw"
     assert large.spread.parallel_resistance > 3.0 * whole.spread.parallel_resistance
+    assert large.spread.inductance < 0.2 * (none.inductance - whole.inductance)
     assert small.spread.inductance < 1.01 * whole.spread.inductance
+
+
+def test_signal_response_and_states_say_one_thing():
+    """Signals counted the jaw's metal as whole: -4.41 nH/N with and without a window of 10 x 2 mm."""
+    specs = [sitscad.load_text(text, "t.yaml") for text in (BARE, windowed("[10, 2]"), POOR)]
+    found = [sitscad.estimate(sitscad.lay_out(spec)) for spec in specs]
+    sizes = [abs(signals(estimates)[0].per_newton) for estimates in found]
+    assert 1.15 * sizes[0] < sizes[1] < 1.02 * sizes[2]
+    pressed = found[1].coils[0].states["pressed"]
+    moved = np.array([(0, 0, 0, 0, 0, 0), (0, 0, found[1].gaps["pressed"] - found[1].gaps["rest"], 0, 0, 0)])
+    answers = [sitscad.respond(spec, moved) for spec in specs[:2]]
+    changes = [float(answer.inductance[0, 0] - answer.inductance[1, 0]) for answer in answers]
+    per_newton = changes[1] / found[1].normal_force
+    assert per_newton == approx(sizes[1], rel=0.02)
+    assert answers[1].inductance[1, 0] == approx(pressed.inductance, rel=2e-3)
+    assert np.all(answers[1].target_change_error[:, 0, 0] > answers[0].target_change_error[:, 0, 0] + 0.03)
 
 
 def test_a_sheet_of_copper_before_the_window_hides_it():
     (plain, _), (found, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
     assert found.inductance == approx(plain.inductance, rel=1e-4)
     assert any("window" in note for note in estimates.notes)
-
-
-@pytest.mark.parametrize("offset", [(0.0, 0.0), (1.5e-3, 0.4e-3)])
-def test_a_share_of_the_field_is_that_of_a_sum_over_the_plane(offset):
-    ring, gap, size = 2e-3, 0.9e-3, (3e-3, 1e-3)
-    share = field_share(size, CoaxialRings(np.array([ring]), np.zeros(1), np.ones(1)), np.array([offset]), gap)
-    angle = 2.0 * math.pi * (np.arange(256) + 0.5) / 256
-
-    def along(x, y):
-        """The radial field of the ring, by its own points (Biot-Savart), in any unit."""
-        r = np.hypot(x, y)[..., None]
-        away = (r * r + ring * ring - 2.0 * r * ring * np.cos(angle) + gap * gap) ** 1.5
-        return (np.cos(angle) / away).mean(axis=-1)
-
-    def squared(half, centre, count):
-        x, y = (c + h * (2.0 * (np.arange(count) + 0.5) / count - 1.0) for c, h in zip(centre, half, strict=True))
-        return (along(*np.meshgrid(x, y)) ** 2).mean() * half[0] * half[1]
-
-    part = squared((size[0] / 2, size[1] / 2), (-offset[0], -offset[1]), 60)
-    assert share[0] == approx(part / squared((0.02, 0.02), (0.0, 0.0), 500), rel=0.01)
 
 
 def test_a_rim_of_a_few_hundredths_beside_a_window_is_refused():

@@ -19,10 +19,13 @@ MU0 = 4e-7 * math.pi
 FAR = 30.0
 
 
-def disc_change(radii, gap, diameter, thickness, conductivity, permeability=1.0, frequency=5e6, cells=1.0):
+def disc_change(
+    radii, gap, diameter, thickness, conductivity, permeability=1.0, frequency=5e6, cells=1.0, is_hole=False
+):
     """Change of inductance (H) and resistance (ohm) of rings at z = 0 by a disc whose near face is at `gap` (m).
 
-    Twice the `cells` are everywhere half as wide.
+    Twice the `cells` are everywhere half as wide. With `is_hole` metal is where the disc is not: an endless plate with
+    a round hole.
     """
     omega = 2.0 * math.pi * frequency
     skin = 1.0 / math.sqrt(math.pi * frequency * MU0 * permeability * conductivity)
@@ -30,7 +33,7 @@ def disc_change(radii, gap, diameter, thickness, conductivity, permeability=1.0,
     r, z = _lines(0.5 * diameter, gap, thickness, min(skin, thickness, 0.05 * diameter), size, radii, cells)
     inside_r = 0.5 * (r[1:] + r[:-1]) < 0.5 * diameter
     inside_z = (0.5 * (z[1:] + z[:-1]) > gap) & (0.5 * (z[1:] + z[:-1]) < gap + thickness)
-    metal = inside_r[:, None] & inside_z
+    metal = (inside_r != is_hole)[:, None] & inside_z
     stiff, mass = _matrices(r**2, np.diff(z), r.size, z.size, metal)
     vacuum, magnetic, conducting = stiff(np.ones_like(metal, dtype=float)), stiff(metal.astype(float)), mass
     acts = 1j * omega * conductivity * MU0 * conducting + (1.0 / permeability - 1.0) * magnetic

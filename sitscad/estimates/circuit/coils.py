@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -21,8 +21,8 @@ from sitscad.estimates.states.assembly import (
     Surroundings,
     metal_behind,
 )
-from sitscad.estimates.states.finite_target import TargetChanges, TargetShares
-from sitscad.estimates.states.window import WindowedReflection, missing_parts
+from sitscad.estimates.states.finite_target import FREQUENCY, TargetChanges, TargetShares
+from sitscad.estimates.states.window import Missing, WindowedReflection, missing_parts
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
@@ -56,11 +56,7 @@ def coil_circuits(
     own = self_capacitance(first, spec)
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
-    names = [coil.name for coil in layout.coils]
-    heights = [] if winding.spectrum is None else winding.spectrum.heights.tolist()
-    missing = missing_parts(layout, heights) if heights else {}
-    without = metal_behind(spec, without_jaw=True)
-    reflections = _reflections(winding, assembly, beside, names, solved or shares, missing, without)
+    reflections = _reflections(winding, assembly, beside, layout, solved or shares)
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity, spared[coil.name])
@@ -101,24 +97,24 @@ def _reflections(
     winding: SolvedWinding,
     assembly: Assembly,
     distances: list[float],
-    names: Sequence[str],
+    layout: Layout,
     target: TargetShares | TargetChanges,
-    missing: Mapping[str, float],
-    without: Reflector | None,
 ) -> dict[str, dict[str, Reflection | NoReflection]]:
     """What metal returns, by coil and state; coils under alike parts of the target have one in common."""
-    known: dict[tuple[str, tuple[complex, ...], float], Reflection | NoReflection] = {}
+    names = [coil.name for coil in layout.coils]
+    missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
+    known: dict[tuple[str, tuple[complex, ...], Missing | None], Reflection | NoReflection] = {}
     found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
     for around in assembly.states:
         spectrum = winding.spectrum
         nothing = spectrum is None or (around.above is None and around.below is None)
         for k, name in enumerate(names):
-            key = around.name, target.key(k, name, around.name), missing.get(name, 0.0)
+            key = around.name, target.key(k, name, around.name), missing.get(name)
             if key not in known:
                 known[key] = (
                     NoReflection()
                     if nothing or spectrum is None
-                    else _windowed(spectrum, around, distances, winding, target, k, name, missing, without)
+                    else _windowed(spectrum, around, distances, winding, target, k, name, missing.get(name), without)
                 )
             found[name][around.name] = known[key]
     return found
@@ -126,29 +122,36 @@ def _reflections(
 
 def _windowed(
     spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
-    target: TargetShares | TargetChanges, number: int, name: str, missing: Mapping[str, float],
-    without: Reflector | None,
+    target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None, without: Reflector | None,
 ) -> Reflection:  # fmt: skip
     """The reflection of one coil in one state, with what a window in the jaw leaves of it."""
-    whole = _reflection(spectrum, around, distances, winding, target, number, name)
-    if around.below is None or not missing.get(name):
-        return whole
-    bare = replace(around, below=without)
-    none: Reflection | NoReflection = NoReflection()
-    if bare.above is not None or bare.below is not None:
-        none = _reflection(spectrum, bare, distances, winding, target, number, name)
-    return WindowedReflection(whole, none, missing[name])
+    real = _reflection(spectrum, around, distances, winding, target, number, name, missing)
+    if around.below is None or missing is None:
+        return real
+    bare = replace(around, above=None)
+    whole, none = (
+        NoReflection() if below is None else Reflection(
+            spectrum, replace(bare, below=below), distances, crowding=winding.crowding
+        )
+        for below in (around.below, without)
+    )  # fmt: skip
+    return WindowedReflection(real, whole, none, missing)
 
 
 def _reflection(
     spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
-    target: TargetShares | TargetChanges, number: int, name: str,
+    target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None,
 ) -> Reflection:  # fmt: skip
     if isinstance(target, TargetShares) or around.name not in target.changes:
         share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
         if isinstance(target, TargetShares) and around.above is not None:
             share = target.of(name, around.name)
             unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
+            if missing is not None:
+                endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
+                more = float(missing.factor(np.array(share[0] * endless)))
+                share = share[0] * more, share[1] * more
+                unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
         return Reflection(spectrum, around, distances, share, winding.crowding, unsure)
     more, lost = target.errors[around.name][number]
     solved = target.frequencies, target.changes[around.name], target.like
@@ -162,7 +165,7 @@ def handed_over(
     """A part of what was solved, with the rest by shares; the errors of both alike."""
     distances = _distances(layout)
     beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]
-    by_shares = _reflections(winding, assembly, beside[1:], [coil.name for coil in layout.coils], shares, {}, None)
+    by_shares = _reflections(winding, assembly, beside[1:], layout, shares)
     places = np.array([[beside.index(d) for d in row] for row in distances])
     middle = math.sqrt(float(np.prod(solved.frequencies)))
     changes, errors = {}, {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,4 +86,4 @@ class QuickTilts:
 
     def _changes(self, poses: Array) -> ComplexArray:
         """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
-        return own_changes(self.spec, self.layout.coils, poses, float(self.law.frequency.mean()))
+        return own_changes(replace(self.layout, spec=self.spec), poses, float(self.law.frequency.mean()))

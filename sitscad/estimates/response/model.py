@@ -15,7 +15,7 @@ from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
-from sitscad.estimates.response.plate import Plate, endless_like, solved_plate
+from sitscad.estimates.response.plate import Plate, endless_like, plate_over_jaw
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response
@@ -242,7 +242,7 @@ class ResponseModel:
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
         crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        plate = solved_plate(spec, coils, band, self.behind, cover, self.finer)
+        plate = plate_over_jaw(self.wound.given.layout, band, cover, self.finer)
         return _Near(plate, bare, np.log(heights), crowding)
 
     def _endless(self, height: float) -> Reflector:

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.response.placed import Cover, tabled
+from sitscad.estimates.states.assembly import metal_behind
+from sitscad.estimates.states.window import Missing, missing_parts
 from sitscad.estimates.winding.methods import bent_track
-from sitscad.layout.board import Coil
+from sitscad.layout.board import Coil, Layout
 from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
 from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
@@ -143,6 +145,32 @@ class Plate:
             return own, own
         across = found[..., :n, n:]
         return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
+
+
+@record(eq=False)
+class WindowedPlate(Plate):
+    """A target before a jaw with a window, `missing` for each coil: what it changes grows by that."""
+
+    missing: tuple[Missing, ...] = ()
+
+    def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
+        """As of `Plate`."""
+        found = super().changes(turns, places, once)
+        own = np.einsum("fpcc->cfp", found[0].real)
+        more = np.stack([one.factor(change) for one, change in zip(self.missing, own, strict=True)], axis=-1)
+        both = 0.5 * (more[..., :, None] + more[..., None, :])
+        return found[0] * both, found[1] * both
+
+
+def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, finer: float = 1.0) -> Plate:
+    """The target of a layout solved at frequencies (Hz) with what is behind the board, a window in the jaw included."""
+    spec, missing = layout.spec, missing_parts(layout)
+    plate = solved_plate(spec, layout.coils, frequencies, metal_behind(spec), cover, finer)
+    if not missing:
+        return plate
+    parts = tuple(missing[coil.name] for coil in layout.coils)
+    error = plate.mirror_error + max(one.moving for one in parts)
+    return WindowedPlate(plate.frequencies, plate.targets, plate.potentials, plate.centres, plate.coils, error, parts)
 
 
 def solved_plate(

@@ -154,13 +154,6 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     return Reflector(-nearest, tuple(plates)) if plates else None
 
 
-WINDOW = (
-    "the jaw's window takes away some of what its metal does to the coils: between nothing and twice the part of the "
-    "squared field that falls on the window. States count the middle, and the width of that is in their error; how the "
-    "signal changes with the target counts the metal as whole"
-)
-"""What is to be known of a window's effect."""
-
 CONTACT = 1e-9
 """Gaps (m) below this are none."""
 
@@ -181,7 +174,10 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
         whose = "finger" if spec.mount.finger is not None else "jaw"
         notes.append(f"the {whose}'s metal enters as an endless half-space behind the board")
         if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
-            notes.append(WINDOW)
+            notes.append(
+                "the jaw's window is solved as an opening through that half-space, as deep as the jaw is; how far off "
+                "that may be is in the errors of states and signals"
+            )
     return notes
 
 

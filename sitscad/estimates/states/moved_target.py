@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.states.assembly import assemble, warmed
 from sitscad.estimates.states.finite_target import shares_of_change
+from sitscad.estimates.states.window import through_window
 from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
@@ -50,13 +51,12 @@ def moved_changes(
     spectrum = reflected_by(geometry, max(nearest, LEAST_DISTANCE))
     at = np.array([frequency])
     whole, bare = (reflected_inductances(spectrum, at, plate, below, (0.0,))[0, 0].real for plate in (above, None))
-    return {
-        p.name: tuple(
-            float((shares[_name(p.name, k), REST] - shares[_name(p.name, 0), REST]) * (whole - bare))
-            for k in range(1, len(moves) + 1)
-        )
-        for p in spec.array.placements
-    }
+    found = {}
+    for p in spec.array.placements:
+        own = [shares[_name(p.name, k), REST] * (whole - bare) for k in range(len(moves) + 1)]
+        still, *moved = through_window(layout, p.name, np.array(own)).tolist()
+        found[p.name] = tuple(one - still for one in moved)
+    return found
 
 
 def target_effects(
@@ -91,6 +91,8 @@ def target_effects(
         whole = reflected_inductances(spectrum, at, around.above, rest.below, (0.0,))[0, 0].real - bare
         for m in range(len(moves)):
             found[k, m] = [whole * shares[_name(p.name, m), str(k)] for p in spec.array.placements]
+    for place, p in enumerate(spec.array.placements):
+        found[:, :, place] = through_window(layout, p.name, found[:, :, place].real)
     return found
 
 
@@ -102,7 +104,8 @@ def _solved_effects(
 
     poses = np.zeros((len(heights), len(moves), 6))
     poses[:, :, :2], poses[:, :, 2] = np.array(moves), np.array(heights)[:, None]
-    return own_changes(spec, layout.coils, poses.reshape(-1, 6), frequency).reshape(len(heights), len(moves), -1)
+    warm = replace(layout, spec=spec)
+    return own_changes(warm, poses.reshape(-1, 6), frequency).reshape(len(heights), len(moves), -1)
 
 
 def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:

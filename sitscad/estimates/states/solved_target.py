@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.response.errors import LOSSY, poles_error, stated_errors
 from sitscad.estimates.response.placed import Placed, at_rest
-from sitscad.estimates.response.plate import endless_like, solved_plate, solving_work
+from sitscad.estimates.response.plate import endless_like, plate_over_jaw, solving_work
 from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
-from sitscad.layout.board import Coil
+from sitscad.layout.board import Coil, Layout
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
@@ -49,12 +49,13 @@ def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
 
 
 def solved_target(
-    spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, band: tuple[float, float], scale: float
+    layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float
 ) -> TargetChanges:
     """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance."""
+    spec, coils = layout.spec, layout.coils
     placed = _placed(spec, assembly)
     cover = placed.cover(spec, coils)
-    plate = solved_plate(spec, coils, band, metal_behind(spec), cover)
+    plate = plate_over_jaw(layout, band, cover)
     total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places, True))
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
@@ -82,10 +83,11 @@ def _rounded(changes: ComplexArray) -> ComplexArray:
 DIGITS = 9
 
 
-def own_changes(spec: SensorSpec, coils: Sequence[Coil], poses: Array, frequency: float) -> ComplexArray:
+def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
     """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H, complex), (n, coils), at one
     frequency (Hz), currents even.
     """
+    spec = layout.spec
     placed = Placed.of(spec, at_rest(spec), poses)
-    plate = solved_plate(spec, coils, (frequency,), metal_behind(spec), placed.cover(spec, coils))
+    plate = plate_over_jaw(layout, (frequency,), placed.cover(spec, layout.coils))
     return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]))

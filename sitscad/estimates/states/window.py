@@ -1,13 +1,10 @@
-"""A window in the jaw's face: how much of what the jaw's metal does to a coil may be missing for it.
+"""A window in the jaw's face: how much of what the jaw's metal does to a coil is missing for it.
 
-Metal that is taken away raises the inductance: it lies between that before the whole face and that before none. From
-above it is bound by a trial field (Thomson's principle: of all fields with the coil's current the true one has least
-energy): the field before the whole face, carried on through the window, where it dies away as the coil's own would.
-That is at most twice what the window's part of the squared field along the face makes of the metal's whole effect.
-A rim of metal round the window may keep all of the flux out that the whole face would, so nothing may be missing, too.
-What is counted is the middle of the two, with half of the range as the width of its error. The loss of what the window
-changes lies between none and the most that resistance takes of any currents, half of the reactance that they can shield
-(a turn with R = omega L), which is far more than a whole face takes. Of magnetic metal the same is an estimate.
+The window is solved as an opening through an endless slab (`physics.metal.opening`), as deep as the jaw is where the
+window's long walls end, its faces half a skin depth inside the metal's: once without a target, and under endless ones
+at rest and nearer. What a target changes is so much more than before the whole jaw, by its size. Of the loss in the jaw
+a part is missing by Wheeler's rule (as in `finite_plate`): from what the opening gains when all of the jaw's faces
+recede by a little, against what the whole face does.
 """
 
 from __future__ import annotations
@@ -15,101 +12,239 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.assembly import NoReflection, Reflection
-from sitscad.estimates.states.finite_target import equivalent_rings
+from sitscad.estimates.states.assembly import LOSSLESS, NoReflection, Reflection, metal_behind
+from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
+from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.metal.finite_plate import CoaxialRings, field_share
-from sitscad.scene.bodies import metal_face
-from sitscad.scene.jaws import axis, fitted_jaw
+from sitscad.physics.constants import skin_depth
+from sitscad.physics.inductance.filaments import PolylineTrack
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.opening import Opening, gained_inductance
+from sitscad.physics.metal.polyline_spectrum import chorded
+from sitscad.record import record
+from sitscad.scene.bodies import metal_face, target_gap
+from sitscad.scene.jaws import axis, section
 from sitscad.spec.coil import CoilSpec
+from sitscad.spec.mounting import Jaw
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+ERROR, PER_DEPTH = 0.06, 0.5
+"""How far off the missing part of the inductance may be, of itself, and what is added for every skin depth over the
+window's shorter side: slabs of surface currents differ by 0.01, round holes of finite elements in steel by 0.04 to 0.08
+(tests/validation/test_window.py)."""
 
-def missing_parts(layout: Layout, heights: Sequence[float]) -> Mapping[str, float]:
-    """Half of what is missing at most (0 to 0.5) of the jaw's effect on each coil, by its name; empty without a window.
-    `heights` (m) are those of the coil's layers.
+LOSS_ERROR = 0.3
+"""How far off the missing part of the loss may be, of the inductance's missing part (the same finite elements)."""
+
+MAGNETIC = 1.1
+"""Relative permeability from which on the missing part is a guess, off by as much as itself."""
+
+STEP = 0.02
+"""By how much faces recede to see what loses, over the gap."""
+
+PRESSED, FARTHEST = 0.6, 3.0
+"""Of the target's height at rest: the other one at which its effect is looked at; and how much larger than at rest, at
+most, a change counts in its own growth."""
+
+DIGITS = 9
+"""Digits of a part that count: the last ones of a system's solution hang on the number of threads."""
+
+BENT = 0.5
+"""How far off a target's change may be, of what its growth goes up by with the change itself."""
+
+
+@record
+class Missing:
+    """What a window takes away of the jaw's effect on a coil without a target: parts (no unit) of inductance and loss,
+    and how far off either may be. What a target changes of the coil grows with its size: `growth` is the first part of
+    it and the second for every `scale` (H) of change, `moving` how far off that may be, relative.
     """
-    jaw, face = fitted_jaw(layout), metal_face(layout.spec)
+
+    inductance: float
+    loss: float
+    error: float
+    loss_error: float
+    growth: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
+    moving: float = 0.0
+
+    def factor(self, change: Array) -> Array:
+        """By what a target's change of a coil's inductance (H) before the whole jaw grows for the window."""
+        return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
+
+
+def missing_parts(layout: Layout) -> Mapping[str, Missing]:
+    """What is missing of the jaw's effect on each coil, by its name; empty without a window."""
+    spec, face = layout.spec, metal_face(layout.spec)
+    jaw = spec.mount.jaw if spec.mount is not None else None
     if jaw is None or jaw.fenestration is None or face is None:
         return {}
-    found = {}
+    gap, echo = target_gap(spec), 1.0
+    if spec.target is not None and like_a_conductor(spec.target, max(spec.coil.size)) < 0.5:
+        echo = -1.0
+    middle, found, known = axis(layout), {}, {}
+    behind = metal_behind(spec), metal_behind(spec, without_jaw=True)
     for coil in layout.coils:
-        size, rings = _shortened(layout.spec.coil, jaw.fenestration, coil, heights)
-        below = replace(rings, heights=-rings.heights)
-        middle = axis(layout)
-        offset = np.array([[coil.centre.x - middle.x, coil.centre.y - middle.y]])
-        found[coil.name] = 0.5 * min(1.0, 2.0 * float(field_share(size, below, offset, -face)[0]))
+        x, y, turn = coil.centre.x - middle.x, coil.centre.y - middle.y, coil.placement.rotation
+        if spec.coil.outline.is_round:
+            turn = 0.0
+        askew = abs(math.remainder(turn, 0.5 * math.pi)) > 1e-6
+        key = round(x if askew else abs(x), 9), round(y if askew else abs(y), 9), round(turn % math.pi, 9)
+        if key not in known:
+            known[key] = _missing(spec.coil, replace(coil, series=()), jaw, (x, y), behind, (gap, -face, echo))
+        found[coil.name] = known[key]
     return found
 
 
-def _shortened(
-    spec: CoilSpec, window: tuple[float, float], coil: Coil, heights: Sequence[float]
-) -> tuple[tuple[float, float], CoaxialRings]:
-    """Window (m) and rings that stand for an elongated coil: one as long as it is wide, the window shorter by as much,
-    or in proportion where it is the shorter one.
+def through_window(layout: Layout, coil: str, change: Array) -> Array:
+    """What a target changes of a coil's inductance (H), from what it does before the whole jaw."""
+    missing = missing_parts(layout).get(coil)
+    return change if missing is None else change * missing.factor(change)
+
+
+@lru_cache(maxsize=16)
+def _missing(
+    spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
+    between: tuple[float | None, float, float],
+) -> Missing:  # fmt: skip
+    """Of one coil at a place (m) from the window's middle; `behind` are all metal behind the board and that without the
+    jaw, `between` how far (m) above the board's top face the target's is at rest (None without one), how far below it
+    the jaw's, and the target's `echo` as in `gained_inductance`.
     """
-    long, short = max(spec.size), min(spec.size)
-    if long - short < 1e-9:
-        return window, equivalent_rings(spec, heights)
-    side = (int(spec.size[1] > spec.size[0]) + round(2.0 * coil.placement.rotation / math.pi)) % 2
-    size = list(window)
-    size[side] = size[side] - (long - short) if size[side] > long else size[side] * short / long
-    return (size[0], size[1]), equivalent_rings(replace(spec, size=(short, short)), heights)
+    (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
+    assert size is not None
+    shift = place[0] - coil.centre.x, place[1] - coil.centre.y
+    layers = [replace(w, path=w.path.shifted(*shift)) for w in coil.windings]
+    nearest = floor + min(w.z for w in layers)
+    tracks = [chorded(bent_track(w, spec.trace_width), nearest) for w in layers]
+    top = max(w.z for w in layers)
+    roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
+    spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(away - top for away in roofs)]))
+    depth = min(skin_depth(FREQUENCY, metal.conductivity, metal.relative_permeability), 0.25 * min(size))
+    seen = _Seen(spectrum, tracks, Opening(size, _depth(jaw, size[1])), floor, echo)
+    (less, low), (more, high) = (seen.effects(None, 0.5 * depth + by) for by in (-STEP * nearest, STEP * nearest))
+    part, lost = min(0.5 * (less / low + more / high), 1.0), min((more - less) / (high - low), 1.0)
+    part, lost = round(part, DIGITS), round(lost, DIGITS)
+    error = 1.0 if metal.relative_permeability > MAGNETIC else min(ERROR + PER_DEPTH * depth / min(size), 1.0)
+    found = Missing(part, lost, error * part, max(error, LOSS_ERROR) * part)
+    if roof is None:
+        return found
+    at_roofs = [seen.effects(away, 0.5 * depth) for away in roofs]
+    growths = [(gain - 0.5 * (less + more)) / change for gain, change in at_roofs]
+    scale, nearer = at_roofs[0][1], at_roofs[1][1]
+    bend = (growths[1] - growths[0]) / (nearer / scale - 1.0)
+    # what of the jaw is seen at all: a sheet before the window hides it
+    bare = [reflected_inductances(spectrum, np.array([FREQUENCY]), None, one, (0.0,))[0, 0].real for one in behind]
+    seen_part = min(float(bare[1] - bare[0]) / (0.5 * (low + high)), 1.0)
+    growth, moving = (growths[0] - bend, bend), error * abs(growths[0]) + BENT * abs(bend)
+    first, second, moving = (round(seen_part * one, DIGITS) for one in (*growth, moving))
+    return replace(found, growth=(first, second), scale=scale, moving=moving)
+
+
+def _depth(jaw: Jaw, wide: float) -> float:
+    """How deep (m) the metal is where a window so wide (m) ends beside the jaw's middle; its back is round."""
+    drawn = section(jaw)
+    inside = max(drawn.radius**2 - 0.25 * wide**2, 0.0)
+    return max(drawn.height - drawn.radius + math.sqrt(inside), 0.1 * drawn.height)
+
+
+@record(eq=False)
+class _Seen:
+    # A coil before a window: its spectrum and tracks (window's middle at x = y = 0), and how far (m) the face is.
+    spectrum: CurrentSpectrum
+    tracks: Sequence[PolylineTrack]
+    opening: Opening
+    floor: float
+    echo: float
+
+    def effects(self, roof: float | None, recess: float) -> tuple[float, float]:
+        """What the window adds to the inductance (H) when all of the jaw's faces recede (m); and what a mirror so far
+        (m) above changes of it before the whole jaw, or what the whole jaw takes away without one.
+        """
+        (x, y), floor = self.opening.size, self.floor + recess
+        wider = Opening((x + 2.0 * recess, y + 2.0 * recess), max(self.opening.depth - 2.0 * recess, recess))
+        bare = self.returned(None, floor)
+        if roof is None:
+            return gained_inductance(wider, self.tracks, floor), -bare
+        gained = gained_inductance(wider, self.tracks, floor, floor + roof, self.echo)
+        return gained, self.returned(roof, floor) - bare
+
+    def returned(self, roof: float | None, floor: float) -> float:
+        """What perfect mirrors so far (m) above and below z = 0 add to the coil's inductance (H)."""
+        mirrors = Plate(LOSSLESS if self.echo > 0.0 else 0.0, 1.0 if self.echo > 0.0 else FERRITE), Plate(LOSSLESS)
+        above, below = (None if z is None else Reflector(z, (m,)) for z, m in zip((roof, floor), mirrors, strict=True))
+        return float(reflected_inductances(self.spectrum, np.array([FREQUENCY]), above, below, (0.0,))[0, 0].real)
+
+
+FERRITE = 1e6
+"""Relative permeability of a magnet that is a perfect mirror."""
 
 
 class WindowedReflection(Reflection):
-    """What metal returns where the jaw has a window: between `whole`, before all of its face, and `none` of it."""
+    """What metal returns where the jaw has a window: `real` in all but that; the jaw alone returns `whole`, and what is
+    there without it `none`.
+    """
 
-    def __init__(self, whole: Reflection, none: Reflection | NoReflection, part: float) -> None:
-        self._whole, self._none, self._missing = whole, none, part
+    def __init__(
+        self, real: Reflection, whole: Reflection | NoReflection, none: Reflection | NoReflection, missing: Missing
+    ) -> None:
+        self._real, self._whole, self._none, self._missing = real, whole, none, missing
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
-        whole, none = self._whole(frequencies), self._none(frequencies)
-        mixed = [one + self._missing * (other - one) for one, other in zip(whole, none, strict=True)]
-        return mixed[0], mixed[1]
+        real, (more, lost) = self._real(frequencies), self._lacking(frequencies)
+        return real[0] + self._missing.inductance * more, real[1] + self._missing.loss * lost
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        whole = self._whole.mutual(pair, distance, frequencies)
-        return np.asarray(whole + self._missing * (self._none.mutual(pair, distance, frequencies) - whole))
+        real, whole, none = (
+            one.mutual(pair, distance, frequencies) for one in (self._real, self._whole, self._none)
+        )
+        return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
         """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
-        whole = self._whole.crowding(frequencies)
-        return np.asarray(whole + self._missing * (self._none.crowding(frequencies) - whole))
+        real, whole, none = (one.crowding(frequencies) for one in (self._real, self._whole, self._none))
+        return np.asarray(real + self._missing.inductance * (none - whole))
 
     def shares(self, frequencies: Array) -> ComplexArray:
         """How much of an endless target's effect the real one has at (n,) frequencies (Hz)."""
-        return self._whole.shares(frequencies)
+        return self._real.shares(frequencies)
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
-        return self._whole.factors(frequency)
+        return self._real.factors(frequency)
 
     def target_change(self, frequency: float) -> complex:
         """What the target alone changes of the winding's inductance (H, complex), its current even."""
-        return self._whole.target_change(frequency)
+        return self._real.target_change(frequency)
+
+    def of_target(self, frequencies: Array) -> ComplexArray:
+        """As of `Reflection`: what the target changes by its shares."""
+        return self._real.of_target(frequencies)
 
     def endless_change(self, frequency: float) -> complex:
         """What an endless target would change of it (H, complex)."""
-        return self._whole.endless_change(frequency)
+        return self._real.endless_change(frequency)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
-        return self._whole.unsure(frequency)
+        return self._real.unsure(frequency)
 
     def window(self, frequency: float) -> tuple[float, float]:
         """How far off inductance (H) and resistance (ohm) may be for the window, at most, both one way."""
-        at, omega = np.array([frequency]), 2.0 * math.pi * frequency
-        whole, none = self._whole(at), self._none(at)
-        change, loss = float(none[0][0] - whole[0][0]), float(none[1][0] - whole[1][0])
-        shielded = math.hypot(change, loss / omega)
-        lossy = max(abs(loss), omega * shielded - abs(loss))
-        return math.copysign(self._missing * shielded, change), -self._missing * lossy
+        more, lost = self._lacking(np.array([frequency]))
+        return self._missing.error * float(more[0]), self._missing.loss_error * float(lost[0])
+
+    def _lacking(self, frequencies: Array) -> tuple[Array, Array]:
+        # What would be more of both (H, ohm) without the jaw, the target left out.
+        (one, lost), (other, other_lost) = self._whole(frequencies), self._none(frequencies)
+        return other - one, other_lost - lost

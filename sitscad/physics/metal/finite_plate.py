@@ -238,21 +238,6 @@ def _slenderness(plate: Plate, coil: CoaxialRings) -> tuple[float, float]:
     return plate.thickness / diameter, min(plate.size) / diameter
 
 
-def field_share(size: tuple[float, float], coil: CoaxialRings, offsets: Array, gap: float) -> Array:
-    """The share (no unit, 0 to 1) of the squared field along the plane z = `gap` (m) that falls on a rectangle of a
-    size (m); `offsets` (n, 2; m) are the places of the coil's axis seen from its centre.
-    """
-    offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
-    outer = float(coil.radii.max())
-    depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
-    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
-    half = np.minimum(0.5 * np.array(size), reach)
-    k, weights = _wave_numbers(11.0 / depth, reach)
-    source = k, weights, coil.spectrum(k, gap, -math.inf)
-    found = _field_on(Plate(size, 0.0), half, offsets, source, min(depth, 0.5 * outer), j1)
-    return np.asarray(np.minimum(found, 1.0))
-
-
 def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
     # Size of the change of inductance by an endless plate, in units of mu0 pi; `room` is its distance from the mirror.
     sign = 1.0 if poles else -1.0
