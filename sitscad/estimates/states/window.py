@@ -31,7 +31,7 @@ from sitscad.record import record
 from sitscad.scene.bodies import metal_face, target_gap
 from sitscad.scene.jaws import axis, section
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.mounting import Jaw
+from sitscad.spec.mount import Jaw
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
