@@ -89,10 +89,10 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, 
         raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
                          f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
                          f"order or unit?{said}")  # fmt: skip
-    share = noise_share(points, sensors, fit)
-    if share > WORST * usual("force"):
+    noise = noise_share(points, sensors, fit)
+    if noise > WORST * usual("force"):
         raise BenchError(f"{table.path}:{table.lines[int(np.argmax(points.at_rest))]}:1 rows without load scatter by "
-                         f"{points.noisier:.0f} times the converter's noise, {100.0 * share:.0f} % of full scale on a "
+                         f"{points.noisier:.0f} times the converter's noise, {100.0 * noise:.0f} % of full scale on a "
                          "force: no calibration comes out of that; find the noise first")  # fmt: skip
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
