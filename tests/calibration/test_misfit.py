@@ -136,7 +136,7 @@ def _with_tares(table, sensors, bench, noise=0.0, slip=0):
     """The bench's table with tares in the middle and at the end, the readings `noise` (counts) noisier and the tare in
     the middle `slip` off on the second coil.
     """
-    generator, tare = np.random.default_rng(6), np.rint(sensors.counts(bench.frequency[0]))
+    generator, tare = np.random.default_rng(6), np.rint(sensors.conversion.counts(bench.frequency[0]))
 
     def changed(head, rows):
         rest = ["0", "0", *map(str, tare)]
