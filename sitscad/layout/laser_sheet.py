@@ -147,12 +147,18 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     """Elastomer and target, those that the spec has."""
     return tuple(
         CutPart(
-            name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
+            name,
+            plate.material.name,
+            plate.shape,
+            plate.size,
+            plate.thickness,
+            plate.kerf,
+            footprint(spec, plate),
             place_in_words(plate),
         )
         for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
         if plate is not None
-    )  # fmt: skip
+    )
 
 
 def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:

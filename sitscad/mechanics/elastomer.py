@@ -17,7 +17,7 @@ import math
 from dataclasses import replace
 
 from sitscad.mechanics import pad_law
-from sitscad.mechanics.ogden_law import NEO_HOOKEAN
+from sitscad.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.record import record
 
 VALID_STRAIN = 0.30
@@ -72,8 +72,9 @@ class Face:
 
     def grown(self, width: float) -> Face:
         """The face wider by so much (m) both ways, never less than a twentieth of it."""
-        return Face(max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width),
-                    self.round)  # fmt: skip
+        return Face(
+            max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width), self.round
+        )
 
 
 @record

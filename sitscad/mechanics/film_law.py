@@ -114,9 +114,23 @@ def terms(skin: float, modulus: float, shape: float, oblong: float, circular: fl
     u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
     v = math.log(_within(skin, SKINS) / 0.1)
     s = math.log(_within(shape, SHAPES) / 0.7)
-    return {"1": 1.0, "u": u, "v": v, "s": s, "uu": u * u, "vv": v * v, "ss": s * s, "uv": u * v, "us": u * s,
-            "vs": v * s, "uus": u * u * s, "uvs": u * v * s, "o": oblong, "oo": oblong * oblong,
-            "r": circular}  # fmt: skip
+    return {
+        "1": 1.0,
+        "u": u,
+        "v": v,
+        "s": s,
+        "uu": u * u,
+        "vv": v * v,
+        "ss": s * s,
+        "uv": u * v,
+        "us": u * s,
+        "vs": v * s,
+        "uus": u * u * s,
+        "uvs": u * v * s,
+        "o": oblong,
+        "oo": oblong * oblong,
+        "r": circular,
+    }
 
 
 def films(

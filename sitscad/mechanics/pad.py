@@ -1,26 +1,112 @@
 """A soft pad between a board and a rigid target: from a pose of the target to what holds it there, and back.
 
 The energy of `pad_law` in the frame of `motion`; forces are its slopes, so what is put in comes back. SI units, arrays
-over the poses or loads first, board axes as in `sitscad.scene.state`.
+over the poses or loads first, board axes as in `sitscad.scene.state`. How the stiffness goes with the compression is
+tabulated once a pad, so that a pose costs a look-up then: pieces of third degree with the law's own values and slopes
+at their ends; the slopes that are handed out are those of the pieces, so that forces keep an energy. In these courses
+lengths are in thicknesses, stresses in shear moduli.
 """
 
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics import pad_law
-from sitscad.mechanics.balance import Load, balance
-from sitscad.mechanics.courses import Courses, courses
 from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.motion import Motion, angles, exponentials, relative, rotation_vectors, rotations
-from sitscad.mechanics.ogden_law import NEO_HOOKEAN
+from sitscad.mechanics.motion import (
+    Law,
+    Load,
+    Motion,
+    angles,
+    balance,
+    exponentials,
+    relative,
+    rotation_vectors,
+    rotations,
+)
+from sitscad.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.record import record
 
 Array = NDArray[np.float64]
+
+FIRST, LAST, PIECES = -0.25, 0.45, 560
+"""Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""
+
+STEP = (LAST - FIRST) / PIECES
+
+SMALL = 1e-6
+"""By how much a strain is moved for the slope of the pressure, which is not tabulated."""
+
+
+@record(eq=False)
+class Courses:
+    """The law of one pad: pressure by strain, and the tabulated courses of shear along x and y, of their cubic term
+    (of both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
+    """
+
+    squeeze: pad_law.Compression
+    pieces: Array
+    twist: float
+
+    def at(self, strain: Array) -> tuple[Array, Array]:
+        """The five courses (no unit, as `pad_law` has them) and their slopes at strains (n,), (n, 5) each."""
+        part, (value, first, second, third) = self._piece(strain)
+        return value + part * (first + part * (second + part * third)), (
+            first + part * (2.0 * second + 3.0 * part * third)
+        ) / STEP
+
+    def law(self, strain: Array) -> Law:
+        """The law at strains (n,), its numbers (n,) each."""
+        part, (value, first, second, third) = self._piece(strain)
+        values = value + part * (first + part * (second + part * third))
+        slopes = (first + part * (2.0 * second + 3.0 * part * third)) / STEP
+        bends = (2.0 * second + 6.0 * part * third) / STEP**2
+        pressed = (self.squeeze(strain + SMALL) - self.squeeze(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
+
+    def law_at(self, strain: float) -> Law:
+        """The same at one strain, in floats."""
+        place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
+        piece = min(int(place), PIECES - 1)
+        part, pieces = place - piece, self.pieces[piece].T.tolist()
+        values = [v + part * (p + part * (q + part * r)) for v, p, q, r in pieces]
+        slopes = [(p + part * (2.0 * q + 3.0 * part * r)) / STEP for _, p, q, r in pieces]
+        bends = [(2.0 * q + 6.0 * part * r) / STEP**2 for _, _, q, r in pieces]
+        pressed = (self.squeeze.at(strain + SMALL) - self.squeeze.at(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
+
+    def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
+        """How far (n, 1) strains (n,) have gone into their pieces, and the terms of these (n, 5)."""
+        place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
+        piece = np.minimum(place.astype(np.intp), PIECES - 1)
+        one = self.pieces[piece]
+        return (place - piece)[:, None], (one[:, 0], one[:, 1], one[:, 2], one[:, 3])
+
+
+@lru_cache(maxsize=64)
+def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
+    """The courses of a block, no unit; the bulk modulus is in shear moduli."""
+    # a turn about y raises one end of x, one about x an end of y
+    across = block.turned
+    shears, tilts = (pad_law.shear(block), pad_law.shear(across)), (pad_law.tilt(across), pad_law.tilt(block))
+
+    def exact(strain: Array) -> Array:
+        cubic = 0.5 * (shears[0].cubic(strain) + shears[1].cubic(strain))
+        return np.stack([shears[0](strain), shears[1](strain), cubic, tilts[0](strain), tilts[1](strain)], axis=1)
+
+    strain = np.linspace(FIRST, LAST, PIECES + 1)
+    value, small = exact(strain), 1e-5
+    slope = STEP * (exact(strain + small) - exact(strain - small)) / (2.0 * small)
+    rise = np.diff(value, axis=0)
+    pieces = np.stack(
+        [value[:-1], slope[:-1], 3.0 * rise - 2.0 * slope[:-1] - slope[1:], slope[:-1] + slope[1:] - 2.0 * rise], axis=1
+    )
+    return Courses(pad_law.compression(block, bulk_modulus), pieces, pad_law.twist(block))
+
 
 HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
 """Compression, shear (travel over thickness) and tilt (rad) up to which the law is held against finite elements."""
@@ -105,10 +191,7 @@ class Pad:
         """What must hold the target at poses (n, 6; m, rad): force (N) and moment (N m) about the displaced middle of
         its near face, (n, 6) in board axes. NaN where the target has come down on the board.
         """
-        return self._held(self._motion(np.asarray(poses, dtype=float).reshape(-1, 6)))
-
-    def _motion(self, poses: Array) -> Motion:
-        return relative(poses, self.thickness, self._share)
+        return self._held(relative(np.asarray(poses, dtype=float).reshape(-1, 6), self.thickness, self._share))
 
     @cached_property
     def _share(self) -> float:
@@ -148,9 +231,13 @@ class Pad:
         return np.swapaxes((held[:, :6] - held[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
 
     def pose(
-        self, loads: Array, is_held: bool = False, at: Array | None = None, turns: Array | None = None,
+        self,
+        loads: Array,
+        is_held: bool = False,
+        at: Array | None = None,
+        turns: Array | None = None,
         is_stuck: bool = False,
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Poses (n, 6) under loads (n, 3): normal, towards the board, and shear along +x and +y (N); or (n, 6): force
         along x, y, z (N) and moment (N m) about the middle of the outermost face.
 

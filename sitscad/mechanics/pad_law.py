@@ -2,10 +2,15 @@
 
 Textbook terms carry it: the pressure of incompressible rubber between bonded plates (the torsion function of the face,
 Gent & Lindley 1959, Gent & Meinecke 1970), Lindley's large-strain law, shear and bending of a short column. What they
-leave open is fitted to our own finite elements (sitscad/mechanics/elements, pad_figures.csv): neo-Hookean,
-incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. A silicone of another
-exponent than 2 has factors on it (`ogden_law`). Lengths are in thicknesses, stresses in shear moduli, unless a
-docstring says otherwise.
+leave open is fitted to our own finite elements (sitscad/mechanics/elements.py, pad_figures.csv): neo-Hookean,
+incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. Lengths are in
+thicknesses, stresses in shear moduli, unless a docstring says otherwise.
+
+A silicone of another exponent than 2 has factors on it (`Ogden`): W = (2 mu / alpha^2) (sum of the stretches to the
+power alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: a bar's -(alpha - 2)/4 of the strain, and
+(alpha^2 - 4)/24 of the square of a shear. What a flat pad squeezes out is sheared by three (disc) to six (strip) times
+strain and place over thickness, whence 13 to 14 times the square of the shape factor. What they leave open is fitted to
+our own finite elements of exponents 2 to 4 (tests/validation/ogden_figures.csv).
 """
 
 from __future__ import annotations
@@ -18,11 +23,83 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.mechanics.film_law import Film, film_hardening, films
-from sitscad.mechanics.ogden_law import NEO_HOOKEAN, Ogden
 from sitscad.record import record
 
 Array = NDArray[np.float64]
 Number = TypeVar("Number", float, Array)
+
+NEO_HOOKEAN = 2.0
+"""The exponent with which nothing differs."""
+
+MOST_OBLONG = 1.0 / 3.0
+"""Oblongness (two to one) up to which the fit was made; held beyond."""
+
+
+@record
+class Ogden:
+    """How a pad of an exponent in a film of another differs by strain, from the pad's shape factor, how `round` and how
+    oblong (-1 to 1, see `pad_law.Block`) its face is, and how much of a wide rim it has (`rimmed`, 0 to 1).
+    """
+
+    exponent: float
+    skin_exponent: float
+    shape_factor: float
+    round: float = 0.0
+    oblong: float = 0.0
+    rimmed: float = 0.0
+
+    @property
+    def hardening(self) -> float:
+        """What the square of a shear adds to the force per shear: (alpha^2 - 4)/24, no unit."""
+        return (self.exponent * self.exponent - 4.0) / 24.0
+
+    @property
+    def film_hardening(self) -> float:
+        """What the square of a shear adds to a film's force per shear: no unit."""
+        return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
+
+    def pressure(self, strain: Number) -> Number:
+        """Factor on the pad's pressure."""
+        flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self._oblong**2)
+        linear = 0.272 * (1.0 - 0.22 * self.rimmed)
+        return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
+
+    def shear(self, strain: Number) -> Number:
+        """What is added to the pad's stiffness of shear, in parts of that at rest."""
+        flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self._oblong)
+        given_way = 1.0 - (strain / 0.43) ** 6
+        return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
+
+    def tilt(self, strain: Number) -> Number:
+        """Factor on the pad's stiffness of tilt: that of the slope of the pressure rather than its own."""
+        square = self.shape_factor**2
+        flat = 29.3 * square * (1.0 - 0.43 * self._oblong - 0.15 * self.round)
+        return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
+
+    def film_pressure(self, strain: Number) -> Number:
+        """Factor on what a film bears."""
+        return 1.0 + (2.2 * self.film_hardening + 1.4 * self.hardening) * strain * strain
+
+    def film_shear(self, strain: Number) -> Number:
+        """Factor on a film's stiffness of shear."""
+        linear = 0.31 * (self.skin_exponent - NEO_HOOKEAN)
+        return 1.0 - linear * strain + 11.3 * self.film_hardening * strain * strain
+
+    def film_tilt(self, strain: Number) -> Number:
+        """Factor on a film's stiffness of tilt."""
+        return 1.0 + (2.8 * self.film_hardening + 5.9 * self.hardening) * strain * strain
+
+    @property
+    def _oblong(self) -> float:
+        return min(max(self.oblong, -MOST_OBLONG), MOST_OBLONG)
+
+    def _more(self, strain: Number, linear: float, square: Number) -> Number:
+        # Softer at first, like a bar, then stiffer; below 2 stiffer, then softer, and never by all that there is.
+        more = self.hardening * square * strain * strain
+        if self.hardening < 0.0:
+            more = more / (1.0 - more)
+        return more - (self.exponent - NEO_HOOKEAN) * linear * strain
+
 
 MOST_STRAIN, LEAST_STRAIN = 0.40, -0.20
 """Compression beyond which the fitted courses stay where they are: an extrapolation that cannot turn back."""
@@ -148,19 +225,19 @@ def sigma(block: Block) -> float:
     Finite elements of 22 pads, 132 forces: 1.6 % root mean square of the converged, 2.5 % of all;
     pads left out of the fit 3 %. Rims, what a film bears and an exponent other than 2 add theirs.
     """
+
+    def part(value: float, bounds: tuple[float, float]) -> float:
+        """How far (0 to 1) a value has gone from one bound to the other."""
+        return min(max((value - bounds[0]) / (bounds[1] - bounds[0]), 0.0), 1.0)
+
     oblong = max(block.along, block.across) / min(block.along, block.across)
-    doubted = max(_part(block.shape_factor, DOUBTED_SHAPES), _part(oblong, DOUBTED_OBLONG))
+    doubted = max(part(block.shape_factor, DOUBTED_SHAPES), part(oblong, DOUBTED_OBLONG))
     of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3
     bare = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
     if not block.rim and not block.skin:
         return bare
     law = compression(block)
     return math.hypot(bare, RIM_SIGMA * -math.expm1(-block.rim / RIM_COUNTS), FILM_SIGMA * law.film.rest / law.at_rest)
-
-
-def _part(value: float, bounds: tuple[float, float]) -> float:
-    """How far (0 to 1) a value has gone from one bound to the other."""
-    return min(max((value - bounds[0]) / (bounds[1] - bounds[0]), 0.0), 1.0)
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:
@@ -306,9 +383,17 @@ def shear(block: Block) -> Shear:
     helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
     flat = min(a, 6.0)
     hardening = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4)
-    return Shear(stiffness, column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat,
-                 6.25 + 2.54 * flat, film, hardening, 40.0 * max(0.0, helped),
-                 film_hardening(block.skin_modulus) * film.rest, block.ogden)  # fmt: skip
+    return Shear(
+        stiffness,
+        column * helped * (1.0 + 0.066 * block.round),
+        2.43 - 0.815 * flat,
+        6.25 + 2.54 * flat,
+        film,
+        hardening,
+        40.0 * max(0.0, helped),
+        film_hardening(block.skin_modulus) * film.rest,
+        block.ogden,
+    )
 
 
 def tilt(block: Block) -> Tilt:

@@ -210,8 +210,9 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
     metal, sheet = board_heights(spec)[0] - (spec.mount.standoff if spec.mount else 0.0), shield_heights(spec)
     printed, placed = mount_tolerance(spec), _placed(layout, "mount")
     lowest = at["jaw"][1]
-    yield Corner("mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed,
-                 lowest - middle)  # fmt: skip
+    yield Corner(
+        "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed, lowest - middle
+    )
     if sheet:
         half = Toleranced(half_width(layout, sheet[0])) + _placed(layout, "shield")
         for level in at["shield"]:

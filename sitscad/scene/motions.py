@@ -53,9 +53,14 @@ BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180
 """What a bare number counts in: millimetres, degrees, newtons."""
 
 IN_HEADERS = {
-    "m": ("length", 1.0), "mm": ("length", 1e-3), "um": ("length", 1e-6), "rad": ("angle", 1.0),
-    "deg": ("angle", math.pi / 180.0), "N": ("force", 1.0), "mN": ("force", 1e-3),
-}  # fmt: skip
+    "m": ("length", 1.0),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "rad": ("angle", 1.0),
+    "deg": ("angle", math.pi / 180.0),
+    "N": ("force", 1.0),
+    "mN": ("force", 1e-3),
+}
 """Units that a CSV file's column may name after an underscore."""
 
 READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
@@ -120,9 +125,13 @@ LOWEST, HIGHEST = 1e4, 1e8
 
 
 def read_motions(
-    poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
-    load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
-) -> Motions:  # fmt: skip
+    poses: Iterable[str] = (),
+    pose_files: Iterable[str] = (),
+    loads: Iterable[str] = (),
+    load_files: Iterable[str] = (),
+    scans: Iterable[str] = (),
+    cases: Iterable[str] = (),
+) -> Motions:
     """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
 
     Raises MotionError for what cannot be read, OSError for a file that cannot be opened.

@@ -82,9 +82,11 @@ def reach(layout: Layout) -> Box:
         room = ROUND_HOLE
         points += [(*hole.at, hole.head / 2 + room) for hole in _placed(layout, pattern)]
     return (
-        min(x - r for x, _, r in points), min(y - r for _, y, r in points),
-        max(x + r for x, _, r in points), max(y + r for _, y, r in points),
-    )  # fmt: skip
+        min(x - r for x, _, r in points),
+        min(y - r for _, y, r in points),
+        max(x + r for x, _, r in points),
+        max(y + r for _, y, r in points),
+    )
 
 
 def _pattern(layout: Layout) -> HolePattern | None:

@@ -82,9 +82,16 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
     words = f"goes under the board, {in_mm(sheet.gap)} mm below its lower face"
     return (
         CutPart(
-            body.name, body.material, "rectangle", place.size, sheet.thickness, sheet.kerf, place, words,
+            body.name,
+            body.material,
+            "rectangle",
+            place.size,
+            sheet.thickness,
+            sheet.kerf,
+            place,
+            words,
         ),
-    )  # fmt: skip
+    )
 
 
 def encapsulation(layout: Layout) -> Body | None:

@@ -15,8 +15,7 @@ import sys
 
 from pad_figures import POSES, TILT
 
-from sitscad.mechanics.elements.mesh import Solid, fanned
-from sitscad.mechanics.elements.pad import Pad
+from sitscad.mechanics.elements import Pad, Solid, fanned
 
 WHAT = ("exponent", "skin_exponent")
 FEW = ((0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.4, -0.2, 0), (0.4, -0.2, TILT), (0.5, 0, 0))

@@ -15,8 +15,7 @@ import csv
 import math
 import sys
 
-from sitscad.mechanics.elements.mesh import Solid, fanned
-from sitscad.mechanics.elements.pad import Pad
+from sitscad.mechanics.elements import Pad, Solid, fanned
 
 TILT = math.radians(5.0)
 POSES = ((0, 0, 0), (0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.25, -0.3, 0), (0.4, -0.2, 0),

@@ -9,8 +9,7 @@ from tolerance import approx
 
 pytest.importorskip("ngsolve", reason="pip install sitscad[fe]")
 
-from sitscad.mechanics.elements.mesh import BOARD, FREE, MIDDLE, PLATE, Solid, fanned
-from sitscad.mechanics.elements.pad import Pad
+from sitscad.mechanics.elements import BOARD, FREE, MIDDLE, PLATE, Pad, Solid, fanned
 
 pytestmark = pytest.mark.slow
 SQUARE = Solid(4e-3, 4e-3, 2e-3)

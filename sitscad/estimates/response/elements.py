@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.response.pad import NoResponse, soft_pad
-from sitscad.mechanics.elements.mesh import Solid, fanned
-from sitscad.mechanics.elements.pad import Pad as Elements
+from sitscad.mechanics.elements import Pad as Elements
+from sitscad.mechanics.elements import Solid, fanned
 from sitscad.mechanics.pad import Pad
 from sitscad.spec.sensor import SensorSpec
 
