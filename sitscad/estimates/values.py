@@ -13,6 +13,7 @@ from sitscad.readout.conversion import Conversion
 from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State
+from sitscad.units import show
 
 
 @record
@@ -234,6 +235,15 @@ class ReadoutEstimate:
         return Conversion(
             self.device, self.reference_frequency, self.input_divider, self.rcount, self.output_gain, self.offsets
         )
+
+    @property
+    def result_in_words(self) -> str:
+        """Which part of a conversion results show; empty where they show all."""
+        conversion, device = self.conversion, self.device
+        if conversion is None or not device.has_gains:
+            return ""
+        step, gain = show(conversion.resolution, "Hz", 3), 2 ** device.gains[self.output_gain]
+        return f"{device.bits} of {device.count_bits} bits, a step of {step} (gain {gain})"
 
     @property
     def readable_rate(self) -> float | None:

@@ -45,7 +45,8 @@ def _numbers(load: Array) -> list[str]:
 def words(found: Calibration, plan: Plan) -> bytes:
     """What to do, and what each point buys."""
     scope, readings = found.sensors.range, int(usual("readings"))
-    rotation = found.sensors.rotation
+    rotation, device = found.sensors.rotation, found.sensors.conversion.device
+    made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
     lines = [
         f"Calibration of the sensor {found.map.sensor}",
@@ -53,7 +54,7 @@ def words(found: Calibration, plan: Plan) -> bytes:
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
-        f"   {readings} readings (counts) of every coil. The target is {ROTATIONS[rotation]}:",
+        f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in LOADING[rotation]),
         "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings look",
         "   like the other.",

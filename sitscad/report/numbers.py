@@ -278,6 +278,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
             f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {_clock(r)}, divider {r.reference_divider})",
         ],
         ["input divider", _count(r.input_divider)],
+        *([["result", f"{r.result_in_words}, OFFSETx {', '.join(map(str, r.offsets))}"]] if r.result_in_words else []),
         ["RCOUNT", _count(r.rcount)],
         ["SETTLECOUNT", _count(r.settle_count)],
         *_timing_rows(r, len(estimates.coils)),

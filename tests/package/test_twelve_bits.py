@@ -54,6 +54,9 @@ def test_registers_offsets_and_documents_agree(package, settings):
     assert [values["OFFSET0"], values["OFFSET1"]] == offsets == estimate["offsets"]
     assert (settings["result_bits"], settings["count_bits"], settings["result_shift"]) == (12, 16, 0)
     assert settings["device_id"] == 0x3054
+    said = "12 of 16 bits, a step of 1.22 kHz (gain 16)"
+    assert said in (package / "datasheet.html").read_text() and said in (package / "report.html").read_text()
+    assert "LDC1314_COUNTS of results" in (package / "calibration" / "plan.txt").read_text()
 
 
 def test_every_expected_frequency_has_its_result(settings):

@@ -83,6 +83,7 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
         ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
         ("converter", f"{readout.device.part}, {len(estimates.coils)} channel{'s' * (len(estimates.coils) > 1)}"),
+        *([("its result", readout.result_in_words)] if readout.result_in_words else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
