@@ -351,7 +351,8 @@ class Converter:
         """Addresses of a channel's result, upper register first and to be read in this order."""
         if not 0 <= channel < self.channels:
             raise ValueError(f"channel is {channel}; it must lie in 0 to {self.channels - 1}")
-        return tuple(2 * channel + k for k in range(len(self.result_words)))
+        found: tuple[int, ...] = self.register_map.data_addresses(channel, len(self.result_words))
+        return found
 
     def registers(
         self,

@@ -33,6 +33,11 @@ _CONFIG_FIXED = 1 << 12 | 1 << 10 | 0b00_0001
 current while the sensor starts."""
 
 
+def data_addresses(channel: int, words: int) -> tuple[int, ...]:
+    """Addresses of a channel's result of one or two registers (7.6.2 and on)."""
+    return tuple(2 * channel + word for word in range(words))
+
+
 def deglitch(highest_sensor_frequency: float) -> int:
     """DEGLITCH field: the narrowest input filter above the highest sensor frequency (Hz).
 
