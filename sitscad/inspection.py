@@ -1,4 +1,4 @@
-"""A spec as a path leads to it, checked and judged: what is held against it, whether it could be read or not, its
+"""A spec as a path leads to it, checked and judged: what it is judged by, whether it could be read or not, its
 picture, and its text with fixes written into it.
 """
 
@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from sitscad.checks import CheckResult, all_rules, mended
+from sitscad.checks import judged as reviewed
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.opening import STDIN, beginning, opened, policy_for
@@ -17,7 +18,6 @@ from sitscad.record import record
 from sitscad.remedy.budget import DECISIVE
 from sitscad.remedy.mending import Applied, RolledBack, mended_text
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
-from sitscad.review import Review
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import decoded
 from sitscad.spec.rules import SpecError
@@ -36,9 +36,9 @@ class Inspection:
 
 
 @record
-class Held:
-    """What is held against a spec beside its comments and the nearest configuration: patterns of rules that are
-    selected or ignored, and what was known before.
+class CheckOptions:
+    """What a spec is checked by beside its comments and the nearest configuration: patterns of rules that are selected
+    or ignored, and what was known before.
     """
 
     select: tuple[str, ...] = ()
@@ -46,12 +46,12 @@ class Held:
     baseline: Baseline | None = None
 
 
-ALL = Held()
+ALL = CheckOptions()
 """All rules, and nothing known before."""
 
 
 def inspect(
-    path: str, hints: str = DECISIVE, held: Held = ALL, draws: bool = False, draws_fit: bool = False
+    path: str, hints: str = DECISIVE, options: CheckOptions = ALL, draws: bool = False, draws_fit: bool = False
 ) -> Inspection:
     """Load, check and judge one spec (``-`` is standard input); what keeps it from being read is a finding too.
 
@@ -63,10 +63,10 @@ def inspect(
         spec = opened(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
-    return _inspected(spec, hints, policy, held, draws, draws_fit)
+    return _inspected(spec, hints, policy, options, draws, draws_fit)
 
 
-def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) -> Inspection:
+def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
     """Check a spec's text as it would stand at a path."""
     plain = decoded(text.encode("utf-8"))
     policy = policy_for(path)
@@ -74,19 +74,19 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, held: Held = ALL) 
         spec = load_text(plain, path, policy.profiles)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints, plain))
-    return _inspected(spec, hints, policy, held)
+    return _inspected(spec, hints, policy, options)
 
 
 def _inspected(
-    spec: SensorSpec, hints: str, policy: Policy, held: Held, draws: bool = False, draws_fit: bool = False
+    spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False
 ) -> Inspection:
     """One spec checked under a policy, with its pictures where they are wanted."""
     design = Design(spec)
-    checked = _checked(spec, Review(design, hints).result)
-    wanted = chosen_rules(all_rules(), held.select, held.ignore)
+    checked = _checked(spec, reviewed(design, hints))
+    wanted = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
-    checked = judged(checked, spec.source, all_rules(), policy, held.baseline)
+    checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
     drawn = fit_drawing(design, checked) if draws_fit else ""
     return Inspection(checked, _picture(design, checked) if draws else "", drawn)
 
@@ -182,7 +182,9 @@ class MendedSpec:
 NO_LINE_END = "\\ No newline at end of file"
 
 
-def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, held: Held = ALL) -> MendedSpec:
+def mend(
+    path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, options: CheckOptions = ALL
+) -> MendedSpec:
     """A spec with every fix that may be made, and makes it better; nothing is written. A path of ``-`` is standard
     input. One that is no text is only inspected.
     """
@@ -192,10 +194,10 @@ def mend(path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIV
         return MendedSpec(path, "", "", Inspection(unreadable(path, error, hints)))
 
     def said(of: str) -> CheckedSpec:
-        return inspect_text(of, path, hints, held).checked
+        return inspect_text(of, path, hints, options).checked
 
     def verdict(of: str) -> CheckedSpec:
-        return inspect_text(of, path, "none", held).checked
+        return inspect_text(of, path, "none", options).checked
 
     found = mended_text(text, said, may, verdict)
     tried = [one.remedy for one in found.rolled_back if not one.remedy.brings]

@@ -1,4 +1,5 @@
-"""Specs as paths lead to them: files, folders and standard input, each under the nearest configuration above it.
+"""Specs as paths lead to them: files, folders and standard input, each under the nearest configuration above it; and
+several of them at work in processes beside each other.
 
 No rule is loaded for that unless a configuration names one: a package that has not changed needs none.
 """
@@ -6,14 +7,18 @@ No rule is loaded for that unless a configuration names one: a package that has 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from sitscad.policy import Policy, nearest_policy
 from sitscad.report.findings import RuleTexts
 from sitscad.spec.load import load, load_text, read_text
 from sitscad.spec.reading import decoded
 from sitscad.spec.sensor import SensorSpec
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
 
 STDIN = "-"
 SHOWN = 1 << 18
@@ -51,7 +56,8 @@ def specs_in(paths: Sequence[str]) -> list[str]:
         if path == STDIN or not os.path.isdir(path):
             found.append(path)
             continue
-        below = [name for name in _yaml_files(path) if _is_spec(name)]
+        lines = ((name, beginning(name).splitlines()) for name in _yaml_files(path))
+        below = [name for name, each in lines if any(line.startswith("sitscad:") for line in each)]
         if not below:
             raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
         found += below
@@ -59,19 +65,15 @@ def specs_in(paths: Sequence[str]) -> list[str]:
 
 
 def _yaml_files(folder: str) -> list[str]:
+    """The YAML files in a folder and below, but for hidden folders and packages."""
     found = []
     for root, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith(".") and not _is_package(root, name))
+        kept = (
+            n for n in folders if not n.startswith(".") and not os.path.isfile(os.path.join(root, n, "manifest.json"))
+        )
+        folders[:] = sorted(kept)
         found += [os.path.join(root, name) for name in sorted(files) if name.lower().endswith((".yaml", ".yml"))]
     return found
-
-
-def _is_package(root: str, name: str) -> bool:
-    return os.path.isfile(os.path.join(root, name, "manifest.json"))
-
-
-def _is_spec(path: str) -> bool:
-    return any(line.startswith("sitscad:") for line in beginning(path).splitlines())
 
 
 def beginning(path: str) -> str:
@@ -83,3 +85,28 @@ def beginning(path: str) -> str:
             return stream.read(SHOWN).decode("utf-8", errors="replace")
     except (OSError, ValueError):
         return ""
+
+
+def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
+    """What `work` makes of every one of some values, in their order; `jobs` processes at most (the processors if None).
+
+    With one process, or one value, the work is done here. `work`, values and results have to be picklable; an exception
+    of any of them is raised here, at its place in the order.
+    """
+    try:
+        processors = len(os.sched_getaffinity(0))
+    except AttributeError:  # pragma: no cover - not Linux
+        processors = os.cpu_count() or 1
+    wanted = min(jobs or processors, len(given))
+    if wanted <= 1:
+        yield from map(work, given)
+        return
+    from concurrent.futures import ProcessPoolExecutor  # only where there are several
+
+    with ProcessPoolExecutor(wanted) as pool:
+        running = [pool.submit(work, value) for value in given]
+        try:
+            yield from (each.result() for each in running)
+        finally:
+            for each in running:
+                each.cancel()

@@ -10,8 +10,8 @@ import pytest
 import sitscad
 import sitscad.estimates
 import sitscad.layout
+from sitscad.checks import judged
 from sitscad.design import ROOM_TEMPERATURE, Design
-from sitscad.review import Review
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 WORKED_EXAMPLE = "grasper_3p5mm"
@@ -52,7 +52,7 @@ def test_nothing_is_made_before_it_is_asked_for(made):
 def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
     """But for a hint of a note that was tried: another silicone, on the board that is laid out."""
     design = template(name)
-    review = Review(design)
+    review = judged(design)
     assert review.ok and review.findings and review.signals
     tried = sum("(it was tried)" in finding.hint for finding in review.findings)
     assert tried == (name == "grasper_4layer")
@@ -62,14 +62,14 @@ def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
 
 
 def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
-    review = Review(template(WORKED_EXAMPLE), hints="none")
-    assert not review.ok and review.not_checked == review.result.not_checked
+    review = judged(template(WORKED_EXAMPLE), hints="none")
+    assert not review.ok and review.not_checked
     assert made == {"arrange": 1, "estimated": 1}
 
 
 def test_a_build_takes_the_design_that_was_reviewed(made, tmp_path):
     design = template("single_coil")
-    assert Review(design).ok
+    assert judged(design).ok
     assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
     assert made == {"arrange": 1, "estimated": 1}
 
@@ -80,7 +80,6 @@ def test_a_bare_design_is_the_same_without_its_text():
     assert design.bare.spec == design.bare.bare.spec
 
 
-def test_a_review_says_what_check_says():
+def test_a_design_that_is_judged_says_what_check_says():
     spec = sitscad.load(TEMPLATES / "single_coil.yaml")
-    review = sitscad.Review(sitscad.Design(spec))
-    assert review.result == sitscad.check(spec)
+    assert judged(sitscad.Design(spec)) == sitscad.check(spec)

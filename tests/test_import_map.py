@@ -34,7 +34,6 @@ MAY_IMPORT = {
         "mechanics",
         "physics", "design", "remedy", "fabrication",
     },
-    "review": {"finding", "measured", "spec", "estimates", "design", "remedy", "checks"},
     "fabrication": {"units", "geometry", "spec", "layout", "scene"},
     "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
@@ -52,24 +51,22 @@ MAY_IMPORT = {
     },
     "extraction": {"units", "finding"},
     "package": {
-        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design", "review",
+        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design",
         "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy", "calibration",
     },
     "policy": {"finding", "spec", "report"},
-    "processes": set(),
     "opening": {"spec", "checks", "policy", "report"},
     "inspection": {
-        "opening", "finding", "policy", "spec", "scene", "design", "checks", "remedy", "review", "drawing", "papers",
-        "report",
+        "opening", "finding", "policy", "spec", "scene", "design", "checks", "remedy", "drawing", "papers", "report",
     },
-    "schemas": {"spec"},
     "plugins": {"finding", "design", "checks", "writer"},
-    "cli": {"", "finding"},
+    "cli": {
+        "", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design", "scene",
+    },
     "__main__": {"cli"},
     "__init__": {
-        "opening", "finding", "measured", "spec", "layout", "interchange", "scene", "parts", "estimates", "design",
-        "checks", "review", "formats", "package", "report", "inspection", "schemas", "policy",
-        "processes", "plugins", "writer", "calibration",
+        "finding", "measured", "spec", "layout", "interchange", "parts", "estimates", "design", "checks", "formats",
+        "package", "plugins", "writer", "calibration",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

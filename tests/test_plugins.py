@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 import sitscad
+from sitscad.checks import all_rules
 from sitscad.checks.rules import NEEDS
 from sitscad.cli import cli, run
 from sitscad.spec import templates
@@ -134,8 +135,8 @@ def test_the_pages_plugin_and_profile_work_as_shown(tmp_path, spec):
 def test_a_file_is_used_once_however_often_it_is_named(spec):
     for _ in range(3):
         sitscad.use_plugin(EXAMPLE)
-    assert [rule.id for rule in sitscad.all_rules()].count("LAB001") == 1
-    assert len(sitscad.RULES) == len(sitscad.all_rules()) - 1
+    assert [rule.id for rule in all_rules()].count("LAB001") == 1
+    assert len(sitscad.RULES) == len(all_rules()) - 1
 
 
 @pytest.mark.parametrize(
@@ -161,7 +162,7 @@ def test_what_is_no_plugin_is_refused_by_name(plugin, text, values, said):
     file = plugin(text, **values)
     with pytest.raises(sitscad.PluginError, match=f"own.py: .*{said}"):
         sitscad.use_plugin(file)
-    assert sitscad.all_rules() == sitscad.RULES
+    assert all_rules() == sitscad.RULES
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):

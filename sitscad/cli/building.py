@@ -10,11 +10,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import sitscad
-from sitscad.cli.asking import BASELINE, JOBS, PLUGIN, Example, Names, baseline_of, specs_of, tell_of_strangers
-from sitscad.cli.telling import print_result, progress, say, show_findings
+from sitscad.cli.terminal import (
+    BASELINE,
+    JOBS,
+    PLUGIN,
+    Example,
+    Names,
+    baseline_of,
+    coloured,
+    print_result,
+    say,
+    show_findings,
+    specs_of,
+    warn_of_unknown_specs,
+)
 
 if TYPE_CHECKING:
-    from sitscad import BuildResult, Policy, SensorSpec
+    from sitscad import BuildResult, SensorSpec
+    from sitscad.policy import Policy
 
 
 @click.command(cls=Example, example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
@@ -50,42 +63,48 @@ def build(
     An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
     be read or a package cannot be written.
     """
+    from sitscad.opening import each_of, opened, policy_for
+    from sitscad.package import require_distinct_names
+
     loaded, code = [], 0
     for path in specs_of(specs):
         try:
-            policy = sitscad.policy_for(path)
-            loaded.append((sitscad.opened(path, policy), policy))
+            policy = policy_for(path)
+            loaded.append((opened(path, policy), policy))
         except sitscad.SpecError as error:
-            show_findings([sitscad.unreadable(path, error)])
+            from sitscad.inspection import unreadable
+
+            show_findings([unreadable(path, error)])
             code = 2
-    sitscad.require_distinct_names([spec for spec, _ in loaded])
+    require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()
     asked: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
-    if check:
-        work = functools.partial(_compare_one, **asked)
-    else:
-        work = functools.partial(_build_one, **asked, force=force, progress=progress if alone else None)
-    again = _options(output, only, baseline)
-    for result in sitscad.each_of(work, loaded, jobs):
-        tell_of_strangers(asked["baseline"], [result.checked])
+    if not check:
+        asked |= {"force": force, "progress": _progress if alone else None}
+    given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
+    again = "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
+    for result in each_of(functools.partial(_made, check, **asked), loaded, jobs):
+        warn_of_unknown_specs(asked["baseline"], [result.checked])
         code = max(code, _told(result, only or (), again, len(loaded) > 1))
     return code
 
 
-def _options(output: str, only: tuple[str, ...] | None, baseline: str | None) -> str:
-    """The options that a build was asked for, as they are written."""
-    given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
-    return "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
+def _made(compares: bool, asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
+    """One package, built or compared with what a build would make."""
+    from sitscad.package import stale
 
-
-def _build_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     spec, policy = asked
-    return sitscad.build(spec, **how, policy=policy)
+    return stale(spec, **how, policy=policy) if compares else sitscad.build(spec, **how, policy=policy)
 
 
-def _compare_one(asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
-    spec, policy = asked
-    return sitscad.stale(spec, **how, policy=policy)
+def _progress(stage: str, outcome: str, seconds: float) -> None:
+    """A line a stage on a terminal, overwritten when the stage is done."""
+    colour = coloured(sys.stderr)
+    if outcome == "start":
+        click.echo(f"  {stage} ...", err=True, nl=False)
+    else:
+        text = click.style(f"{outcome:<8}", fg="green" if outcome == "made" else None, dim=outcome != "made")
+        click.echo(f"\r  {stage:<9} {text if colour else f'{outcome:<8}'} {seconds:6.2f} s", err=True, color=colour)
 
 
 def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool) -> int:
@@ -111,16 +130,11 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool) -
         say(f"{result.directory} was built in spite of errors and is marked as forced")
     for stage, why in result.missing(only).items():
         say(f"{result.directory} has no {stage}: {why}")
-    print_result(_built(result))
-    return 0 if result.written else result.checked.exit_code
-
-
-def _built(result: BuildResult) -> str:
-    """One line: where the package is and what was done for it."""
     files = sum(stage.files for stage in result.stages) + 1
     done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
     words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
-    return f"{result.directory}: {files} files ({'unchanged' if result.is_unchanged else words})"
+    print_result(f"{result.directory}: {files} files ({'unchanged' if result.is_unchanged else words})")
+    return 0 if result.written else result.checked.exit_code
 
 
 @click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")

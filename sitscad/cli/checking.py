@@ -5,37 +5,44 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
 
-import sitscad
-from sitscad.cli.asking import (
+from sitscad.cli.terminal import (
     BASELINE,
     JOBS,
     PLUGIN,
     Example,
     Names,
     baseline_of,
+    counted,
+    layout_of,
+    print_result,
     require_rule,
     row_of,
+    say,
+    show_findings,
     specs_of,
-    tell_of_strangers,
+    warn_of_unknown_specs,
 )
-from sitscad.cli.telling import counted, manner, print_result, say, show_findings
-from sitscad.finding import Finding, Remedy, Severity
+from sitscad.finding import Severity
 
 if TYPE_CHECKING:
-    from sitscad import CheckedSpec, Held, Inspection, MendedSpec
+    from sitscad.inspection import Inspection, MendedSpec
+    from sitscad.report.findings import CheckedSpec
 
 
 @click.command(cls=Example, example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option(
-    "--format", "format_name", default="text", show_default=True, metavar="text|json|sarif|junit|github",
+    "--format",
+    "format_name",
+    default="text",
+    show_default=True,
+    metavar="text|json|sarif|junit|github",
     help="For people, programs, code hosts, CI servers, GitHub Actions.",
-)  # fmt: skip
+)
 @click.option("--select", type=Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=Names(), default=(), help="Not these rules.")
 @click.option("--strict", is_flag=True, help="As --fail-on warning.")
@@ -94,18 +101,26 @@ def check(
     Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
     With --fix it is that of what is left; with --diff at least 1 where there is something to change.
     """  # noqa: D301 - click asks for the control character itself
-    show = row_of(sitscad.FINDING_FORMATS, format_name, "--format")
+    from sitscad.checks import HINTS, all_rules
+    from sitscad.inspection import CheckOptions, inspect, mend
+    from sitscad.opening import each_of
+    from sitscad.report.findings import FINDING_FORMATS
+
+    show = row_of(FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
         require_rule(pattern)
-    hints = row_of({name: name for name in sitscad.HINTS}, hints or ("full" if unsafe_fixes else "decisive"), "--hints")
+    hints = row_of({name: name for name in HINTS}, hints or ("full" if unsafe_fixes else "decisive"), "--hints")
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
-    held, paths = sitscad.Held(select, ignore, baseline_of(baseline)), specs_of(specs)
+    options, paths = CheckOptions(select, ignore, baseline_of(baseline)), specs_of(specs)
     drawings = _drawings(picture, paths, fix or diff)
-    draws = bool(_summary_path(format_name))
-    mended = _mended(paths, hints, held, unsafe_fixes) if fix or diff else []
-    work = functools.partial(sitscad.inspect, hints=hints, held=held, draws=draws, draws_fit=bool(drawings))
-    inspected = [each.inspection for each in mended] or list(sitscad.each_of(work, paths, jobs))
+    # where GitHub Actions wants the page of a job; empty where nobody does
+    page = os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
+    mended = []
+    if fix or diff:
+        mended = [mend(path, lambda _, remedy: unsafe_fixes or remedy.is_safe, hints, options) for path in paths]
+    work = functools.partial(inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings))
+    inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
         if not diff:
@@ -117,9 +132,13 @@ def check(
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)
     else:
-        print_result(show(checked, manner(sys.stdout, weight, verbose)))
-    tell_of_strangers(held.baseline, checked)
-    _append_job_summary(_summary_path(format_name), inspected)
+        # paths count from the repository's root where a CI server says which it is
+        root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
+        asked = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose}
+        print_result(show(checked, layout_of(sys.stdout, **asked)))
+    warn_of_unknown_specs(options.baseline, checked)
+    if page:
+        _append_job_summary(page, inspected)
     for path, drawn in zip(drawings, inspected, strict=False):
         _draw(path, drawn)
     code = max(*(spec.exit_code for spec in checked), int(diff and any(each.diff for each in mended)))
@@ -150,8 +169,10 @@ def _draw(path: str, inspected: Inspection) -> None:
     if not inspected.drawing:
         say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
+    from sitscad.package import write_file
+
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-    sitscad.write_file(path, inspected.drawing.encode("utf-8"))
+    write_file(path, inspected.drawing.encode("utf-8"))
     say(f"{inspected.checked.path}: drawn in {path}")
 
 
@@ -177,21 +198,14 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
         raise click.UsageError("--fix takes standard input (-) alone.")
 
 
-def _mended(specs: Iterable[str], hints: str, held: Held, unsafe: bool) -> list[MendedSpec]:
-    """The specs with all fixes of the chosen rules that may be made."""
-
-    def may(_: Finding, remedy: Remedy) -> bool:
-        return unsafe or remedy.is_safe
-
-    return [sitscad.mend(path, may, hints, held) for path in specs]
-
-
 def _write(mended: MendedSpec) -> None:
     """Write a mended spec over its file, and say what was mended."""
     if mended.after == mended.before:
         return
     if mended.path != "-":
-        sitscad.write_file(mended.path, mended.after.encode("utf-8"))
+        from sitscad.package import write_file
+
+        write_file(mended.path, mended.after.encode("utf-8"))
     for line in mended.words.splitlines():
         say(f"{mended.path}: {line}")
 
@@ -200,19 +214,14 @@ SUMMARY_LIMIT = 1_000_000
 """Bytes of a job's page: GitHub takes one mebibyte a step and drops the whole page of a longer one."""
 
 
-def _summary_path(format_name: str) -> str:
-    """Where GitHub Actions wants the page of a job; empty where nobody does."""
-    return os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
-
-
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
-    """Write the page of the job where one is wanted; pictures go first where it would be too long."""
-    if not path:
-        return
+    """Write the page of a job; pictures go first where it would be too long."""
+    from sitscad.report.findings.github import job_summary
+
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}
     for drawn in (pictures, {}):
-        page = sitscad.job_summary(checked, drawn).encode("utf-8")
+        page = job_summary(checked, drawn).encode("utf-8")
         if len(page) <= SUMMARY_LIMIT:
             break
     with open(path, "ab") as stream:

@@ -1,14 +1,26 @@
-"""`sitscad estimate`: the electrical numbers."""
+"""`sitscad estimate`, `response` and `calibrate`: the electrical numbers, what the coils read when the target moves or
+is pushed, and the map from readings to forces.
+"""
 
 from __future__ import annotations
 
+import os
 import sys
 
 import click
 
 import sitscad
-from sitscad.cli.asking import Example, Tolerance, row_of
-from sitscad.cli.telling import coloured, print_result, say, told_errors
+from sitscad.cli.terminal import (
+    Example,
+    Tolerance,
+    coloured,
+    counted,
+    exit_code_of,
+    print_result,
+    row_of,
+    say,
+    spec_of,
+)
 
 
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
@@ -46,13 +58,18 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
     """  # noqa: D301 - click asks for the control character itself
-    show = row_of(sitscad.ESTIMATE_FORMATS, format_name, "--format")
+    from sitscad.estimates import METHODS
+    from sitscad.inspection import as_configured, unreadable
+    from sitscad.opening import opened, policy_for
+    from sitscad.report.numbers import ESTIMATE_FORMATS
+
+    show = row_of(ESTIMATE_FORMATS, format_name, "--format")
     if method is not None:
-        row_of({row.name: row for row in sitscad.METHODS}, method, "--method")
+        row_of({row.name: row for row in METHODS}, method, "--method")
     try:
-        loaded = sitscad.opened(spec, sitscad.policy_for(spec))
+        loaded = opened(spec, policy_for(spec))
     except sitscad.SpecError as error:
-        unread = sitscad.unreadable(spec, error)
+        unread = unreadable(spec, error)
         print_result(show(spec, None, unread, coloured(sys.stdout), None, ()))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
@@ -63,7 +80,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None)
-    checked = sitscad.as_configured(loaded, result)
+    checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = design.performance if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal))
@@ -71,4 +88,192 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     if tolerance is not None and worst.inductance_error > tolerance:
         asked = f"the method {method} does not meet" if method else "no method meets"
         say(f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}")
-    return told_errors(checked, spec)
+    return exit_code_of(checked, spec)
+
+
+@click.command(cls=Example, example="sitscad response sensor.yaml --pose z=-0.2,ry=1 --load normal=4.8,shear_x=1")
+@click.argument("spec", type=click.Path())
+@click.option("--pose", "poses", multiple=True, metavar="x=0.5,...", help="A pose: x, y, z (mm), rx, ry, rz (degrees).")
+@click.option("--poses", "pose_files", multiple=True, metavar="FILE", help="Poses of a CSV file; x_m or rx_rad for SI.")
+@click.option("--load", "loads", multiple=True, metavar="normal=4.8,...", help="A load: normal, shear_x, shear_y (N).")
+@click.option("--loads", "load_files", multiple=True, metavar="FILE", help="Loads of a CSV file.")
+@click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
+@click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
+@click.option(
+    "--method",
+    default="law",
+    show_default=True,
+    metavar="law|finite-elements",
+    help="How loads become poses; finite elements are slow.",
+)
+@click.option(
+    "--frequency",
+    metavar="FREQUENCY",
+    help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
+)
+@click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
+@click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
+@click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
+def response(
+    spec: str,
+    poses: tuple[str, ...],
+    pose_files: tuple[str, ...],
+    loads: tuple[str, ...],
+    load_files: tuple[str, ...],
+    scans: tuple[str, ...],
+    cases: tuple[str, ...],
+    method: str,
+    frequency: str | None,
+    tolerance: float | None,
+    jacobian: bool,
+    performance: bool,
+    format_name: str,
+    output: str | None,
+) -> int:
+    """Print what the coils read at poses and under loads.
+
+    Any number of poses, loads, files and scans; at rest where none is given. Points come in this order: poses, files
+    of poses, scans over poses, loads, files of loads, scans over loads, load cases (--case scissor, --case all). A scan
+    is the product of its ranges, the last one fastest.
+
+    \b
+    Axes and words:
+      x, y, z        how far the centre of the target's near face has gone from
+                     rest: x along the jaw towards the tail, y across, z away
+                     from the board. A press is a negative z.
+      rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
+                     a positive ry brings its +x side nearer to the board.
+      normal         force towards the board, positive; shear_x and shear_y push
+                     along +x and +y. The target tilts as it likes; with
+                     rotation=held a flat face keeps it level, as in data sheets
+                     and calibrations.
+      L, R           what the converter sees at the contacts, with everything
+                     around and the other coils idle.
+      by target      what the target alone changes of the winding's inductance.
+      +-             stated error of that, relative to the larger of it and 1 %
+                     of the free winding's inductance.
+      counts         of the converter, as its header in firmware/ makes them of
+                     results: in proportion to the frequency.
+      Rp             parallel resistance of the tank.
+
+    \b
+    What the sensor feels (--performance), at rest, half and full load:
+      range          how far the axis goes, and what ends it first.
+      noise          one sigma of the converter's noise, in force.
+      nonlinear      distance from the best straight line, of the range.
+      crosstalk      error per full scale of another axis, of the range, after
+                     the curved map (the data sheet has both).
+      error          the largest of the errors by cause, one sigma, that neither
+                     tare nor calibration takes away: also what shear does that
+                     the array does not measure. What a calibration leaves from
+                     unit to unit stands in the data sheet and in plan.txt.
+      condition      of the map from loads to frequencies, in full scales: 1 is
+                     best, far above 10 one axis is hardly told from another.
+
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has nothing
+    that could respond.
+    """  # noqa: D301 - click asks for the control character itself
+    from sitscad.design import respond_to
+    from sitscad.inspection import as_configured
+    from sitscad.package import write_file
+    from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
+    from sitscad.scene.motions import LOAD_METHODS, MotionError, frequency_of, read_motions
+
+    show = row_of(RESPONSE_FORMATS, format_name, "--format")
+    row_of(dict.fromkeys(LOAD_METHODS), method, "--method")
+    ending = os.path.splitext(output or "")[1].lower()
+    if output:
+        row_of(dict.fromkeys(RESPONSE_FILES), ending, "-o")
+    try:
+        motions = read_motions(poses, pose_files, loads, load_files, scans, cases)
+        at = frequency_of(frequency) if frequency else None
+    except MotionError as error:
+        raise click.UsageError(str(error)) from error
+    for words in motions.passed_over:
+        say(words)
+    loaded = spec_of(spec)
+    if loaded is None:
+        return 2
+    design = sitscad.Design(loaded)
+    progress = _points if sys.stderr.isatty() and len(motions) > MANY else None
+    try:
+        found = respond_to(design, motions, at, tolerance, progress, jacobian, method != "law")
+    except sitscad.NoResponse as error:
+        raise click.UsageError(f"{spec}: {error}") from error
+    felt = design.performance if performance else None
+    if output:
+        write_file(output, response_file(spec, found, ending, felt))
+        say(f"wrote {output}: {counted(len(found), 'point')}")
+    else:
+        print_result(show(spec, found, coloured(sys.stdout), felt))
+    result = sitscad.check(loaded, design.layout, design.estimates)
+    return exit_code_of(as_configured(loaded, result), spec)
+
+
+MANY = 200
+"""Points from which on progress is shown."""
+
+
+def _points(done: int, of: int) -> None:
+    """How far a response is, on one line of a terminal."""
+    click.echo(f"\r  {done} of {of} poses solved" + ("\n" if done >= of else ""), err=True, nl=False)
+
+
+@click.command(cls=Example, example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
+@click.argument("spec", type=click.Path())
+@click.argument("data", required=False, type=click.Path())
+@click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
+@click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
+@click.option(
+    "--rotation",
+    metavar="held|free",
+    help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
+)
+def calibrate(spec: str, data: str | None, output: str | None, points: int, rotation: str | None) -> int:
+    """Plan a calibration, or fit the points of DATA.
+
+    Without DATA it writes plan.csv, the loads that tell most, and plan.txt, how to take them; and the map from counts
+    to newtons of the sensor as it is drawn, with the error that it has on sensors as they are made.
+
+    DATA is that table filled in, or another: a CSV file whose header names loads (normal_N, shear_x_N, shear_y_N) or
+    poses from rest (x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg), and every coil with its unit (C1_counts, C1_Hz, C1_uH).
+    A row without load is the tare; every row goes with the tare before it. Three points beside it at least, five to
+    ten serve well.
+
+    The model's few unknowns are fitted first (gap, offsets, tilts, modulus, coils, capacitors), held by the scatter of
+    manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
+    give are refused, with file:line:column.
+
+    \b
+    Files:
+      calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
+      example.c         a program that calls it: counts in, newtons out.
+      calibration.json  the same for programs; sitscad.map_of reads it.
+      calibration.html  errors, unknowns, every point and what is left of it.
+      plan.csv, .txt    the points to take (without DATA).
+
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, or
+    there is nothing to calibrate.
+    """  # noqa: D301 - click asks for the control character itself
+    from sitscad.inspection import as_configured
+    from sitscad.report.calibration import calibration_text
+
+    if rotation not in (None, "held", "free"):
+        raise click.BadParameter(f"{rotation!r} is not one of held, free", param_hint="--rotation")
+    loaded = spec_of(spec)
+    if loaded is None:
+        return 2
+    design = sitscad.Design(loaded)
+    try:
+        found = sitscad.calibrate(design, data, rotation=rotation, points=points)
+    except sitscad.BenchError as error:
+        say(str(error))
+        return 2
+    except sitscad.NoResponse as error:
+        raise click.UsageError(f"{spec}: {error}") from error
+    for path in sitscad.write_calibration(found, output or f"{loaded.name}-calibration"):
+        say(f"wrote {path}")
+    print_result(calibration_text(found))
+    return exit_code_of(as_configured(loaded, sitscad.check(loaded, design.layout, design.estimates)), spec)

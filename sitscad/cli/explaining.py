@@ -1,14 +1,40 @@
-"""`sitscad explain`, `rules` and `schema`: what sitscad itself knows."""
+"""`sitscad new`, `explain`, `rules` and `schema`: a spec to start from, and what sitscad itself knows."""
 
 from __future__ import annotations
 
+import functools
 import json
 
 import click
 
 import sitscad
-from sitscad.cli.asking import PLUGIN, Example, require_rule, row_of
-from sitscad.cli.telling import print_result
+from sitscad.cli.terminal import PLUGIN, Example, print_result, require_rule, row_of, say
+
+
+@click.command(cls=Example, example="sitscad new grasper_4layer -o sensor.yaml")
+@click.argument("template", required=False)
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="The file to write (default: TEMPLATE.yaml).")
+@click.option("--list", "list_them", is_flag=True, help="List the templates and write nothing.")
+@click.option("--force", is_flag=True, help="Write over an existing file.")
+def new(template: str | None, output: str | None, list_them: bool, force: bool) -> int:
+    """Write a commented spec to start from.
+
+    TEMPLATE is grasper_4layer unless another is named; --list names them all.
+    """
+    from sitscad.package import list_templates, write_schema, write_template
+
+    if list_them:
+        described = list_templates()
+        width = max(map(len, described), default=0)
+        print_result("\n".join(f"{name:<{width}}  {text}" for name, text in described.items()))
+        return 0
+    named = {} if template is None else {"name": template}
+    path = write_template(path=output, force=force, **named)
+    print_result(str(path))
+    if (schema := write_schema(path.parent)) is not None:
+        say(f"wrote {schema}, from which editors complete and validate specs")
+    say(f"wrote {path}; next: sitscad check {path}")
+    return 0
 
 
 @click.command(cls=Example, example="sitscad explain SIT201")
@@ -35,7 +61,10 @@ def rules(format_name: str) -> int:
 
     json and markdown have all its texts.
     """
-    print_result(row_of(sitscad.RULE_FORMATS, format_name, "--format")(tuple(sitscad.all_rules())))
+    from sitscad.checks import all_rules
+    from sitscad.report.rules import RULE_FORMATS
+
+    print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
     return 0
 
 
@@ -53,5 +82,12 @@ def schema(document: str) -> int:
 
     Editors complete and validate from it. --of prints that of what `check` or `calibrate` write for programs.
     """
-    print_result(json.dumps(row_of(sitscad.SCHEMAS, document, "--of")(), indent=1))
+    from sitscad.data import json_file
+
+    made = {
+        "spec": sitscad.json_schema,
+        "check": functools.partial(json_file, "check.schema"),
+        "calibration": functools.partial(json_file, "calibration.schema"),
+    }
+    print_result(json.dumps(row_of(made, document, "--of")(), indent=1))
     return 0

@@ -1,18 +1,17 @@
 """Behind `build`, `verify` and `new`: the only package of sitscad that writes files.
 
 `building` sees whether anything has to be done, `stages` decides what is made and what can be kept, `folder` writes a
-package so that it is replaced as a whole or not at all, `one_file` a file alone, `manifest` says what is in it and from
-what it was made, `verification` reads one back, and `template` hands out the example specs. Only `folder`, `one_file`
-and `template` touch the disk for writing.
+package so that it is replaced as a whole or not at all, and a file alone, `manifest` says what is in it and from what
+it was made, `verification` reads one back, and `template` hands out the example specs. Only `folder` and `template`
+touch the disk for writing.
 """
 
 from __future__ import annotations
 
 from sitscad.package.building import build, require_distinct_names, stale
-from sitscad.package.folder import PackageError
-from sitscad.package.one_file import write_file
+from sitscad.package.folder import PackageError, write_file
+from sitscad.package.manifest import BuildResult, StageResult
 from sitscad.package.template import list_templates, write_schema, write_template
-from sitscad.package.values import BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
 from sitscad.writer import STAGES
 

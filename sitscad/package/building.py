@@ -24,14 +24,21 @@ from sitscad.package.folder import (
     set_aside,
     write_files,
 )
-from sitscad.package.manifest import MANIFEST, Entry, Manifest, foreign_files, intact, made_from, read_manifest, sha256
-from sitscad.package.values import (
+from sitscad.package.manifest import (
     CHECK_STAGE,
     KERNELS,
+    MANIFEST,
     SOLID_STAGES,
     BuildResult,
+    Entry,
+    Manifest,
     Progress,
     StageResult,
+    foreign_files,
+    intact,
+    made_from,
+    read_manifest,
+    sha256,
     unplotted,
     version_of,
 )
@@ -48,7 +55,7 @@ FINDINGS = "findings.json"
 
 
 @record
-class Asked:
+class BuildRequest:
     """What a build is asked for, besides the spec."""
 
     spec: SensorSpec
@@ -99,14 +106,14 @@ def build(
     MissingExtra
         when a stage needs a package that is not installed; the text says which stages do without.
     """
-    asked, design = _asked(spec, out, only, force, policy, baseline)
+    asked, design = _request(spec, out, only, force, policy, baseline)
     left_out = {} if only is not None else unplotted(asked.spec)
     asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out))
     result = _build(asked, design or asked.spec, progress or (lambda *_: None))
     return dataclasses.replace(result, left_out=left_out) if left_out and result.written else result
 
 
-def _build(asked: Asked, spec: SensorSpec | Design, report: Progress) -> BuildResult:
+def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress) -> BuildResult:
     """The package as it is asked for; as `build`."""
     directory = asked.directory
     before = _require_ours(directory)
@@ -152,7 +159,7 @@ def stale(
     changed by hand; of a package that was built with another `only`, first the parts that it was built without. Errors
     in the checks are in ``checked``; a package that was built in spite of them is compared as such. Raises as `build`.
     """
-    asked, design = _asked(spec, out, only, True, policy, baseline)
+    asked, design = _request(spec, out, only, True, policy, baseline)
     old = _require_ours(asked.directory)
     if only is None:
         asked = dataclasses.replace(asked, wanted=asked.wanted - set(unplotted(asked.spec)))
@@ -164,24 +171,28 @@ def stale(
     made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force)
     lacking = _lacking(old, made.entries)
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
-    differing = (*_built_without(old, lacking), *_differing(asked.directory, old, files))
-    return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=differing)
+    differing = _differing(asked.directory, old, files)
+    if lacking:
+        names = ", ".join(f"{stage} ({count} file{'s' * (count > 1)})" for stage, count in lacking.items())
+        known = ",".join(stage for stage in STAGES if stage in old.built_for)
+        differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
+    return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))
 
 
-def _asked(
+def _request(
     spec: SensorSpec | Design,
     out: str | Path,
     only: Iterable[str] | None,
     force: bool,
     policy: Policy | None,
     baseline: Baseline | None,
-) -> tuple[Asked, Design | None]:
+) -> tuple[BuildRequest, Design | None]:
     own, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
     directory = Path(out) / require_package_name(own.name)
-    return Asked(own, directory, _require_stages(only), force, policy or Policy(), baseline), design
+    return BuildRequest(own, directory, _require_stages(only), force, policy or Policy(), baseline), design
 
 
-def _unchanged(asked: Asked, old: Manifest, key: str) -> BuildResult | None:
+def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
     """The result for a package that was made from the same, whole and with all that is wanted; None for others.
 
     One that was built in spite of errors, or in which they are silenced, is always judged anew.
@@ -198,13 +209,11 @@ def _unchanged(asked: Asked, old: Manifest, key: str) -> BuildResult | None:
         return None
     source = asked.spec.source
     checked = read_findings(contents[FINDINGS], source.path, source.text)
-    return None if checked is None else BuildResult(directory, checked, True, tuple(_kept(old)), is_unchanged=True)
-
-
-def _kept(old: Manifest) -> Iterable[StageResult]:
-    for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1]):
-        count = len(old.of_stage(stage))
-        yield StageResult(stage, "kept" if count else "none", count, 0.0)
+    if checked is None:
+        return None
+    counts = {stage: len(old.of_stage(stage)) for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1])}
+    kept = (StageResult(stage, "kept" if count else "none", count, 0.0) for stage, count in counts.items())
+    return BuildResult(directory, checked, True, tuple(kept), is_unchanged=True)
 
 
 def _stages_of(old: Manifest) -> frozenset[str]:
@@ -218,14 +227,7 @@ def _lacking(old: Manifest, entries: Mapping[str, Entry]) -> dict[str, int]:
     return {stage: count[stage] for stage in STAGES if stage in count}
 
 
-def _built_without(old: Manifest, lacking: Mapping[str, int]) -> Iterable[str]:
-    if lacking:
-        names = ", ".join(f"{stage} ({files} file{'s' * (files > 1)})" for stage, files in lacking.items())
-        only = ",".join(stage for stage in STAGES if stage in old.built_for)
-        yield f"it was built without {names}: with --only {only} it is compared as it was built"
-
-
-def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> tuple[str, ...]:
+def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
     """Names of files that are not as they would be built, each with what is wrong."""
     words = []
     for name, content in sorted(files.items()):
@@ -233,21 +235,14 @@ def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> tu
         if path.is_symlink() or not path.is_file():
             words.append(f"{name} is missing")
         elif path.read_bytes() != content:
-            words.append(f"{name} is stale" if intact(directory, _entry(old, name)) else f"{name} was changed by hand")
+            is_ours = intact(directory, {name: old.files[name]} if name in old.files else {})
+            words.append(f"{name} is stale" if is_ours else f"{name} was changed by hand")
     words += [f"{name} would not be made any more" for name in sorted(old.files) if name not in files]
-    words += [f"{name} is not sitscad's" for name in _foreign(directory, old, files)]
+    foreign = foreign_files(directory, old) if directory.is_dir() else []
+    words += [f"{name} is not sitscad's" for name in foreign if name not in old.files and name not in files]
     if not (directory / MANIFEST).is_file():
         words.append(f"{MANIFEST} is missing")
-    return tuple(words)
-
-
-def _entry(old: Manifest, name: str) -> dict[str, Any]:
-    return {name: old.files[name]} if name in old.files else {}
-
-
-def _foreign(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
-    found = foreign_files(directory, old) if directory.is_dir() else []
-    return [name for name in found if name not in old.files and name not in files]
+    return words
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:

@@ -11,8 +11,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.formats.calibration_header import header
 from sitscad.formats.calibration_program import program
-from sitscad.package.folder import PackageError
-from sitscad.package.one_file import write_file
+from sitscad.package.folder import PackageError, write_file
 from sitscad.papers import calibration_plan
 from sitscad.report.calibration import calibration_page
 from sitscad.report.findings import to_json

@@ -1,7 +1,13 @@
-"""What a package is made of: a design, and what its review says."""
+"""What a package is made of: a design, its findings, and what of its spec the files of a stage depend on.
+
+A changed value makes only those stages anew that read it. Left out is what a test has changed and seen to leave every
+byte of a stage as it was; what is not named here counts for every stage. Whatever is left out by mistake would leave a
+stale file in a package: nothing is left out to save little.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import field
 from functools import cached_property
@@ -9,29 +15,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitscad.checks import all_rules
+from sitscad.checks import judged as reviewed
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.package.values import NOT_WRITTEN
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout
+from sitscad.layout.thickness import tail_layers
+from sitscad.package.manifest import NOT_WRITTEN
 from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, checked_spec
-from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.layout.board import Layout
 
 
 @record
 class Contents:
-    """A design and its review, as the writers take them: the spec without its text, so that what is drawn depends on
+    """A design and its findings, as the writers take them: the spec without its text, so that what is drawn depends on
     the values alone; only findings and report know the file that they came from.
     """
 
     design: Design
-    review: Review
     policy: Policy = field(default_factory=Policy)
     baseline: Baseline | None = None
     measured: str = ""
@@ -65,8 +72,7 @@ class Contents:
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        review, source = self.review, self.design.spec.source
-        result = review.result
+        result, source = reviewed(self.design), self.design.spec.source
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(
@@ -118,3 +124,42 @@ class Contents:
     def origin(self) -> dict[str, str]:
         """What the manifest says of the spec."""
         return {"name": self.spec.name, "file": self.file_name, "sha256": self.design.spec.source.sha256}
+
+
+_ELECTRICAL = ("requirements", "readout", "source")
+
+UNREAD: dict[str, tuple[str, ...]] = {
+    "kicad": _ELECTRICAL,
+    "laser": _ELECTRICAL,
+    "mount": _ELECTRICAL,
+    "mesh": _ELECTRICAL,
+    "assembly": ("source",),
+}
+"""The parts of a spec that a stage does not read; of the readout all read the converter and the capacitors' pads."""
+
+
+NEAR = 15e-3
+"""How far (m) beyond the board's body a mount, a jig or a mould reaches at most, and then some."""
+
+BESIDE_TAIL = ("mount", "mesh")
+"""Stages that read of the tail only where it begins."""
+
+
+def read_by(stage: str, spec: SensorSpec) -> tuple[object, ...]:
+    """The parts of a spec that a stage reads, in the order of their names."""
+    unread = UNREAD.get(stage, ())
+    parts = [getattr(spec, field.name) for field in dataclasses.fields(spec) if field.name not in unread]
+    return (*parts, spec.readout.device, spec.readout.chip)
+
+
+def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
+    """What a stage of printed pieces and meshes reads: the spec without its tail, and the board as far as `NEAR` from
+    its body, so that a longer tail prints no new mount.
+    """
+    spec = dataclasses.replace(layout.spec, fpc=dataclasses.replace(layout.spec.fpc, tail=None, boards=None))
+    far = layout.body[2] + NEAR
+    near = tuple(point for point in layout.outline.flattened(1e-6) if point.x < far)
+    plate = layout.stiffener
+    if plate is not None and bounding_box((plate.outline.outline,))[0] > far:
+        plate = None
+    return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, tail_layers(layout))

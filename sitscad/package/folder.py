@@ -1,4 +1,6 @@
-"""A package's folder on disk: one writer at a time, staged beside the target, replaced as a whole or not at all."""
+"""What is written to disk: a package's folder, one writer at a time, staged beside the target and replaced as a whole
+or not at all; and one file alone, in one step, so that an interruption leaves the old one.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,10 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
         finally:
             shutil.rmtree(staged, ignore_errors=True)
     finally:
-        _unlock(parent, name, lock)
+        if lock is not None:
+            with contextlib.suppress(OSError):
+                (parent / f".{name}.lock").unlink()
+            os.close(lock)
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -153,23 +158,10 @@ def _lock(parent: Path, name: str) -> int | None:
                 return None  # a file system without locks
             message = f"another build of {name} is writing to {parent}; wait for it, or give another -o folder"
             raise PackageError(message) from None
-        if _is_same_file(descriptor, path):
-            return descriptor
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(descriptor), os.stat(path)):
+                return descriptor
         os.close(descriptor)  # its owner removed it between our opening and locking it
-
-
-def _unlock(parent: Path, name: str, lock: int | None) -> None:
-    if lock is not None:
-        with contextlib.suppress(OSError):
-            (parent / f".{name}.lock").unlink()
-        os.close(lock)
-
-
-def _is_same_file(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), os.stat(path))
-    except FileNotFoundError:
-        return False
 
 
 def has_leftovers(parent: Path, name: str) -> bool:
@@ -212,3 +204,36 @@ def _sync_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+def write_file(path: str | Path, content: bytes) -> None:
+    """Write a file, or replace it, as a whole; what a link leads to is replaced, not the link; permissions are kept.
+    A file of several names (hard links) keeps them all: it is written over once its new content lies beside it.
+
+    Raises PackageError where that cannot be done, or may not.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PackageError(f"cannot write {path}: it may only be read")
+    try:
+        replace_file(target, content)
+    except OSError as error:
+        raise PackageError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def replace_file(target: Path, content: bytes) -> None:
+    """Write a file, or replace it, as a whole; raises OSError."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        partial.write_bytes(content)
+        if target.exists() and target.stat().st_nlink > 1:
+            with open(target, "r+b") as stream:
+                stream.write(content)
+                stream.truncate()
+                os.fsync(stream.fileno())
+            return
+        if target.exists():
+            shutil.copymode(target, partial)
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -13,18 +13,24 @@ from typing import Any
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.formats import WRITERS
-from sitscad.package.contents import Contents
-from sitscad.package.dependence import BESIDE_TAIL, read_by, read_of_board
+from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
-from sitscad.package.manifest import MANIFEST, Entry, Manifest, intact, made_from, sha256
-from sitscad.package.values import (
+from sitscad.package.manifest import (
     CHECK_STAGE,
     EXTRA_STAGES,
     FORCED_NOTE,
     KERNELS,
+    MANIFEST,
     SOLID_STAGES,
+    SPEC_FOLDER,
+    UNNAMED,
+    Entry,
+    Manifest,
     Progress,
     StageResult,
+    intact,
+    made_from,
+    sha256,
     version_of,
 )
 from sitscad.papers import PAPERS
@@ -32,7 +38,6 @@ from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy
 from sitscad.record import record
 from sitscad.report.findings import as_json, numbered_places, to_json
-from sitscad.review import Review
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import STAGES, Writer, added_writers, marks
 
@@ -44,9 +49,6 @@ FIT = "mount/fit.json"
 
 FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 """What does not fit: sections with dimensions, and the bodies themselves."""
-
-SPEC_FOLDER, UNNAMED = "spec", "spec.yaml"
-"""Where a package keeps the files that it was made from, and its spec where that has no name that it may hold."""
 
 
 @record
@@ -60,32 +62,25 @@ class Made:
 
 
 def contents_of(spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None) -> Contents:
-    """A spec's design and review, and what is held against it."""
-    design = spec if isinstance(spec, Design) else Design(spec)
-    return Contents(design, Review(design), policy, baseline)
+    """A spec's design, and what its findings are judged by."""
+    return Contents(spec if isinstance(spec, Design) else Design(spec), policy, baseline)
 
 
 def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, wanted: frozenset[str]) -> Manifest:
     """What a package says of itself; stages of the one before count where that was built from the same."""
     before = old.built_for if old.built_from == built_from else ()
+    # what besides the spec the package goes by: policy and baseline that its findings are judged by, and plugins
+    judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
+    beside = {"baseline": contents.known, "plugins": dict(marks())}
     return Manifest(
         spec=contents.origin,
         forced=not contents.checked.is_orderable,
         nets=contents.nets,
         files=made.entries,
-        configuration=_configuration(contents),
+        configuration={**judged_by, **{key: value for key, value in beside.items() if value}},
         built_from=built_from,
         built_for=tuple(sorted({*wanted, *before})),
     )
-
-
-def _configuration(contents: Contents) -> dict[str, Any]:
-    """What besides the spec the package goes by: the policy and the baseline that its findings are held against, and
-    plugins.
-    """
-    said = contents.policy.as_json() if contents.policy.says_anything else {}
-    beside = {"baseline": contents.known, "plugins": dict(marks())}
-    return {**said, **{key: value for key, value in beside.items() if value}}
 
 
 def make_all(
@@ -118,8 +113,12 @@ def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[
         began = time.perf_counter()
         if stage != CHECK_STAGE:
             progress(stage, "start", 0.0)
-        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures), *_for_plugins(contents))
-        kept = _still_true(directory, old, stage, ingredients)
+        # plugins may read all of the spec
+        read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
+        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures), *read)
+        before = old.of_stage(stage)
+        is_true = before and all(entry.made_from == ingredients for entry in before.values())
+        kept = intact(directory, before) if is_true else None
         if kept is not None:
             outcome, new = "kept", kept
         elif stage in wanted:
@@ -163,19 +162,6 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     if stage == "gerber":
         return contents.spec, contents.forced
     return *read_by(stage, contents.spec), forced
-
-
-def _for_plugins(contents: Contents) -> tuple[object, ...]:
-    """What files depend on beside that where there are plugins: those, and all of the spec, which they may read."""
-    return (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
-
-
-def _still_true(directory: Path, old: Manifest, stage: str, ingredients: str) -> dict[str, bytes] | None:
-    """The files of a stage as the package before has them, if they are whole and were made from the same; else None."""
-    entries = old.of_stage(stage)
-    if not entries or any(entry.made_from != ingredients for entry in entries.values()):
-        return None
-    return intact(directory, entries)
 
 
 def _render(
@@ -239,9 +225,10 @@ def _distinct(
 def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, bytes]) -> dict[str, bytes]:
     """Findings and estimate as JSON, and the note of a forced package, also beside what goes to a fabricator."""
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
+    felt = {name: value for name, value in _felt(given).items() if name == "performance"}
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
-        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | _performance(given)).encode("ascii"),
+        "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | felt).encode("ascii"),
     }
     files |= _spec_files(contents)
     if not checked.is_orderable:
@@ -249,10 +236,6 @@ def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, 
         beside_gerbers = any(name.startswith("fpc/") for name in given)
         files |= {FORCED_NOTE: note} | ({f"fpc/{FORCED_NOTE}": note} if beside_gerbers else {})
     return files
-
-
-def _performance(files: Mapping[str, bytes]) -> dict[str, Any]:
-    return {name: value for name, value in _felt(files).items() if name == "performance"}
 
 
 def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:

@@ -6,8 +6,7 @@ import difflib
 import re
 from pathlib import Path
 
-from sitscad.package.folder import PackageError
-from sitscad.package.one_file import replace_file, write_file
+from sitscad.package.folder import PackageError, replace_file, write_file
 from sitscad.spec import templates
 from sitscad.spec.sensor import json_schema
 

@@ -1,6 +1,8 @@
 """Reading a finished package back: every file against the manifest, the copper's nets against the intended ones, layers
 and holes against job file and netlist, what is sent against what lies beside it, every board of the panel against the
-single board; and all of it against what its spec makes, built again.
+single board; and all of it against what its spec makes, built again in memory. Of the package itself only ``spec/`` is
+believed then, and of its manifest what was asked for: the stages, the policy and baseline that findings were judged by,
+and the plugins.
 """
 
 from __future__ import annotations
@@ -9,11 +11,34 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from sitscad.package.folder import explained
-from sitscad.package.manifest import Manifest, foreign_files, intact, read_manifest, sha256
-from sitscad.package.values import FORCED_NOTE, NOT_WRITTEN
+from sitscad.package.building import BuildRequest
+from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
+from sitscad.package.manifest import (
+    CHECK_STAGE,
+    FORCED_NOTE,
+    MANIFEST,
+    NOT_WRITTEN,
+    SPEC_FOLDER,
+    UNNAMED,
+    Manifest,
+    foreign_files,
+    intact,
+    read_manifest,
+    sha256,
+)
+from sitscad.policy import Policy, kept_baseline, kept_policy
 from sitscad.record import record
+from sitscad.spec.load import SpecError, load
+from sitscad.spec.reading import decoded, read_file
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml_text import TextError
+from sitscad.version import __version__
+from sitscad.writer import STAGES, marks
+
+if TYPE_CHECKING:
+    from sitscad.package.stages import Made
 
 
 @record
@@ -109,7 +134,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             *_spec_differences(folder, manifest),
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
-        again = tuple(_rebuilt_differences(folder, manifest)) if rebuild else None
+        again = tuple(rebuilt_differences(folder, manifest)) if rebuild else None
         read = Verification(folder, files, len(manifest.files), None, forced=manifest.forced, **counts)
         if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
             with _readers():
@@ -136,12 +161,14 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
     )
 
 
+def spec_path(folder: Path, manifest: Manifest) -> Path:
+    """Where a package keeps its spec."""
+    own = manifest.spec["file"]
+    return folder / SPEC_FOLDER / (own if FILE_NAME.fullmatch(own) else UNNAMED)
+
+
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
     """The kept spec against the manifest's own hash of its text."""
-    from sitscad.package.rebuilding import spec_path
-    from sitscad.spec.reading import decoded, read_file
-    from sitscad.spec.yaml_text import TextError
-
     path = spec_path(folder, manifest)
     try:
         is_same = sha256(decoded(read_file(path)).encode("utf-8")) == manifest.spec["sha256"]
@@ -150,13 +177,6 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
         return
     if not is_same:
         yield f"{path.relative_to(folder).as_posix()} is not the spec that the manifest names (its SHA-256 differs)"
-
-
-def _rebuilt_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """What is not what the package's spec makes; nothing for it is loaded where nobody asks."""
-    from sitscad.package.rebuilding import rebuilt_differences
-
-    return rebuilt_differences(folder, manifest)
 
 
 def _layer_differences(folder: Path) -> Iterator[str]:
@@ -242,3 +262,84 @@ def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tu
 
 def _names(pins: set[str]) -> str:
     return ", ".join(sorted(pins)) or "nothing"
+
+
+def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
+    """All files of a package as its spec makes them, and their manifest.
+
+    Raises
+    ------
+    PackageError
+        where it cannot be built again: of another version, with other plugins, from a spec that is none.
+    MissingExtra
+        when a stage needs a package that is not installed.
+    """
+    from sitscad.package import stages  # loads all that draws
+
+    asked = _asked(folder, manifest)
+    contents = stages.contents_of(asked.spec, asked.policy, asked.baseline)
+    made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True)
+    # a whole package counts CAD kernels where the one before it had solids: it can say one of two things of itself
+    keys = [replace(asked, wanted=wanted).made_from(Manifest()) for wanted in (asked.wanted, frozenset(STAGES))]
+    key = manifest.built_from if manifest.built_from in keys else keys[0]
+    document = stages.manifest_of(made.contents, made, manifest, key, asked.wanted)
+    return made, replace(document, built_for=manifest.built_for)
+
+
+def rebuilt_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
+    """What of a package is not, byte by byte, what its spec makes, in words."""
+    made, document = rebuilt(folder, manifest)
+    stale = {entry.stage for name, entry in manifest.files.items() if made.entries.get(name, entry) != entry}
+    said = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
+    is_so = {(entry.stage, entry.made_from) for entry in made.entries.values()}
+    other = stale & {stage for stage, _ in said ^ is_so}
+    for name, content in sorted(made.files.items()):
+        path = folder / name
+        if path.is_symlink() or not path.is_file():
+            yield f"{name} is missing: {SPEC_FOLDER}/ makes it"
+        elif path.read_bytes() != content:
+            yield f"{name} is not what {SPEC_FOLDER}/ makes"
+    there = set(list_files(folder)) & set(manifest.files)
+    yield from (f"{name} is not made by {SPEC_FOLDER}/" for name in sorted(there - set(made.files)))
+    if (folder / MANIFEST).read_bytes() != document.as_bytes():
+        yield f"{MANIFEST} is not the one of such a build" + (
+            f": {', '.join(sorted(other))} of another spec, code, CAD kernel or SOURCE_DATE_EPOCH" if other else ""
+        )
+
+
+def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
+    """What a package was built of and for, as far as its manifest says so."""
+    if manifest.version != __version__:
+        raise PackageError(
+            f"{folder} was built with sitscad {manifest.version}, and this is {__version__}: only that version builds "
+            "it again"
+        )
+    said: Mapping[str, Any] = manifest.configuration
+    if said.get("plugins", {}) != dict(marks()):
+        raise PackageError(
+            f"{folder} was built with the plugins {said.get('plugins') or 'none'}, and those in force are "
+            f"{dict(marks()) or 'none'}: name the files that it was built with as --plugin"
+        )
+    wanted = {*manifest.built_for, *(entry.stage for entry in manifest.files.values())}
+    if unknown := sorted(wanted - {*STAGES, CHECK_STAGE}):
+        raise PackageError(f"{folder} was built for {', '.join(unknown)}: no stage of sitscad's")
+    spec = _kept_spec(folder, manifest)
+    try:
+        policy = kept_policy(said) if "select" in said else Policy()
+        kept = said.get("baseline")
+        baseline = None if kept is None else kept_baseline(spec.source.path, spec.name, kept)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise PackageError(f"{folder / MANIFEST}: its configuration cannot be read ({error})") from error
+    return BuildRequest(spec, folder, frozenset(wanted), True, policy, baseline)
+
+
+def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:
+    """The spec in a package under the name that it was read by: reports call it so."""
+    path, own = spec_path(folder, manifest), manifest.spec["file"]
+    try:
+        spec = load(path)
+    except SpecError as error:
+        (first, *_) = error.findings
+        raise PackageError(f"{path} builds nothing: {first.rule} {first.message}") from error
+    files = {own if name == path.name else name: content for name, content in spec.source.files.items()}
+    return spec.known(replace(spec.source, path=own, files=files))

@@ -17,8 +17,9 @@ from sitscad.calibration.maps.forms import Form, Samples, fitted
 from sitscad.calibration.maps.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
+from sitscad.data import json_file
 from sitscad.package.calibration_files import calibration_files
-from sitscad.schemas import SCHEMAS
+from sitscad.scene.motions import read_motions
 from tests.oracles.bench import simulated
 
 
@@ -132,7 +133,7 @@ def test_one_way_of_loading_is_meant_where_nobody_says(design):
     free, level = sitscad.respond(design, loads=load), sitscad.respond(design, loads=load, rotation="held")
     assert not level.poses[0, 3:].any() and free.poses[0, 4] > 0.0
     assert np.array_equal(sitscad.respond(design, loads=load, rotation="free").counts, free.counts)
-    assert not sitscad.read_motions(loads=["normal=4"]).held.any()
+    assert not read_motions(loads=["normal=4"]).held.any()
     with pytest.raises(ValueError, match="'loose': it is held or free"):
         sitscad.respond(design, loads=load, rotation="loose")
     with pytest.raises(ValueError, match="poses and cases"):
@@ -156,7 +157,7 @@ def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
 def test_the_document_keeps_to_its_published_schema(foretold, calibrated):
     import jsonschema
 
-    schema = SCHEMAS["calibration"]()
+    schema = json_file("calibration.schema")
     jsonschema.Draft202012Validator.check_schema(schema)
     for found in (foretold, calibrated):
         document = json.loads(calibration_files(found)["calibration.json"])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import sitscad
-from sitscad.checks import RULES, check, mended
+from sitscad.checks import HINTS, RULES, check, mended
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import NOT_FURTHER, Trials
 from sitscad.design import Design
@@ -48,7 +48,7 @@ def spent(monkeypatch):
 
 def test_the_verdict_does_not_depend_on_what_is_tried_for_hints():
     spec = spec_of(readout=REFUSED)
-    found = {hints: check(spec, hints=hints) for hints in sitscad.HINTS}
+    found = {hints: check(spec, hints=hints) for hints in HINTS}
     assert verdict(found["none"]) == verdict(found["decisive"]) == verdict(found["full"])
     assert not found["none"].ok and len({f.rule for f in found["none"].findings if f.severity is Severity.ERROR}) > 1
 

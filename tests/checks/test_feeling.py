@@ -18,6 +18,8 @@ from sitscad.checks import RULES, check
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.inspection import as_configured
+from sitscad.package import write_template
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.reading import read_findings
 from sitscad.units import show
@@ -66,7 +68,7 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     assert list(found) == ["normal_resolution", "crosstalk", "tilt_error", "zero_drift"]
     del found["zero_drift"]
     assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
-    checked = sitscad.as_configured(asked, result)
+    checked = as_configured(asked, result)
     line = "felt: +normal resolution by noise alone 1\\.[0-9]+ mN of 100 mN asked \\(normal, at full load\\)\n +cross"
     assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
     document = json.loads(as_json([checked]))["specs"][0]
@@ -167,7 +169,7 @@ def test_a_fix_for_the_resolution_is_tried():
 
 
 def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
-    spec = sitscad.write_template("bench_7mm", tmp_path / "spec.yaml")
+    spec = write_template("bench_7mm", tmp_path / "spec.yaml")
     run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \
           "print([m for m in sys.modules if 'performance' in m or 'response.model' in m], file=sys.stderr)"  # fmt: skip
     source = str(Path(sitscad.__file__).parents[1])

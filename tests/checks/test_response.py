@@ -14,7 +14,7 @@ from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Severity
 from sitscad.remedy.feeling import other_metals
-from sitscad.report.findings import json_document
+from sitscad.report.findings import checked_spec, json_document
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -139,7 +139,7 @@ def test_json_gives_every_coils_signal():
     """Programs found neither the change per newton nor the share that SIT217 judges unless it was too small."""
     spec = sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml")
     result = sitscad.check(spec)
-    checked = sitscad.checked_spec(spec, result.findings, result.not_checked, result.signals)
+    checked = checked_spec(spec, result.findings, result.not_checked, result.signals)
     (entry,) = json_document([checked])["specs"][0]["signal"]
     (signal,), coil = result.signals, sitscad.estimate(sitscad.lay_out(spec)).as_json("small.yaml")["coils"][0]
     assert entry["coil"] == "C1" and entry["force_N"] == 2.0 and entry["share"] == signal.share

@@ -90,7 +90,7 @@ def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch
     text += "target: {shape: circle, size: 10}\nelastomer: {shape: circle, size: 10}\n"
     (tmp_path / "felt.yaml").write_text(text)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setattr("sitscad.package.values.find_spec", lambda name: None)
+    monkeypatch.setattr("sitscad.package.manifest.find_spec", lambda name: None)
     for _ in range(2):
         done = run("build", "felt.yaml", "--force")
         assert done.code == 0, done.err

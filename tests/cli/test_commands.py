@@ -10,6 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import cli
+from sitscad.estimates import METHODS
 from sitscad.spec import templates
 
 
@@ -116,7 +117,7 @@ def test_estimate_takes_a_tolerance_and_a_method(run):
     assert run("estimate", "good.yaml", "--tolerance", "-1").code == 2
     unknown = run("estimate", "good.yaml", "--method", "guessing")
     assert (unknown.code, unknown.out) == (2, "")
-    assert all(method.name in unknown.err for method in sitscad.METHODS)
+    assert all(method.name in unknown.err for method in METHODS)
 
 
 @pytest.mark.parametrize(

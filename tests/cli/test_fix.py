@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from sitscad import inspection
+
 SLIPS = """\
 # my coil
 sitscad: 1
@@ -155,15 +157,13 @@ def test_a_file_of_two_names_keeps_both(run, slips, tmp_path):
 
 
 def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slips, monkeypatch):
-    import sitscad
+    asked, mend = [], inspection.mend
 
-    asked, mend = [], sitscad.mend
-
-    def noted(path, may, hints, held):
+    def noted(path, may, hints, options):
         asked.append(hints)
-        return mend(path, may, "none", held)
+        return mend(path, may, "none", options)
 
-    monkeypatch.setattr(sitscad, "mend", noted, raising=False)
+    monkeypatch.setattr(inspection, "mend", noted)
     for words in (("--unsafe-fixes",), ("--unsafe-fixes", "--hints", "decisive"), ()):
         run("check", "--diff", *words, "slips.yaml")
     assert asked == ["full", "decisive", "decisive"]

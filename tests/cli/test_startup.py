@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import sitscad
+from sitscad.package import write_template
 
 HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
@@ -29,7 +30,7 @@ finally:
 
 @pytest.mark.parametrize("command", ["check", "check --picture drawn.svg", "estimate"])
 def test_nothing_heavy_is_imported(tmp_path, command):
-    spec = sitscad.write_template("grasper_4layer", tmp_path / "spec.yaml")
+    spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", _RUN, source, *command.split(), str(spec)], capture_output=True,
                           text=True, cwd=tmp_path)  # fmt: skip
@@ -40,7 +41,7 @@ def test_nothing_heavy_is_imported(tmp_path, command):
 
 
 def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_path):
-    spec = sitscad.write_template("grasper_4layer", tmp_path / "spec.yaml")
+    spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     command = ["build", str(spec), "-o", str(tmp_path), "--only", "firmware"]
     run = [sys.executable, "-c", _RUN.replace('.partition(".")[0]', ""), str(Path(sitscad.__file__).parents[1])]
     first, again = (subprocess.run([*run, *command], capture_output=True, text=True) for _ in range(2))
@@ -70,7 +71,7 @@ def test_every_public_name_exists():
 _FAULTS = """
 import resource, sys
 import numpy
-from sitscad.cli.memory import keep_freed_memory
+from sitscad.cli import keep_freed_memory
 print(keep_freed_memory() if sys.argv[1] == "kept" else False)
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
 for _ in range(20):

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import sitscad
-from sitscad.package import stages
+from sitscad.package import STAGES, require_distinct_names, stages
 from sitscad.package.folder import PackageError, list_files, opened_for_building
 
 GOOD = """\
@@ -192,7 +192,7 @@ def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
 
 def test_two_specs_of_one_name_are_refused(good):
     with pytest.raises(PackageError, match="both have the name"):
-        sitscad.require_distinct_names([good, good])
+        require_distinct_names([good, good])
 
 
 def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
@@ -255,8 +255,8 @@ def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak,
 def test_progress_tells_each_stage_once(good, tmp_path):
     told: list[tuple[str, str]] = []
     sitscad.build(good, tmp_path, ["gerber"], progress=lambda stage, outcome, seconds: told.append((stage, outcome)))
-    assert [stage for stage, outcome in told if outcome == "start"] == ["check", *sitscad.STAGES]
-    assert len(told) == 2 * (1 + len(sitscad.STAGES))
+    assert [stage for stage, outcome in told if outcome == "start"] == ["check", *STAGES]
+    assert len(told) == 2 * (1 + len(STAGES))
 
 
 _BUILD = """

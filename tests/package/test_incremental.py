@@ -14,7 +14,8 @@ import pytest
 
 import sitscad
 from sitscad.finding import Edit
-from sitscad.package.dependence import UNREAD
+from sitscad.package import stale
+from sitscad.package.contents import UNREAD
 from sitscad.package.manifest import read_manifest
 from sitscad.spec import templates
 from sitscad.spec.rewriting import rewritten
@@ -213,24 +214,24 @@ def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
 def test_what_is_stale_is_named_and_nothing_is_written(built):
     spec, first, out = built
     only = ("firmware", "report")
-    fresh = sitscad.stale(spec, out, only)
+    fresh = stale(spec, out, only)
     assert fresh.is_unchanged and not fresh.stale
     (first.directory / "bom.csv").unlink()
     (first.directory / "report.html").write_text("mine")
     (first.directory / "more.txt").write_text("mine")
     stamps = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
     other = sitscad.load_text(changed("readout.clock", "39 MHz"), "sensor.yaml")
-    found = sitscad.stale(other, out, only)
+    found = stale(other, out, only)
     assert not found.written and not found.is_unchanged
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == stamps
     words = dict(line.split(" ", 1) for line in found.stale)
     assert words["bom.csv"] == "is missing" and words["report.html"] == "was changed by hand"
     assert words["firmware/ldc1614_config.h"] == "is stale" and words["more.txt"] == "is not sitscad's"
     assert not any(name.startswith("fpc/") for name in words), "what was never built is not asked for"
-    (without, *_) = sitscad.stale(other, out).stale
+    (without, *_) = stale(other, out).stale
     assert without.startswith("it was built without gerber (") and "--only firmware,report" in without
 
 
 def test_a_package_that_is_not_there_is_stale(tmp_path):
-    found = sitscad.stale(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path / "outputs", ("firmware",))
+    found = stale(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path / "outputs", ("firmware",))
     assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()

@@ -11,6 +11,7 @@ import pytest
 import told
 from told import TURNS
 
+from sitscad.data import json_file
 from sitscad.finding import Finding, Severity
 from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner
 from sitscad.report.findings.github import job_summary
@@ -62,9 +63,7 @@ def test_a_form_takes_no_specs_and_no_findings(form):
 def test_the_json_document_keeps_to_its_published_schema():
     import jsonschema
 
-    from sitscad.schemas import SCHEMAS
-
-    schema = SCHEMAS["check"]()
+    schema = json_file("check.schema")
     jsonschema.Draft202012Validator.check_schema(schema)
     document = json.loads(FINDING_FORMATS["json"](told.BOTH, told.MANNER))
     jsonschema.validate(document, schema)

@@ -9,15 +9,15 @@ import jsonschema
 import pytest
 from ruamel.yaml import YAML
 
-import sitscad
+from sitscad.package import write_schema, write_template
 
 MODELINE = re.compile(r"# yaml-language-server:\s*\$schema=(\S+)")
 """How the YAML language server of editors reads it."""
 
 
 def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
-    written = sitscad.write_template(template.stem, tmp_path / "sensor.yaml")
-    sitscad.write_schema(tmp_path)
+    written = write_template(template.stem, tmp_path / "sensor.yaml")
+    write_schema(tmp_path)
     header = written.read_text(encoding="utf-8").splitlines()[1]
     match = MODELINE.fullmatch(header)
     assert match, header
@@ -30,7 +30,7 @@ def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
 
 
 def test_a_schema_that_is_there_stays(tmp_path):
-    assert sitscad.write_schema(tmp_path) == tmp_path / "sitscad.schema.json"
+    assert write_schema(tmp_path) == tmp_path / "sitscad.schema.json"
     (tmp_path / "sitscad.schema.json").write_text("mine")
-    assert sitscad.write_schema(tmp_path) is None
+    assert write_schema(tmp_path) is None
     assert (tmp_path / "sitscad.schema.json").read_text() == "mine"

@@ -14,7 +14,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad import checked_spec
 from sitscad.checks import check
 from sitscad.cli import cli
 from sitscad.data import FOLDER
@@ -23,7 +22,7 @@ from sitscad.formats.kicad import rules as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.papers.order import notes as fabrication_notes
-from sitscad.report.findings import as_text
+from sitscad.report.findings import as_text, checked_spec
 from sitscad.spec import kinds, presets, profiles
 from sitscad.spec.design_rules import RulesDocument
 from sitscad.spec.load import load, load_text

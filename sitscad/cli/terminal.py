@@ -1,0 +1,189 @@
+"""What commands share: their options, what they refuse, results to stdout, messages and progress to stderr.
+
+What a command does is in other rooms, which it imports when it runs: none loads what another one needs.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import sitscad
+from sitscad.finding import Severity
+
+if TYPE_CHECKING:
+    from sitscad import SensorSpec
+    from sitscad.policy import Baseline
+    from sitscad.report.findings import CheckedSpec, Manner
+
+
+class Example(click.Command):
+    """A command whose help ends with one example."""
+
+    def __init__(self, name: str | None, *, example: str, **kwargs: Any) -> None:
+        super().__init__(name, **{**kwargs, "epilog": f"\b\nExample:\n  {example}"})
+
+
+class Names(click.ParamType):
+    """Comma-separated names."""
+
+    name = "name,..."
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
+        """The names without blanks."""
+        return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
+
+
+class Tolerance(click.FloatRange):
+    """A relative error above 0, 1 at most; nan, which lies in no range and which click lets through, is none."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 1, min_open=True)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """The number."""
+        found = float(super().convert(value, param, ctx))
+        if found != found:
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return found
+
+
+def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
+    """Put installed plugins in force, and those of the files that are named."""
+    sitscad.use_installed_plugins()
+    for file in files:
+        sitscad.use_plugin(file)
+
+
+JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes for several specs (default: the processors).")
+PLUGIN = click.option(
+    "--plugin",
+    multiple=True,
+    metavar="FILE",
+    type=click.Path(),
+    expose_value=False,
+    is_eager=True,
+    callback=_use_plugins,
+    help="A Python file with rules or writers of your own.",
+)
+BASELINE = click.option(
+    "--baseline", metavar="FILE", help="What check --format json printed: what it holds does not fail again."
+)
+
+
+def specs_of(paths: Iterable[str]) -> list[str]:
+    """The specs that are named, those of folders among them."""
+    from sitscad.opening import specs_in
+
+    try:
+        return specs_in(list(paths))
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+
+
+def baseline_of(path: str | None) -> Baseline | None:
+    """The findings that a file holds; None where no file is named."""
+    from sitscad.policy import read_baseline
+
+    return None if path is None else read_baseline(path)
+
+
+def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSpec]) -> None:
+    """Say which specs a baseline knows nothing of, where they have findings: none of these was known before."""
+    for spec in checked:
+        if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
+            named = f" named {spec.name}" if spec.name else ""
+            say(
+                f"{spec.path}: {baseline.named} holds no spec{named} at this path (its paths count from its own folder)"
+            )
+
+
+def require_rule(pattern: str) -> Any:
+    """The one rule that a pattern stands for, None for several; a usage error for none."""
+    from sitscad.checks import all_rules
+    from sitscad.policy import stands_for
+
+    known = all_rules()
+    found = [rule for rule in known if stands_for(pattern, rule.id, rule.name)]
+    if not found:
+        meant = _meant(pattern, (r.name for r in known))
+        raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
+    return found[0] if len(found) == 1 else None
+
+
+def row_of(table: Any, name: str, option: str) -> Any:
+    """A row of a table of formats or methods; a usage error that lists them for any other name."""
+    if name not in table:
+        raise click.BadParameter(f"{name!r} is not one of {', '.join(table)}.{_meant(name, table)}", param_hint=option)
+    return table[name]
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """A sentence that names the known one nearest to a name; empty where none is near."""
+    import difflib
+
+    near = difflib.get_close_matches(name.lower(), list(known), n=1)
+    return f" Did you mean {near[0]}?" if near else ""
+
+
+def say(message: str) -> None:
+    """A message: to stderr, under the name of the program."""
+    click.echo(f"sitscad: {message}", err=True)
+
+
+def print_result(text: str) -> None:
+    """A result: to stdout, as it is."""
+    click.echo(text, nl=not text.endswith("\n"), color=True)
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things, in the plural where there is not one."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def coloured(stream: Any) -> bool:
+    """Whether what goes to a stream is to have colours."""
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def layout_of(stream: Any, named: bool = False, **asked: Any) -> Manner:
+    """How findings are laid out on a stream: with colours or not, and folded at the terminal's width or the columns
+    that COLUMNS names; not folded in a pipe, where a finding stays one line for whatever searches it.
+    """
+    from sitscad.report.findings import Manner
+
+    is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
+    width = shutil.get_terminal_size().columns if is_folded else None
+    return Manner(coloured(stream), named=named, width=width, **asked)
+
+
+def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
+    """Findings as text to stderr, where they are a message and not the result; each line names its spec if `named`."""
+    from sitscad.report.findings import FINDING_FORMATS
+
+    click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
+
+
+def spec_of(path: str) -> SensorSpec | None:
+    """The spec of a file, under the configuration above it; None where it cannot be read, and then that is said."""
+    from sitscad.opening import opened, policy_for
+
+    try:
+        return opened(path, policy_for(path))
+    except sitscad.SpecError as error:
+        from sitscad.inspection import unreadable
+
+        show_findings([unreadable(path, error)])
+        return None
+
+
+def exit_code_of(checked: CheckedSpec, path: str) -> int:
+    """Say that the checks found errors where they did; the exit code."""
+    if not checked.ok:
+        say(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
+    return checked.exit_code
