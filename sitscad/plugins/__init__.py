@@ -13,8 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-from sitscad.plugins.guard import at_work
-from sitscad.plugins.values import Plugin, PluginError
+from sitscad.plugins.guard import Plugin, PluginError, at_work
 
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
 

@@ -13,8 +13,7 @@ from sitscad.checks import add_rules, all_rules
 from sitscad.checks.rules import NEEDS, Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.plugins.guard import at_work
-from sitscad.plugins.values import Plugin, PluginError
+from sitscad.plugins.guard import Plugin, PluginError, at_work
 from sitscad.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks
 
 Row = TypeVar("Row", Rule, Writer)
@@ -72,10 +71,12 @@ def _require_writable(name: str, writer: Writer) -> None:
     for is_wrong, why in (
         (not isinstance(writer.name, str) or not writer.name or writer.name in known, "its name is missing or taken"),
         (writer.stage not in STAGES, f"its stage is none of {', '.join(STAGES)}"),
-        (not isinstance(writer.takes, tuple) or not set(writer.takes) <= set(TAKES),
-         f"it takes others than {', '.join(TAKES)}"),
+        (
+            not isinstance(writer.takes, tuple) or not set(writer.takes) <= set(TAKES),
+            f"it takes others than {', '.join(TAKES)}",
+        ),
         (not callable(writer.function), "function is none"),
-    ):  # fmt: skip
+    ):
         if is_wrong:
             raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
 

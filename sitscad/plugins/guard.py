@@ -1,5 +1,5 @@
-"""A plugin's own code at work: whatever way it takes out of the program is an error of its own, and what takes long is
-told by name.
+"""What a plugin is, and its own code at work: whatever way it takes out of the program is an error of its own, and what
+takes long is told by name.
 """
 
 from __future__ import annotations
@@ -9,8 +9,28 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import TYPE_CHECKING
 
-from sitscad.plugins.values import PluginError
+from sitscad.record import record
+from sitscad.writer import Writer
+
+if TYPE_CHECKING:
+    from sitscad.checks.rules import Rule
+
+
+class PluginError(RuntimeError):
+    """A plugin cannot be used, or went wrong where it was used; the text names it."""
+
+
+@record
+class Plugin:
+    """A plugin in force: what it is called, its rules and writers, and the hash of the file that it stands in."""
+
+    name: str
+    rules: tuple[Rule, ...]
+    writers: tuple[Writer, ...]
+    sha256: str
+
 
 SLOW = 10.0
 """Seconds after which a plugin that is at work is told, and then each time that it has taken twice as long."""
@@ -35,18 +55,13 @@ def at_work(what: str) -> Iterator[None]:
     except (Interrupted, PluginError):
         raise
     except BaseException as error:
-        raise PluginError(f"{what}: {type(error).__name__}{_said(error)}") from error
+        try:
+            text = str(error)
+        except BaseException:  # its own code once more
+            text = ""
+        raise PluginError(f"{what}: {type(error).__name__}{f': {text}' if text else ''}") from error
     finally:
         done.set()
-
-
-def _said(error: BaseException) -> str:
-    """What an exception says, after a colon; nothing where it says nothing, or its text cannot be made."""
-    try:
-        text = str(error)
-    except BaseException:  # its own code once more
-        return ""
-    return f": {text}" if text else ""
 
 
 def _tell(what: str, done: threading.Event) -> None:
@@ -67,12 +82,12 @@ def _own_interruption() -> Iterator[None]:
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
         return
-    signal.signal(signal.SIGINT, _interrupt)
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise Interrupted
+
+    signal.signal(signal.SIGINT, interrupt)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise Interrupted

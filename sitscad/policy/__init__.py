@@ -5,9 +5,8 @@ was known before. Rules find, the policy judges; nothing of it changes what is d
 from __future__ import annotations
 
 from sitscad.policy.baseline import Baseline, kept_baseline, read_baseline
-from sitscad.policy.configuration import nearest_policy
+from sitscad.policy.configuration import Policy, PolicyError, chosen_rules, kept_policy, nearest_policy, stands_for
 from sitscad.policy.judgement import judged
-from sitscad.policy.values import Policy, PolicyError, chosen_rules, kept_policy, stands_for
 
 __all__ = [
     "Baseline",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.finding import Finding, Severity
-from sitscad.policy.values import PolicyError
+from sitscad.policy.configuration import PolicyError
 from sitscad.record import record
 from sitscad.report.findings.identity import identities, turnless
 
@@ -57,11 +57,11 @@ class Baseline:
 
     def of(self, path: str, name: str) -> Mapping[str, Known]:
         """What is known of a spec."""
-        return self.known.get((_place(path, os.getcwd()), name), {})
+        return self.known.get((_place(path), name), {})
 
     def holds(self, path: str, name: str) -> bool:
         """Whether a spec was checked for it."""
-        return (_place(path, os.getcwd()), name) in self.known
+        return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
         """Of the findings of a spec, which were known and are no graver: each by its own entry, or by another one of
@@ -113,11 +113,13 @@ def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline
         str(key): Known(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
         for key, (word, measured, limit, keeps_limit) in document["known"].items()
     }
-    return Baseline(str(document["named"]), {(_place(path, os.getcwd()), name): rows})
+    return Baseline(str(document["named"]), {(_place(path), name): rows})
 
 
-def _place(path: str, folder: str) -> str:
-    """What a spec is known by: its absolute path; standard input (``-``) has none."""
+def _place(path: str, folder: str = "") -> str:
+    """What a spec is known by: its absolute path, from the working folder or another; standard input (``-``) has
+    none.
+    """
     return path if path == "-" else os.path.abspath(os.path.join(folder, path))
 
 

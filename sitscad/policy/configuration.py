@@ -1,4 +1,4 @@
-"""The nearest configuration above a spec: ``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
+"""What a project holds against its specs, as a value; and the nearest configuration above a spec that says it: ``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
 
 One file decides, the nearest one; files further up are not looked at. ::
 
@@ -17,12 +17,77 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from sitscad.finding import Severity
-from sitscad.policy.values import Policy, PolicyError, stands_for
+from sitscad.record import record
 from sitscad.report.findings import RuleTexts
+
+
+class PolicyError(ValueError):
+    """A configuration or baseline that cannot be used; the text says where and why."""
+
+
+@record
+class Policy:
+    """What is held against a spec.
+
+    ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is all), ``reasons`` are patterns that
+    are ignored, each with its reason, ``severity`` what the findings of a pattern weigh instead. ``profiles`` is the
+    folder of fabricators' profiles. ``named`` is what reports call the file that says so, empty where nothing does.
+    """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    severity: Mapping[str, Severity] = field(default_factory=dict)
+    profiles: str | None = None
+    named: str = ""
+
+    @property
+    def says_anything(self) -> bool:
+        """Whether it changes the judgement of any spec."""
+        return bool(self.select or self.ignore or self.reasons or self.severity)
+
+    def as_json(self) -> dict[str, object]:
+        """The rules' part as plain values, patterns in their order (the last one counts), and what reports call it."""
+        return {
+            "select": list(self.select),
+            "ignore": [*self.ignore],
+            "reasons": dict(self.reasons),
+            "severity": {pattern: severity.value for pattern, severity in self.severity.items()},
+            "named": self.named if self.says_anything else "",
+        }
+
+
+def kept_policy(said: Mapping[str, Any]) -> Policy:
+    """The policy that a manifest keeps (`Policy.as_json`); ValueError, TypeError or KeyError for what is none."""
+    reasons, severity = dict(said["reasons"]), dict(said["severity"])
+    for text in (*said["select"], *said["ignore"], *reasons, *reasons.values(), *severity, said["named"]):
+        if not isinstance(text, str):
+            raise TypeError(f"{text!r} is no text")
+    weights = {pattern: Severity(word) for pattern, word in severity.items()}
+    return Policy(tuple(said["select"]), tuple(said["ignore"]), reasons, weights, None, said["named"])
+
+
+def stands_for(pattern: str, rule: str, name: str) -> bool:
+    """Whether a pattern means a rule: its identifier or the beginning of it, its number, or its name."""
+    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
+    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
+
+
+def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
+    """The identifiers that are selected and not ignored; rules of the spec itself always are."""
+
+    def is_wanted(rule: RuleTexts) -> bool:
+        is_selected = not select or any(stands_for(pattern, rule.id, rule.name) for pattern in select)
+        is_ignored = any(stands_for(pattern, rule.id, rule.name) for pattern in ignore)
+        return rule.id.startswith("SIT0") or (is_selected and not is_ignored)
+
+    return frozenset(rule.id for rule in rules if is_wanted(rule))
+
 
 KEYS = ("select", "ignore", "severity", "profiles")
 MEANT = {
@@ -93,12 +158,18 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
         _require(key in KEYS, path, message, MEANT.get(key.lower(), key), KEYS)
     ignored, reasons = table.get("ignore", []), {}
     if isinstance(ignored, dict):
-        reasons = {pattern: _reason(pattern, reason, path) for pattern, reason in ignored.items()}
+        for pattern, reason in ignored.items():
+            if not isinstance(reason, str) or not reason.strip():
+                raise PolicyError(f'{path}: ignore.{pattern} has no reason; write {pattern} = "why"')
+            reasons[pattern] = " ".join(reason.split())
         ignored = []
     severity = table.get("severity", {})
     _require(isinstance(severity, dict), path, "severity is no table of rules and severities")
     profiles = table.get("profiles")
-    _require(profiles is None or _is_below(profiles, path), path, "profiles is no folder beside this file, or below")
+    if profiles is not None:  # what is passed on must not read files elsewhere
+        is_text = isinstance(profiles, str) and "\0" not in profiles
+        is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
+        _require(is_below, path, "profiles is no folder beside this file, or below")
     found = Policy(
         _patterns(table.get("select", []), "select", path, rules),
         _patterns(ignored, "ignore", path, rules),
@@ -109,13 +180,6 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
     )
     _patterns(list(severity), "severity", path, rules)
     return found
-
-
-def _is_below(profiles: object, path: Path) -> bool:
-    """Whether a folder lies beside a configuration or below: what is passed on must not read files elsewhere."""
-    if not isinstance(profiles, str) or "\0" in profiles:
-        return False
-    return (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
 
 
 def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
@@ -129,12 +193,6 @@ def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...])
         is_spec = not pattern.isdecimal() and pattern.upper().startswith("SIT0")
         _require(not is_spec or key == "select", path, f"{key}: {pattern}: what a spec is read by holds always")
     return tuple(value)
-
-
-def _reason(pattern: str, reason: object, path: Path) -> str:
-    if not isinstance(reason, str) or not reason.strip():
-        raise PolicyError(f'{path}: ignore.{pattern} has no reason; write {pattern} = "why"')
-    return " ".join(reason.split())
 
 
 def _severity(pattern: str, word: object, path: Path) -> Severity:

@@ -1,14 +1,20 @@
-"""Findings as a policy judges them: weighed, left out, ignored with a reason, or known before."""
+"""Findings as a policy judges them: weighed, left out, ignored with a reason, or known before.
+
+Comments in a spec silence rules, too: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``. Such a comment
+is for the findings whose key starts on its line: of a flow mapping all its keys, of a section's line the section alone.
+Several rules are separated by commas; the reason is required. Another comment may stand before.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from sitscad.finding import Finding, Ignored, Severity
 from sitscad.policy.baseline import Baseline
-from sitscad.policy.comments import RULE, Comment, comments
-from sitscad.policy.values import Policy, chosen_rules, stands_for
+from sitscad.policy.configuration import Policy, chosen_rules, stands_for
+from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, RuleTexts
 from sitscad.spec.source import SpecSource
 
@@ -34,12 +40,36 @@ def judged(
     names = {rule.id: rule.name for rule in rules}
     before = checked.findings
     checked = _weighed(checked, policy.severity)
-    checked = _chosen(checked, rules, policy)
+    if policy.select or policy.ignore:
+        wanted = chosen_rules(rules, policy.select, policy.ignore)
+        left_out = [rule.id for rule in rules if rule.id not in wanted]
+        checked = checked.without(left_out, f"left out by {policy.named}")
     checked = _commented(checked, source, comments(source.text, names), names)
-    checked = _waived(checked, policy.reasons)
+    checked = _ignored(checked, "configuration", lambda finding: _reason(finding, policy.reasons))
     if baseline is not None:
-        checked = _known(checked, baseline)
+        covered = baseline.covered(checked.path, checked.name, checked.findings)
+        known = {id(one) for one, is_known in zip(checked.findings, covered, strict=True) if is_known}
+        why = f"known before ({baseline.named})"
+        checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in known else None)
     return replace(checked, silenced=tuple(_silenced(before, checked.findings)))
+
+
+def _reason(finding: Finding, reasons: Mapping[str, str]) -> str | None:
+    """The reason for which a configuration ignores a finding, the last one that fits; None where it does not."""
+    fitting = [reason for pattern, reason in reasons.items() if stands_for(pattern, finding.rule, finding.name)]
+    return fitting[-1] if fitting else None
+
+
+def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
+    """Findings for which there is a reason moved to the ignored ones; what a spec is read by is never ignored."""
+    kept, ignored = [], []
+    for finding in checked.findings:
+        why = None if finding.rule.startswith("SIT0") else reason(finding)
+        if why is None:
+            kept.append(finding)
+        else:
+            ignored.append(Ignored(finding, why, by))
+    return replace(checked, findings=tuple(kept), ignored=(*checked.ignored, *ignored))
 
 
 def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
@@ -52,14 +82,6 @@ def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedS
         is_free = words and not finding.rule.startswith("SIT0")
         found.append(replace(finding, severity=words[-1]) if is_free else finding)
     return replace(checked, findings=tuple(found))
-
-
-def _chosen(checked: CheckedSpec, rules: Sequence[RuleTexts], policy: Policy) -> CheckedSpec:
-    if not policy.select and not policy.ignore:
-        return checked
-    wanted = chosen_rules(rules, policy.select, policy.ignore)
-    left_out = [rule.id for rule in rules if rule.id not in wanted]
-    return checked.without(left_out, f"left out by {policy.named}")
 
 
 def _commented(
@@ -99,30 +121,6 @@ def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> I
     yield Finding(RULE, names.get(RULE, ""), Severity.WARNING, message, hint, None, comment.line, comment.column)
 
 
-def _waived(checked: CheckedSpec, reasons: Mapping[str, str]) -> CheckedSpec:
-    """Findings that the configuration ignores with a reason, as ignored ones."""
-    kept, ignored = [], []
-    for finding in checked.findings:
-        why = [reason for pattern, reason in reasons.items() if stands_for(pattern, finding.rule, finding.name)]
-        if why and not finding.rule.startswith("SIT0"):
-            ignored.append(Ignored(finding, why[-1], "configuration"))
-        else:
-            kept.append(finding)
-    return replace(checked, findings=tuple(kept), ignored=(*checked.ignored, *ignored))
-
-
-def _known(checked: CheckedSpec, baseline: Baseline) -> CheckedSpec:
-    """Findings that a baseline knows, and that have not become graver, as ignored ones."""
-    kept, ignored = [], []
-    covered = baseline.covered(checked.path, checked.name, checked.findings)
-    for finding, is_known in zip(checked.findings, covered, strict=True):
-        if is_known and not finding.rule.startswith("SIT0"):
-            ignored.append(Ignored(finding, f"known before ({baseline.named})", "baseline"))
-        else:
-            kept.append(finding)
-    return replace(checked, findings=tuple(kept), ignored=(*checked.ignored, *ignored))
-
-
 def _silenced(before: Iterable[Finding], after: Iterable[Finding]) -> Iterator[Finding]:
     """Errors that only physics can judge and that are none after the policy."""
     errors = {id(finding) for finding in after if finding.severity is Severity.ERROR}
@@ -130,3 +128,79 @@ def _silenced(before: Iterable[Finding], after: Iterable[Finding]) -> Iterator[F
         is_physics = finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING
         if is_physics and finding.severity is Severity.ERROR and id(finding) not in errors:
             yield finding
+
+
+RULE = "SIT020"
+"""The rule of comments in vain."""
+
+_WORDS = re.compile(r"#\s*sitscad:\s*ignore\b(.*)", re.IGNORECASE)
+_RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.*))?")
+
+
+@record
+class Comment:
+    """One comment: where it stands, the rules that it names, its reason; ``fault`` says why it counts for nothing."""
+
+    line: int
+    column: int
+    rules: tuple[str, ...] = ()
+    reason: str = ""
+    fault: str = ""
+
+    def covers(self, finding: Finding, source: SpecSource) -> bool:
+        """Whether a finding is of a rule that it names, at a key that starts on its line."""
+        if finding.rule not in self.rules or finding.file is not None:
+            return False
+        # the lines on which the key stands, or the brackets begin that it stands in
+        key = finding.key or ""
+        lines = {source.keys[key][0]} if key in source.keys else set()
+        while key:
+            if key in source.values:
+                line, column = source.values[key]
+                lines |= {line} if source.line(line)[column - 1 : column] in ("{", "[") else set()
+            key = key.rpartition(".")[0]
+        return finding.line == self.line or self.line in lines
+
+
+def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
+    """The comments of a spec that silence rules; `known` are the identifiers of all rules."""
+    if "sitscad:" not in text.lower():
+        return ()
+    rules = frozenset(known)
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        start = _comment_start(line)
+        match = _WORDS.search(line, start) if start is not None else None
+        if match is not None:
+            found.append(_comment(number, match.start() + 1, match[1], rules))
+    return tuple(found)
+
+
+def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:
+    """The comment that words say: rules and reason, or what is wrong with it."""
+    match = _RULES.fullmatch(words.rstrip())
+    if match is None:
+        return Comment(line, column, fault="it names no rule; write # sitscad: ignore SIT103 and the reason")
+    rules = tuple(rule.strip().upper() for rule in match[1].split(","))
+    reason = " ".join((match[2] or "").split())
+    unknown = [rule for rule in rules if rule not in known]
+    if unknown:
+        return Comment(line, column, fault=f"there is no rule {', '.join(unknown)}")
+    if any(rule.startswith("SIT0") for rule in rules):
+        return Comment(line, column, fault="what a spec is read by (SIT0xx) cannot be ignored")
+    if not reason:
+        return Comment(line, column, fault="it gives no reason: who said so, and when?")
+    return Comment(line, column, rules, reason)
+
+
+def _comment_start(line: str) -> int | None:
+    """Where the comment of a line begins: a # after a blank, outside of quotes."""
+    quote = ""
+    for index, character in enumerate(line):
+        if quote:
+            quote = "" if character == quote and line[index - 1 : index] != "\\" else quote
+        elif character in "\"'" and (index == 0 or line[index - 1] in " \t[{,:"):
+            quote = character
+        elif character == "#" and (index == 0 or line[index - 1] in " \t"):
+            return index
+    return None

@@ -11,7 +11,7 @@ import pytest
 
 from sitscad.finding import Finding, Severity
 from sitscad.policy.baseline import Baseline, Known
-from sitscad.policy.comments import comments
+from sitscad.policy.judgement import comments
 
 COMMENT = "# sitscad: ignore "
 
