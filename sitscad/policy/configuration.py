@@ -1,4 +1,5 @@
-"""What a project holds against its specs, as a value; and the nearest configuration above a spec that says it: ``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
+"""What a project holds against its specs, as a value; and the nearest configuration above a spec that says it:
+``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
 
 One file decides, the nearest one; files further up are not looked at. ::
 
