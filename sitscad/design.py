@@ -284,9 +284,14 @@ def respond(
 
 
 def respond_to(
-    design: Design, motions: Motions, frequency: float | None = None, tolerance: float | None = None,
-    progress: Callable[[int, int], None] | None = None, derivatives: bool = False, by_elements: bool = False,
-) -> Response:  # fmt: skip
+    design: Design,
+    motions: Motions,
+    frequency: float | None = None,
+    tolerance: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    derivatives: bool = False,
+    by_elements: bool = False,
+) -> Response:
     """The same for poses, loads and load cases together, in this order; with the `derivatives` of the frequencies where
     wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
     """

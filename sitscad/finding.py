@@ -122,9 +122,16 @@ class Edit:
 
 
 SETTLED = (
-    "coil.turns", "coil.outer_diameter", "coil.layers", "fpc.tail.layers", "fpc.stackup", "fpc.rules", "target.size",
-    "elastomer.size", "readout.scan_rate",
-)  # fmt: skip
+    "coil.turns",
+    "coil.outer_diameter",
+    "coil.layers",
+    "fpc.tail.layers",
+    "fpc.stackup",
+    "fpc.rules",
+    "target.size",
+    "elastomer.size",
+    "readout.scan_rate",
+)
 """Keys that, like materials, decide what a sensor is and gives, and who makes it: only who designed it changes them."""
 
 

@@ -8,12 +8,24 @@ from importlib import import_module
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
-STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "calibration",
-          "report")  # fmt: skip
+STAGES = ("gerber", "kicad", "laser", "mount", "mesh", "assembly", "firmware", "datasheet", "calibration", "report")
 """What `--only` takes, in the order of making; the report comes last, because it lists the other files."""
 
-TAKES = ("layout", "solids", "whole", "aids", "spec", "estimates", "panel", "coupon_estimates",
-         "bench_estimates", "response", "performance", "forced", "files")  # fmt: skip
+TAKES = (
+    "layout",
+    "solids",
+    "whole",
+    "aids",
+    "spec",
+    "estimates",
+    "panel",
+    "coupon_estimates",
+    "bench_estimates",
+    "response",
+    "performance",
+    "forced",
+    "files",
+)
 """What a writer may ask for."""
 
 

@@ -32,8 +32,10 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
         "calibration.html": calibration_page(found),
     }
     if found.plan is not None:
-        files |= {"plan.csv": calibration_plan.table(found, found.plan),
-                  "plan.txt": calibration_plan.words(found, found.plan)}  # fmt: skip
+        files |= {
+            "plan.csv": calibration_plan.table(found, found.plan),
+            "plan.txt": calibration_plan.words(found, found.plan),
+        }
     return files
 
 

@@ -84,12 +84,7 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
 
 
 def make_all(
-    contents: Contents,
-    directory: Path,
-    old: Manifest,
-    wanted: frozenset[str],
-    progress: Progress,
-    force: bool = False,
+    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False
 ) -> Made:
     """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
 

@@ -222,7 +222,7 @@ class FpcDocument(Section):
     )
     tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
     panel: str | PanelSpec = key(
-        NameOr(Choice(("auto", "none")), Part(PanelSpec), lambda panel: replace(panel, wish="always")),
+        NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
         "auto: when the part is too small to be made singly; none; or a section",
         "auto",
     )

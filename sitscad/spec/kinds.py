@@ -3,6 +3,7 @@
 Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is
 allowed; and each describes itself for the JSON Schema.
 """
+# ruff: noqa: D102 - `Kind` and `Scalar` say what reading and describing are
 
 from __future__ import annotations
 
@@ -86,11 +87,9 @@ class Either(Scalar):
     other: Scalar
 
     def read(self, value: Any) -> Any:
-        """None for the word, else what the other kind reads."""
         return None if value == self.word else self.other.read(value)
 
     def schema(self) -> dict[str, Any]:
-        """The word or the other kind."""
         return {"anyOf": [{"const": self.word}, self.other.schema()]}
 
 
@@ -102,11 +101,9 @@ class Special(Scalar):
     described_as: Mapping[str, Any]
 
     def read(self, value: Any) -> Any:
-        """What the function makes of the value."""
         return self.reader(value)
 
     def schema(self) -> dict[str, Any]:
-        """The schema given."""
         return dict(self.described_as)
 
 
@@ -119,7 +116,6 @@ class Number(Scalar):
     whole: bool = False
 
     def read(self, value: Any) -> float:
-        """The number."""
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             quoted = value if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
             hint = "take the quotes off" if quoted else f"write a number, like {self.low:g}"
@@ -134,7 +130,6 @@ class Number(Scalar):
         return int(value) if self.whole else float(value)
 
     def schema(self) -> dict[str, Any]:
-        """A number or an integer with its bounds."""
         return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
 
 
@@ -146,7 +141,6 @@ class NumberOrList(Scalar):
     most: int = 8
 
     def read(self, value: Any) -> tuple[float, ...]:
-        """The numbers."""
         if not isinstance(value, list):
             return (self.number.read(value),)
         if not 1 <= len(value) <= self.most:
@@ -154,7 +148,6 @@ class NumberOrList(Scalar):
         return tuple(self.number.read(entry) for entry in value)
 
     def schema(self) -> dict[str, Any]:
-        """A number or a list of numbers."""
         one = self.number.schema()
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "maxItems": self.most}]}
 
@@ -167,14 +160,12 @@ class Several(Scalar):
     most: int = 16
 
     def read(self, value: Any) -> tuple[Any, ...]:
-        """The values, each as its kind reads it."""
         written = value if isinstance(value, list) else [value]
         if len(written) > self.most:
             refuse("SIT006", f"{len(written)} are out of range: at most {self.most}", "")
         return tuple(self.one.read(each) for each in written)
 
     def schema(self) -> dict[str, Any]:
-        """One of them, or a list."""
         one = self.one.schema()
         many = {"type": "array", "items": one, "maxItems": self.most}
         return {"anyOf": [*one.get("anyOf", [one]), many]}
@@ -187,7 +178,6 @@ class Layers(Scalar):
     most: int = 8
 
     def read(self, value: Any) -> tuple[int, ...]:
-        """The layer numbers from 1."""
         number = Number(1, self.most, whole=True)
         if not isinstance(value, list):
             return tuple(range(1, int(number.read(value)) + 1))
@@ -201,7 +191,6 @@ class Layers(Scalar):
         return layers
 
     def schema(self) -> dict[str, Any]:
-        """An integer or a list of distinct integers."""
         one = Number(1, self.most, whole=True).schema()
         many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
         return {"anyOf": [one, many]}
@@ -212,13 +201,11 @@ class Truth(Scalar):
     """True or false."""
 
     def read(self, value: Any) -> bool:
-        """The truth."""
         if not isinstance(value, bool):
             refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false")
         return bool(value)
 
     def schema(self) -> dict[str, Any]:
-        """A boolean."""
         return {"type": "boolean"}
 
 
@@ -252,7 +239,6 @@ class Quantity(Scalar):
         return parse_quantity(self.low, self.dimension), parse_quantity(self.high, self.dimension)
 
     def read(self, value: Any) -> float:
-        """The value in SI units."""
         try:
             found = parse_quantity(value, self.dimension)
         except UnitError as error:
@@ -267,7 +253,6 @@ class Quantity(Scalar):
         return found
 
     def schema(self) -> dict[str, Any]:
-        """A number of millimetres (lengths only) or a text with a unit."""
         units = "|".join(re.escape(unit) for unit in UNITS[self.dimension])
         pattern = rf"^\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*({units})\s*$"
         text = {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}
@@ -285,7 +270,6 @@ class Pair(Scalar):
     single: bool = False
 
     def read(self, value: Any) -> tuple[float, float]:
-        """The two lengths in metres."""
         if isinstance(value, list):
             if len(value) != 2:
                 refuse("SIT004", f"{described(value)}, where [x, y] is wanted", "write two lengths, like [4, 8]")
@@ -296,7 +280,6 @@ class Pair(Scalar):
         return side, side
 
     def schema(self) -> dict[str, Any]:
-        """A list of two lengths, or one length."""
         one = self.length.schema()
         two = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
         return {"anyOf": [*one["anyOf"], two]} if self.single else two
@@ -311,7 +294,6 @@ class Text(Scalar):
     like: str = ""
 
     def read(self, value: Any) -> str:
-        """The text."""
         if not isinstance(value, str):
             refuse("SIT004", f"{described(value)} is no text", "put quotes around it" if self._fits(str(value)) else "")
         if len(value) > self.longest:
@@ -325,7 +307,6 @@ class Text(Scalar):
         return re.fullmatch(self.pattern, text) is not None if self.pattern else text.isprintable()
 
     def schema(self) -> dict[str, Any]:
-        """A string with its bounds."""
         pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
         return {"type": "string", "maxLength": self.longest, **pattern}
 
@@ -337,7 +318,6 @@ class Choice(Scalar):
     allowed: tuple[str, ...]
 
     def read(self, value: Any) -> str:
-        """The word."""
         if not isinstance(value, str):
             refuse("SIT004", f"{described(value)} is no name", f"allowed: {', '.join(self.allowed)}")
         if value not in self.allowed:
@@ -347,7 +327,6 @@ class Choice(Scalar):
         return value
 
     def schema(self) -> dict[str, Any]:
-        """An enumeration."""
         return {"type": "string", "enum": list(self.allowed)}
 
 
@@ -405,12 +384,10 @@ class Preset(Scalar):
     up: bool = False
 
     def read(self, value: Any) -> Any:
-        """The name, or the preset."""
         name = Choice(names(self.kind)).read(value)
         return getattr(import_module("sitscad.spec.presets"), self.kind.replace(" ", "_"))(name) if self.up else name
 
     def schema(self) -> dict[str, Any]:
-        """An enumeration of the presets that are installed."""
         return Choice(names(self.kind)).schema()
 
 
@@ -428,7 +405,6 @@ class ProfileName(Scalar):
     or_none: bool = False
 
     def read(self, value: Any) -> str:
-        """The name; whether a file is there is looked up later."""
         if is_profile_file(value):
             return str(Text(200).read(value))
         try:
@@ -439,7 +415,6 @@ class ProfileName(Scalar):
             raise with_hint(error, f"; or {own}") from None
 
     def schema(self) -> dict[str, Any]:
-        """A preset that is installed, or a file's name."""
         file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
         return {"anyOf": [self._choice.schema(), file]}
 
@@ -474,7 +449,6 @@ class Sourced(Scalar):
     figure: Scalar
 
     def read(self, value: Any) -> Figure:
-        """The figure with its source."""
         if not isinstance(value, dict):
             return Figure(self.figure.read(value))
         known = ("value", "source", "status")
@@ -487,7 +461,6 @@ class Sourced(Scalar):
         return Figure(self.figure.read(value["value"]), _SOURCE.read(value.get("source", "")), status == "verified")
 
     def schema(self) -> dict[str, Any]:
-        """The value alone, or the section."""
         inner = self.figure.schema()
         named = {
             "type": "object",

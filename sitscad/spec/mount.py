@@ -55,8 +55,7 @@ def _datum(value: Any) -> str | tuple[float, ...]:
 STEP_ENDING = r"\.([sS][tT][eE][pP]|[sS][tT][pP])$"
 StepName = Special(_step_name, {"type": "string", "maxLength": 200, "pattern": STEP_ENDING, "examples": ["jaw.step"]})
 Datum = Special(
-    _datum,
-    {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]},
+    _datum, {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]}
 )
 
 
@@ -314,41 +313,37 @@ class TolerancesDocument(Section):
     opposing_pad: float | None = key(Tolerance, "thickness of the other jaw's pad", None)
     placement: float | None = key(Tolerance, "where each piece is glued, along and across", None)
 
+    def written(self) -> tuple[tuple[str, float], ...]:
+        """The tolerances (m) that are written, by part."""
+        return tuple((name, value) for name, value in self.values().items() if value is not None)
 
-class AssemblyDocument(Section):
-    """How the pieces are put together: what their glue and their tolerances add is checked against the port."""
+
+@record
+class Assembly(Section):
+    """How the pieces are put together: what their glue and their tolerances add is checked against the port.
+
+    Lengths are metres. What the adhesive says is None only until it is worked out, bore and pin where they are what is
+    usual for the port; ``tolerances`` are those of parts by name that go before those of their process.
+    """
 
     adhesive: Adhesive | None = key(
         Preset("adhesive", up=True), "what the pieces are glued with: cyanoacrylate if left out", None
     )
-    glue_line: float | None = key(
+    glue_line: float = key(
         Quantity("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
     )
-    glue_tolerance: float | None = key(Tolerance, "of each glue line; the adhesive's if left out", None)
+    glue_tolerance: float = key(Tolerance, "of each glue line; the adhesive's if left out", None)
     shaft_bore: float | None = key(
         Size, "inside the tube behind the jaws; what is usual for the port if left out", None
     )
     hinge_pin: float | None = key(
         Size, "diameter of the pin that the jaws turn about; what is usual for the port if left out", None
     )
-    tolerances: TolerancesDocument = key(
-        Part(TolerancesDocument), "half the band of a part's size, where it is not its process's", {}
+    tolerances: tuple[tuple[str, float], ...] = key(
+        Part(TolerancesDocument, TolerancesDocument.written),
+        "half the band of a part's size, where it is not its process's",
+        {},
     )
-
-
-@record
-class Assembly:
-    """How the pieces are put together: what they are glued with, the thickness of each glue line (m) and its
-    tolerance (m), and tolerances (m) of parts by name that go before those of their process; the bore of the tube
-    behind the jaws and the diameter of their hinge's pin (m), None where they are what is usual for the port.
-    """
-
-    adhesive: Adhesive | None = None
-    glue_line: float = 0.0
-    glue_tolerance: float = 0.0
-    tolerances: tuple[tuple[str, float], ...] = ()
-    shaft_bore: float | None = None
-    hinge_pin: float | None = None
 
     def tolerance(self, part: str) -> float | None:
         """The tolerance (m) that the spec gives a part; None where it leaves it to the part's process."""

@@ -7,6 +7,7 @@ values of programs are held against.
 pydantic's model layer is left out on purpose: it more than doubles the start-up time of `check`, and the core alone
 validates, collects every error at once, and says where each one is.
 """
+# ruff: noqa: D102 - `Kind` says what a schema is
 
 from __future__ import annotations
 
@@ -127,9 +128,10 @@ def _is_key(value: object) -> bool:
 
 @record
 class Part(Kind):
-    """A section inside another one."""
+    """A section inside another one; `made` makes the spec's value of it where that is not itself."""
 
     section: type[Section]
+    made: Callable[[Any], Any] | None = None
 
     def validator(self) -> core_schema.CoreSchema:
         """An instance of the section; unknown keys are refused."""
@@ -150,10 +152,9 @@ class Part(Kind):
         read: core_schema.CoreSchema = core_schema.dataclass_schema(section, arguments, names, config=config)
         for like in section.alike.values():
             read = core_schema.no_info_before_validator_function(like.gathered, read)
-        return read
+        return read if self.made is None else core_schema.no_info_after_validator_function(self.made, read)
 
     def schema(self) -> dict[str, Any]:
-        """A reference to the section's own schema."""
         return {"$ref": f"#/$defs/{self.section.form}"}
 
 
@@ -175,28 +176,21 @@ class ListOf(Kind):
         return core_schema.list_schema(self.entry.validator(), strict=True)
 
     def schema(self) -> dict[str, Any]:
-        """An array."""
         return {"type": "array", "items": self.entry.schema()}
 
 
 @record
 class NameOr(Kind):
-    """The name of a preset (or a word out of a list), or the same thing written out; `made` makes the spec's value of
-    the written form where that is not itself.
-    """
+    """The name of a preset (or a word out of a list), or the same thing written out."""
 
     preset: Preset | Choice | ProfileName
     written: Kind
-    made: Callable[[Any], Any] | None = None
 
     def validator(self) -> core_schema.CoreSchema:
         """Decides by what is written, so that complaints are about the form that was meant."""
         form = "a list" if isinstance(self.written, ListOf) else "a section"
-        written = self.written.validator()
-        if self.made is not None:
-            written = core_schema.no_info_after_validator_function(self.made, written)
         return core_schema.tagged_union_schema(
-            {NAME: core_schema.no_info_plain_validator_function(self._read_name), WRITTEN: written},
+            {NAME: core_schema.no_info_plain_validator_function(self._read_name), WRITTEN: self.written.validator()},
             lambda value: NAME if isinstance(value, str) else WRITTEN if isinstance(value, (dict, list)) else None,
             custom_error_type="SIT004",
             custom_error_message=f"neither a preset's name nor {form} that writes it out",
@@ -222,7 +216,6 @@ class NameOr(Kind):
         return f"{form} and, if wanted, {some}" if needed and others else form
 
     def schema(self) -> dict[str, Any]:
-        """Either form."""
         names = self.preset.schema()
         return {"anyOf": [*names.get("anyOf", [names]), self.written.schema()]}
 
@@ -234,7 +227,7 @@ def of_the_spec(value: Any) -> Any:
 
 def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] = of_the_spec) -> NameOr:
     """A preset that is looked up by its name, or written out."""
-    return NameOr(Preset(kind, up=True), Part(section), made)
+    return NameOr(Preset(kind, up=True), Part(section, made))
 
 
 def section_of(kind: Kind) -> type[Section] | None:

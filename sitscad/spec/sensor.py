@@ -16,7 +16,7 @@ from sitscad.spec.circuit import FpcDocument, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
 from sitscad.spec.kinds import Number, Quantity, Rate, Special, Text, described, refuse
 from sitscad.spec.loads import Force, LoadCase, LoadsDocument
-from sitscad.spec.mount import Assembly, AssemblyDocument, Mount, MountDocument
+from sitscad.spec.mount import Assembly, Mount, MountDocument
 from sitscad.spec.plates import Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.readout import ReadoutSpec
 from sitscad.spec.section import Part, Section, key, schema_of
@@ -104,7 +104,7 @@ class SensorSpec:
     requirements: Requirements
     source: SpecSource
     issue: Issue = Issue()
-    assembly: Assembly = Assembly()
+    assembly: Assembly = Assembly(None, 0.0, 0.0)
     cutting: Cutting = Cutting()
     loads: tuple[LoadCase, ...] = ()
 
@@ -220,7 +220,7 @@ class SpecDocument(Section):
     encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)
     mount: MountDocument | None = key(Part(MountDocument), "what carries the sensor", None)
     shield: Shield | None = key(Part(Shield), "a sheet between coil and jaw", None)
-    assembly: AssemblyDocument = key(Part(AssemblyDocument), "how the pieces are put together", {})
+    assembly: Assembly = key(Part(Assembly), "how the pieces are put together", {})
     cutting: Cutting = key(Part(Cutting), "the sheets that elastomer and target are cut from", {})
     readout: ReadoutSpec = key(Part(ReadoutSpec), "the converter that reads the coils", {})
     requirements: Requirements = key(Part(Requirements), "what the sensor must bear and follow", {})

@@ -10,17 +10,7 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.spec import presets
-from sitscad.spec.mount import (
-    Finger,
-    Hole,
-    HolePattern,
-    Jaw,
-    JawDocument,
-    Mount,
-    MountDocument,
-    Retention,
-    StepPart,
-)
+from sitscad.spec.mount import Finger, Hole, HolePattern, Jaw, JawDocument, Mount, MountDocument, Retention, StepPart
 from sitscad.spec.plates import Shield
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks

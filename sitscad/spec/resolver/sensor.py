@@ -16,7 +16,7 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import Tail, TailDocument
 from sitscad.spec.kinds import Preset
 from sitscad.spec.loads import LoadCase, Mechanism
-from sitscad.spec.mount import Assembly, AssemblyDocument, Mount
+from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.reading import Remarks
@@ -88,7 +88,7 @@ def _note_plain_defaults(
         inner = section_of(kind)
         if is_section and inner is not None:
             _note_plain_defaults(inner, value, f"{place}.", written, remarks)
-        elif place not in written and key.default not in (None, "", "written out"):
+        elif place not in written and key.default not in (None, "", {}, "written out"):
             is_bare_length = isinstance(key.default, (int, float)) and getattr(kind, "dimension", "") == "length"
             remarks.default(place, f"{key.default} mm" if is_bare_length else str(key.default))
 
@@ -116,24 +116,20 @@ def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float
     return x, y
 
 
-def _assembly(part: AssemblyDocument, is_glued: bool, remarks: Remarks) -> Assembly:
-    """What the pieces are glued with, and the tolerances that are written; figures left out are the adhesive's."""
+def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
+    """What the pieces are glued with; figures that are left out are the adhesive's."""
+    written = part.values()
     adhesive = part.adhesive or presets.adhesive("cyanoacrylate")
-    line = adhesive.line if part.glue_line is None else part.glue_line
-    spread = min(adhesive.tolerance, line) if part.glue_tolerance is None else part.glue_tolerance
-    if is_glued:
-        for key, value, written in (
-            ("adhesive", adhesive.name, part.adhesive),
-            ("glue_line", show(line, "m"), part.glue_line),
-            ("glue_tolerance", show(spread, "m"), part.glue_tolerance),
-        ):
-            if written is None:
-                remarks.default(f"assembly.{key}", value, "unverified: measure yours")
+    line = adhesive.line if written["glue_line"] is None else part.glue_line
+    spread = min(adhesive.tolerance, line) if written["glue_tolerance"] is None else part.glue_tolerance
+    shown = {"adhesive": adhesive.name, "glue_line": show(line, "m"), "glue_tolerance": show(spread, "m")}
+    for key, value in shown.items():
+        if is_glued and written[key] is None:
+            remarks.default(f"assembly.{key}", value, "unverified: measure yours")
     if spread > line:
         message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
         remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
-    tolerances = tuple((name, value) for name, value in part.tolerances.values().items() if value is not None)
-    return Assembly(adhesive, line, spread, tolerances, part.shaft_bore, part.hinge_pin)
+    return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=spread)
 
 
 _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), "resistance": (1.0, "ohm")}
