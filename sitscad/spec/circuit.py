@@ -94,8 +94,18 @@ class BendDocument(Section):
     radius: float | None = key(TurnRadius, "inside; the fabricator's least if left out", None)
 
 
-class TailDocument(Section):
-    """The strip that leads to the converter."""
+@record
+class Tail(Section):
+    """The strip that leads to the converter.
+
+    ``length`` is metres along its middle, ``offset`` m, ``turn_radius`` m and None only until it is worked out, as are
+    ``layers``. ``bend`` is a word, and a section only until it is taken apart: it bends about a line across it, whose
+    distance from the body is ``bend_at`` (m; None: the pivot of the jaw's hinge, or the middle of the stretch that may
+    be bent), ``down`` (away from the face with the coils) or ``up``, by an angle (rad; half of the jaw's opening leads
+    it into the shaft) at an inside radius (m; None: the fabricator's least). ``contacts`` is how many the connector
+    has, None where it is the fewest that are enough; ``stiffener`` (m, with its adhesive) is None where the stock one
+    is taken that fits best.
+    """
 
     length: float = key(Run, "from the sensor's body to the end", 30)
     connector: Connector = key(Preset("connector", up=True), "what the tail ends in", "zif-0.5mm")
@@ -107,13 +117,13 @@ class TailDocument(Section):
         "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out",
         None,
     )
-    layers: int | None = key(
+    layers: int = key(
         Number(1, 8, whole=True),
         "copper layers that run down it; all of the body's if left out. Fewer bend more tightly and are a build of "
         "their own (SIT132)",
         None,
     )
-    bend: str | BendDocument = key(
+    bend: str = key(
         NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument)),
         "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
         "static",
@@ -122,36 +132,11 @@ class TailDocument(Section):
         Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
     )
     offset: float = key(Offset, "or led aside by so much before the contacts, to the left; negative: right", 0)
-    turn_radius: float | None = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
-
-
-@record
-class Tail:
-    """The strip that leads to the converter: length in metres along its middle, its connector, its copper layers and
-    how it bends.
-
-    ``turn`` is how it turns in its plane before the contacts, seen from the top and from the coils: ``none``, ``left``
-    or ``right`` (by 90 degrees); ``offset`` (m, to the left) how far it is led aside instead; ``turn_radius`` (m) that
-    of its inner edge. It bends about a line across it, whose distance from the body is ``bend_at`` (m; None: the pivot
-    of the jaw's hinge, or the middle of the stretch that may be bent), ``down`` (away from the face with the coils) or
-    ``up``, by an angle (rad; half of the jaw's opening leads it into the shaft) at an inside radius (m; None: the
-    fabricator's least). ``contacts`` is how many the connector has, None where it is the fewest that are enough;
-    ``stiffener`` (m, with its adhesive) is None where the stock one is taken that fits best.
-    """
-
-    length: float
-    connector: Connector
-    layers: int
-    bend: str
-    turn: str = "none"
-    offset: float = 0.0
-    turn_radius: float = 2e-3
+    turn_radius: float = key(TurnRadius, "of the turn's inner edge: 2 mm, or the fabricator's least", None)
     bend_at: float | None = None
     bend_direction: str = "down"
     bend_angle: float = math.pi / 2
     bend_radius: float | None = None
-    contacts: int | None = None
-    stiffener: float | None = None
 
 
 class LayerDocument(Section):
@@ -220,7 +205,7 @@ class FpcDocument(Section):
     rules: str | RulesDocument = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )
-    tail: TailDocument | None = key(Part(TailDocument), "none: solder pads at the outline", None)
+    tail: Tail | None = key(Part(Tail), "none: solder pads at the outline", None)
     panel: str | PanelSpec = key(
         NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
         "auto: when the part is too small to be made singly; none; or a section",

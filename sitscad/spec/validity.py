@@ -16,7 +16,7 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
 
-from sitscad.spec.circuit import FpcDocument, FpcSpec, Tail, TailDocument
+from sitscad.spec.circuit import FpcDocument, FpcSpec
 from sitscad.spec.design_rules import DesignRules, RulesDocument
 from sitscad.spec.kinds import (
     Choice,
@@ -47,7 +47,6 @@ DOCUMENTS: dict[type, type[Section]] = {
     Issue: SpecDocument,
     FpcSpec: FpcDocument,
     DesignRules: RulesDocument,
-    Tail: TailDocument,
     Mount: MountDocument,
     Jaw: JawDocument,
     ElastomerMaterial: ElastomerDocument,

@@ -50,7 +50,7 @@ def sensor(
         fpc=FpcSpec(
             presets.stackup(stackup),
             installed_rules(rules),
-            Tail(30e-3, presets.connector("zif-0.5mm"), tail_layers, "static") if tail else None,
+            Tail(30e-3, presets.connector("zif-0.5mm"), layers=tail_layers, turn_radius=2e-3) if tail else None,
         ),
         target=None,
         elastomer=None,

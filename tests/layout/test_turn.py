@@ -39,7 +39,7 @@ def board(way, template="grasper_4layer"):
 
 
 def tail(**kwargs):
-    return Tail(30e-3, connector("zif-0.5mm"), 2, "static", **kwargs)
+    return Tail(30e-3, connector("zif-0.5mm"), **{"layers": 2, "bend": "static", "turn_radius": 2e-3, **kwargs})
 
 
 @pytest.mark.parametrize("side", [1, -1])

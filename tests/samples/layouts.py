@@ -75,7 +75,7 @@ def stackup(copper: int = 2) -> Stackup:
 def sensor_spec(copper: int = 2, tail: bool = True, name: str = "two-coils") -> SensorSpec:
     """A spec of two circular coils with nothing above or below the board."""
     placements = tuple(CoilPlacement(f"C{i + 1}", (x, 0.0)) for i, x in enumerate((-COIL_PITCH / 2, COIL_PITCH / 2)))
-    end = Tail(11 * MM, ZIF, copper, "static") if tail else None
+    end = Tail(11 * MM, ZIF, layers=copper, turn_radius=2e-3) if tail else None
     return SensorSpec(
         name=name,
         coil=CoilSpec("circle", (DIAMETER, DIAMETER), 4.5, (1, copper), WIDTH, SPACING),

@@ -15,7 +15,6 @@ from sitscad.spec.circuit import (
     LayerDocument,
     PanelSpec,
     Tail,
-    TailDocument,
 )
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
@@ -60,7 +59,7 @@ def resolve_fpc(
     return FpcSpec(
         stackup,
         rules.for_layers(copper),
-        _tail(document, copper, rules, mount, remarks),
+        _tail(document.tail, copper, rules, mount, remarks),
         _panel(document.panel, remarks),
         document.finish,
         document.copper,
@@ -171,30 +170,20 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     return StackLayer(kind, thickness, material, permittivity)
 
 
-def _tail(document: FpcDocument, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:
+def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:
     """The tail with all defaults; None where none is wanted."""
-    written = document.tail
-    if written is None:
+    if tail is None:
         return None
-    layers = written.layers
+    layers = tail.values()["layers"]
     if layers is None:
         layers = copper
         remarks.default("fpc.tail.layers", str(layers))
     if layers > copper:
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
-    tail = Tail(
-        written.length,
-        written.connector,
-        layers,
-        "none",
-        written.turn,
-        written.offset,
-        _turn_radius(written, rules, remarks),
-        contacts=written.contacts,
-        stiffener=written.stiffener,
-    )
-    return _bent(tail, written.bend, mount, remarks)
+    bend: str | BendDocument = tail.values()["bend"]
+    radius = _turn_radius(tail, rules, remarks)
+    return _bent(replace(tail, layers=layers, turn_radius=radius), bend, mount, remarks)
 
 
 def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
@@ -226,9 +215,9 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
     return replace(tail, bend_angle=angle)
 
 
-def _turn_radius(tail: TailDocument, rules: DesignRules, remarks: Remarks) -> float:
+def _turn_radius(tail: Tail, rules: DesignRules, remarks: Remarks) -> float:
     """The radius (m) of the inner edge of the tail's turn, no less than the fabricator's."""
-    radius, is_turned = tail.turn_radius, tail.turn != "none" or tail.offset != 0.0
+    radius, is_turned = tail.values()["turn_radius"], tail.turn != "none" or tail.offset != 0.0
     if tail.turn != "none" and tail.offset:
         message = f"the tail turns {tail.turn} and is led aside too"
         remarks.flaw("SIT009", "fpc.tail.offset", message, "keep one of turn and offset")

@@ -13,7 +13,7 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
 from sitscad.spec import presets
-from sitscad.spec.circuit import Tail, TailDocument
+from sitscad.spec.circuit import Tail
 from sitscad.spec.kinds import Preset
 from sitscad.spec.loads import LoadCase, Mechanism
 from sitscad.spec.mount import Assembly, Mount
@@ -135,7 +135,7 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
 _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), "resistance": (1.0, "ohm")}
 
 
-def _readout(part: ReadoutSpec, tail: TailDocument | None, remarks: Remarks) -> ReadoutSpec:
+def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutSpec:
     """The converter and its cable; what is left out of a cable is a thin flexible pair's, in proportion to its
     length.
     """
@@ -168,7 +168,7 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
         remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts, edits=enough)
 
 
-def _check_chip(part: ReadoutSpec, tail: TailDocument | None, remarks: Remarks) -> None:
+def _check_chip(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> None:
     """Whether capacitors on the board have a place there, with the tail's pairs above each other."""
     key = "readout.capacitors_on_board"
     if part.capacitor_at == "converter":
