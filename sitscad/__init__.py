@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         map_of as map_of,
     )
     from sitscad.calibration.bench_data import BenchError as BenchError
-    from sitscad.checks import CheckResult as CheckResult, RULES as RULES, check as check
+    from sitscad.checks import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
     from sitscad.checks.rules import Complaint as Complaint, Rule as Rule, Undecided as Undecided
     from sitscad.design import Design as Design, respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",
-    "sitscad.checks": "CheckResult RULES check",
+    "sitscad.checks": "CheckResult RULES check mended",
     "sitscad.checks.rules": "Complaint Rule Undecided",
     "sitscad.design": "Design respond",
     "sitscad.estimates": "Estimates estimate",

@@ -82,7 +82,7 @@ def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, 
     wanted = {"normal_resolution": 0.1, **needs}
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, **wanted))
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
-    checked = sitscad.as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
+    checked = as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
     drift = abs(end - 20.0) * design.felt.warmed[0].temperature[0]
     line = f"temperature moves zero by {show(float(drift), 'N', 2)} (normal) between 20 and {end:.3g} degC"
     assert line in as_text([checked]) and drift > 0.1

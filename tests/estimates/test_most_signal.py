@@ -11,6 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.signal import most_signal, signals
+from sitscad.inspection import as_configured
 from sitscad.remedy.feeling import best_thickness
 from sitscad.report import numbers
 
@@ -63,7 +64,7 @@ def test_nothing_is_said_where_there_is_no_signal():
 
 
 def test_text_and_json_have_it(bench):
-    checked = sitscad.as_configured(bench.spec, sitscad.check(bench.spec, bench.layout, bench.estimates))
+    checked = as_configured(bench.spec, sitscad.check(bench.spec, bench.layout, bench.estimates))
     text = numbers.as_text("a.yaml", bench.estimates, checked, most=bench.most_signal)
     (line,) = (line for line in text.splitlines() if line.startswith("  pad "))
     pad = bench.most_signal[0]
