@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.pad import NoResponse as NoResponse
     from sitscad.estimates.response.values import Response as Response
     from sitscad.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
-    from sitscad.formats.tetrahedra.field import field_mesh as field_mesh
-    from sitscad.formats.tetrahedra.pad import pad_mesh as pad_mesh
+    from sitscad.formats.volume_mesh import field_mesh as field_mesh, pad_mesh as pad_mesh
     from sitscad.interchange import (
         Area as Area,
         CentreLine as CentreLine,
@@ -78,8 +77,7 @@ _HOMES = {
     "sitscad.estimates.response.pad": "NoResponse",
     "sitscad.estimates.response.values": "Response",
     "sitscad.finding": "Finding NotChecked Severity",
-    "sitscad.formats.tetrahedra.field": "field_mesh",
-    "sitscad.formats.tetrahedra.pad": "pad_mesh",
+    "sitscad.formats.volume_mesh": "field_mesh pad_mesh",
     "sitscad.interchange": "Area CentreLine CurrentPath areas as_build123d as_cadquery "
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",

@@ -216,7 +216,7 @@ SUMMARY_LIMIT = 1_000_000
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
     """Write the page of a job; pictures go first where it would be too long."""
-    from sitscad.report.findings.github import job_summary
+    from sitscad.report.findings.ci import job_summary
 
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}

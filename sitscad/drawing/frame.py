@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from itertools import accumulate
 
 from sitscad.drawing.sheet import BLACK, Pen, Sheet, text_width
-from sitscad.geometry.path import Path, Point, closed_polygon, rectangle
+from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 from sitscad.version import __version__
@@ -48,12 +49,9 @@ def new_sheet(
     sheet.draw(rectangle(left, low, left + BLOCK[0], low + BLOCK[1]), Pen(0.5), "#ffffff")
     known = dict(spec.issue.rows)
     rows: list[list[tuple[str, str]]] = [
-        *([[("Stop", FORCED)]] if forced else []),
-        [("Design", spec.name)],
-        [(label, known.get(name, NOT_STATED)) for label, name in ISSUE],
-        [("Drawing", what)],
-        *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []),
-        [("Files", artwork)],
+        *([[("Stop", FORCED)]] if forced else []), [("Design", spec.name)],
+        [(label, known.get(name, NOT_STATED)) for label, name in ISSUE], [("Drawing", what)],
+        *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []), [("Files", artwork)],
         [("Made by", f"sitscad {__version__}")],
     ]
     step = BLOCK[1] / len(rows)
@@ -61,15 +59,11 @@ def new_sheet(
         y = low + BLOCK[1] - (i + 1) * step
         if i:
             sheet.line(left, y + step, left + BLOCK[0], y + step, THIN)
-        for cell, x, room in zip(cells, *_cells(len(cells)), strict=True):
+        # Where the cells of one row of the title block begin, and how wide they are (mm): one, or those of the issue
+        widths = (BLOCK[0],) if len(cells) == 1 else ISSUE_CELLS
+        for cell, x, room in zip(cells, *(tuple(accumulate(widths[:-1], initial=0.0)), widths), strict=True):
             _cell(sheet, cell, (left + x, y), (room, step))
     return sheet
-
-
-def _cells(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Where the cells of one row of the title block begin, and how wide they are (mm): one, or those of the issue."""
-    widths = (BLOCK[0],) if count == 1 else ISSUE_CELLS
-    return tuple(accumulate(widths[:-1], initial=0.0)), widths
 
 
 def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
@@ -84,16 +78,15 @@ def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size
     sheet.text(x + indent, y + 0.28 * step, text, letters, colour=RED if label == "Stop" else BLACK)
 
 
-def scale_for(size: tuple[float, float], room: tuple[float, float]) -> float:
-    """The largest usual scale at which a size (m) fits some room (mm on paper); the smallest one where none does."""
-    fitting = (k for k in SCALES if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
-    return next(fitting, SCALES[-1])
+def scale_for(size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = SCALES) -> float:
+    """The largest of some scales at which a size (m) fits some room (mm on paper); the smallest where none does."""
+    fitting = (k for k in scales if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
+    return next(fitting, scales[-1])
 
 
 def detail_scale(size: tuple[float, float], room: tuple[float, float]) -> float:
-    """The largest scale of a detail at which a size (m) fits some room (mm on paper); the smallest where none does."""
-    fitting = (k for k in DETAIL_SCALES if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
-    return next(fitting, DETAIL_SCALES[-1])
+    """The largest scale of a detail, out of finer steps."""
+    return scale_for(size, room, DETAIL_SCALES)
 
 
 def next_below(scale: float) -> float:
@@ -138,6 +131,14 @@ class View:
 def mm(metres: float) -> str:
     """A length as a dimension: millimetres with two decimals, three where the third says something."""
     return in_mm(metres, 3, 2)
+
+
+def origin_cross(sheet: Sheet, view: View) -> None:
+    """The origin of the files' coordinates: a red cross in a circle."""
+    x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, RED)
+    sheet.draw(circle(Point(x, y), 1.2), red)
+    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
+        sheet.line(x - dx, y - dy, x + dx, y + dy, red)
 
 
 def ordinates_x(sheet: Sheet, view: View, values: Sequence[float], start: float, end: float) -> None:
@@ -192,11 +193,7 @@ def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], tex
 
 
 def outer_span(
-    sheet: Sheet,
-    one: tuple[float, float],
-    other: tuple[float, float],
-    text: str,
-    upright: bool = False,
+    sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
     is_before: bool = False,
 ) -> None:
     """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them, or
@@ -273,10 +270,35 @@ def fitting_paragraph(
     sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
 ) -> float:
     """A paragraph in letters small enough that it ends above `low` (mm); the y below its last line."""
-    while size > SMALLEST and top - 1.45 * size * _count(lines, width, size) < low:
+    while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:
         size -= 0.1
     return paragraph(sheet, left, top, width, lines, size)
 
 
-def _count(lines: Sequence[str], width: float, size: float) -> int:
-    return sum(len(wrapped(text, width - INDENT, size)) for text in lines)
+Symbol = Callable[[Point, float], tuple[Path, ...]]
+
+
+def _polygon(sides: int, turn: float) -> Symbol:
+    def symbol(at: Point, radius: float) -> tuple[Path, ...]:
+        angles = [turn + 2.0 * math.pi * i / sides for i in range(sides)]
+        return (closed_polygon([Point(at.x + radius * math.cos(a), at.y + radius * math.sin(a)) for a in angles]),)
+
+    return symbol
+
+
+def _cross(turn: float) -> Symbol:
+    def symbol(at: Point, radius: float) -> tuple[Path, ...]:
+        arms = [(radius * math.cos(turn + q), radius * math.sin(turn + q)) for q in (0.0, math.pi / 2)]
+        return tuple(polyline([Point(at.x - x, at.y - y), Point(at.x + x, at.y + y)]) for x, y in arms)
+
+    return symbol
+
+
+def _ring(at: Point, radius: float) -> tuple[Path, ...]:
+    return (circle(at, radius), *_cross(0.0)(at, radius))
+
+
+SYMBOLS: tuple[Symbol, ...] = (
+    _cross(0.0), _cross(math.pi / 4), _polygon(4, 0.0), _polygon(4, math.pi / 4), _polygon(3, math.pi / 2), _ring,
+)
+"""One symbol a tool, in the order of the tools; used again from the first where there are more tools."""

@@ -29,23 +29,30 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
         b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
     ]
     for i, sheet in enumerate(sheets):
-        objects += [_page(sheet, first + 2 * i + 1), _stream(sheet)]
-    return _document(objects, sheets[0].title)
-
-
-def _page(sheet: Sheet, contents: int) -> bytes:
-    width, height = (decimal(side * POINTS) for side in sheet.size)
-    box, states = f"/MediaBox [0 0 {width} {height}]", _states(sheet)
-    resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
-    return f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {contents} 0 R >>".encode("ascii")
-
-
-def _stream(sheet: Sheet) -> bytes:
-    """The page's drawing; everything in it is in millimetres."""
-    commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
-    commands += _items(sheet.items)
-    content = b"\n".join(commands) + b"\n"
-    return b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)
+        width, height = (decimal(side * POINTS) for side in sheet.size)
+        # The graphics states that a page asks for, as resources; nothing where all is opaque
+        found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
+        rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
+        box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
+        resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
+        # The page's drawing; everything in it is in millimetres
+        commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
+        commands += _items(sheet.items)
+        content = b"\n".join(commands) + b"\n"
+        objects += [
+            f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {(first + 2 * i + 1)} 0 R >>".encode("ascii"),
+            (b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)),
+        ]
+    # Objects numbered from 1, the table of where each begins, and the trailer
+    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(sheets[0].title)]
+    content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
+    for i, entry in enumerate(entries, 1):
+        places.append(len(content))
+        content += b"%d 0 obj\n%b\nendobj\n" % (i, entry)
+    start, count = len(content), len(entries) + 1
+    table = b"".join(b"%010d 00000 n \n" % place for place in places)
+    trailer = b"trailer\n<< /Size %d /Root 1 0 R /Info %d 0 R >>\nstartxref\n%d\n" % (count, len(entries), start)
+    return content + b"xref\n0 %d\n0000000000 65535 f \n" % count + table + trailer + b"%%EOF\n"
 
 
 def _items(items: Iterable[Item]) -> Iterator[bytes]:
@@ -57,7 +64,6 @@ def _items(items: Iterable[Item]) -> Iterator[bytes]:
 
 
 def _group(group: Group) -> Iterator[bytes]:
-    """What a group holds, within its window and moved where it is."""
     is_placed = group.window is not None or group.offset != (0.0, 0.0)
     if is_placed:
         yield b"q"
@@ -69,19 +75,6 @@ def _group(group: Group) -> Iterator[bytes]:
     yield from _items(group.items)
     if is_placed:
         yield b"Q"
-
-
-def _document(objects: Sequence[bytes], title: str) -> bytes:
-    """Objects numbered from 1, the table of where each begins, and the trailer."""
-    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(title)]
-    content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
-    for i, entry in enumerate(entries, 1):
-        places.append(len(content))
-        content += b"%d 0 obj\n%b\nendobj\n" % (i, entry)
-    start, count = len(content), len(entries) + 1
-    table = b"".join(b"%010d 00000 n \n" % place for place in places)
-    trailer = b"trailer\n<< /Size %d /Root 1 0 R /Info %d 0 R >>\nstartxref\n%d\n" % (count, len(entries), start)
-    return content + b"xref\n0 %d\n0000000000 65535 f \n" % count + table + trailer + b"%%EOF\n"
 
 
 def _label(label: Label) -> Iterator[bytes]:
@@ -108,7 +101,6 @@ def _escaped(text: str) -> bytes:
 
 
 def _shape(shape: Shape) -> Iterator[bytes]:
-    """What draws and fills a shape."""
     if shape.opacity != 1.0:
         yield f"q /{_state(shape.opacity)} gs".encode("ascii")
     if shape.fill:
@@ -134,44 +126,33 @@ def _pen(pen: Pen) -> str:
 
 
 def _state(opacity: float) -> str:
-    """The name of the graphics state that fills with an opacity."""
     return f"A{round(opacity * 100)}"
 
 
-def _states(sheet: Sheet) -> str:
-    """The graphics states that a page asks for, as resources; nothing where all is opaque."""
-    found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
-    rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
-    return f" /ExtGState << {rows} >>" if rows else ""
-
-
 def _path(path: Path) -> Iterator[str]:
-    """What follows a path, arcs as cubic curves."""
     yield f"{_xy(path.start)} m"
     for segment in path:
         if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
-            yield from _arc(segment)
+            # Cubic curves of a quarter turn at most: within 0.03 % of the radius
+            count = math.ceil(abs(segment.sweep) / (math.pi / 2) - 1e-9)
+            step = segment.sweep / count
+            reach = segment.radius * 4.0 / 3.0 * math.tan(step / 4.0)
+            for i in range(count):
+                one, other = segment.start_angle + i * step, segment.start_angle + (i + 1) * step
+                a, b = (
+                    Point(
+                        segment.centre.x + segment.radius * math.cos(angle),
+                        segment.centre.y + segment.radius * math.sin(angle),
+                    )
+                    for angle in (one, other)
+                )
+                control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
+                control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
+                yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"
         else:
             yield f"{_xy(segment.end)} l"
     if path.is_closed:
         yield "h"
-
-
-def _arc(arc: Arc) -> Iterator[str]:
-    """Cubic curves of a quarter turn at most: within 0.03 % of the radius."""
-    count = math.ceil(abs(arc.sweep) / (math.pi / 2) - 1e-9)
-    step = arc.sweep / count
-    reach = arc.radius * 4.0 / 3.0 * math.tan(step / 4.0)
-    for i in range(count):
-        one, other = arc.start_angle + i * step, arc.start_angle + (i + 1) * step
-        a, b = (_on(arc, angle) for angle in (one, other))
-        control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
-        control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
-        yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"
-
-
-def _on(arc: Arc, angle: float) -> Point:
-    return Point(arc.centre.x + arc.radius * math.cos(angle), arc.centre.y + arc.radius * math.sin(angle))
 
 
 def _xy(point: Point) -> str:
@@ -179,5 +160,4 @@ def _xy(point: Point) -> str:
 
 
 def _colour(text: str) -> str:
-    """``#rrggbb`` as PDF's three shares."""
     return " ".join(decimal(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

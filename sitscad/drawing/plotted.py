@@ -59,7 +59,7 @@ def _manner() -> dict[str, Any]:
         "ytick.major.width": 0.5, "legend.frameon": False, "axes.titlesize": LETTERS + 1.0,
         "axes.prop_cycle": cycler(color=COLOURS), "axes.formatter.useoffset": False, "path.simplify": False,
         "axes.titleweight": "bold",
-    }  # fmt: skip
+    }
 
 
 def _renderer(sheet: Sheet, corner: tuple[float, float], size: tuple[float, float]) -> Any:

@@ -5,23 +5,20 @@ from __future__ import annotations
 from sitscad.writer import Writer, is_cut, is_mounted
 
 WRITERS: tuple[Writer, ...] = (
-    Writer("gerber", "formats.gerber.layers", "gerber"),
-    Writer("excellon", "formats.excellon", "gerber"),
-    Writer("drill map", "formats.gerber.drill_map", "gerber"),
-    Writer("ipc356", "formats.ipc356", "gerber"),
-    Writer("job file", "formats.gerber.job", "gerber"),
+    Writer("gerber", "formats.gerber.board", "gerber"),
+    Writer("excellon", "formats.gerber.board:render_drills", "gerber"),
+    Writer("drill map", "formats.gerber.board:render_drill_map", "gerber"),
+    Writer("ipc356", "formats.ipc356", "gerber"), Writer("job file", "formats.gerber.board:render_job", "gerber"),
     Writer("panel", "formats.gerber.panel", "gerber", ("panel", "files")),
     Writer("kicad", "formats.kicad.project", "kicad"),
-    Writer("laser dxf", "formats.laser_dxf", "laser", ("layout", "forced"), is_cut),
-    Writer("laser svg", "formats.laser_svg", "laser", ("layout", "forced"), is_cut),
+    Writer("laser dxf", "formats.laser:render_dxf", "laser", ("layout", "forced"), is_cut),
+    Writer("laser svg", "formats.laser:render_svg", "laser", ("layout", "forced"), is_cut),
     Writer("step", "formats.step", "mount", ("solids", "spec", "aids"), is_mounted),
-    Writer("stl", "formats.mesh_stl", "mesh", ("solids", "spec", "aids"), is_mounted),
-    Writer("3mf", "formats.mesh_3mf", "mesh", ("solids", "spec", "aids"), is_mounted),
+    Writer("stl", "formats.meshes:render_stl", "mesh", ("solids", "spec", "aids"), is_mounted),
+    Writer("3mf", "formats.meshes:render_3mf", "mesh", ("solids", "spec", "aids"), is_mounted),
     Writer("assembly step", "formats.step:render_whole", "assembly", ("whole", "spec"), is_mounted),
-    Writer("assembly 3mf", "formats.mesh_3mf:render_whole", "assembly", ("whole", "spec"), is_mounted),
-    Writer("assembly glb", "formats.glb", "assembly", ("whole", "spec"), is_mounted),
-    Writer(
-        "volume mesh", "formats.tetrahedra.pad", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None
-    ),
+    Writer("assembly 3mf", "formats.meshes:render_whole_3mf", "assembly", ("whole", "spec"), is_mounted),
+    Writer("assembly glb", "formats.meshes:render_glb", "assembly", ("whole", "spec"), is_mounted),
+    Writer("volume mesh", "formats.volume_mesh", "mesh", ("solids", "spec"), lambda spec: spec.elastomer is not None),
 )
 """Every format, in the order in which a package is made; the papers come after them."""

@@ -14,7 +14,6 @@ from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from sitscad.parts.extras import require
 from sitscad.parts.solid import Solid, of_role
@@ -61,12 +60,8 @@ def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
         whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)
     with TemporaryDirectory() as folder:
         path = FilePath(folder) / "assembly.step"
-        _export(whole, path)
+        require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
         return _finished(path.read_text(encoding="ascii"), title, solids)
-
-
-def _export(whole: Any, path: FilePath) -> None:
-    require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
 
 
 def _timestamp() -> str:
@@ -81,7 +76,17 @@ def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
     text = _DUST.sub("0.", _HEADER.sub(lambda _: name, text, count=1))
     text = _recounted(text)
     body, end, tail = text.rpartition("ENDSEC;")
-    return (body + _colours(body, solids) + end + tail).encode("ascii")
+    # Presentation entities that give every solid its colour, in the solids' order (ISO 10303-46 styled items)
+    contexts = {item: match[2] for match in _BREP.finditer(body) for item in re.findall(r"#\d+", match[1])}
+    breps = _SOLID.findall(body)
+    if len(breps) != len(solids):
+        raise ValueError(f"the STEP file holds {len(breps)} solids, {len(solids)} were written")
+    free = max(int(number) for number in _ENTITY.findall(body)) + 1
+    lines = []
+    for brep, solid in zip(breps, solids, strict=True):
+        lines.extend(_styled(free, brep, contexts[brep], solid.rgb))
+        free += 9
+    return (body + ("\n".join(lines) + "\n") + end + tail).encode("ascii")
 
 
 def _recounted(text: str) -> str:
@@ -95,31 +100,13 @@ def _recounted(text: str) -> str:
     return _USAGE.sub(occurrence, text)
 
 
-def _colours(text: str, solids: tuple[Solid, ...]) -> str:
-    """Presentation entities that give every solid its colour, in the solids' order (ISO 10303-46 styled items)."""
-    contexts = {item: match[2] for match in _BREP.finditer(text) for item in re.findall(r"#\d+", match[1])}
-    breps = _SOLID.findall(text)
-    if len(breps) != len(solids):
-        raise ValueError(f"the STEP file holds {len(breps)} solids, {len(solids)} were written")
-    free = max(int(number) for number in _ENTITY.findall(text)) + 1
-    lines = []
-    for brep, solid in zip(breps, solids, strict=True):
-        lines.extend(_styled(free, brep, contexts[brep], solid.rgb))
-        free += 9
-    return "\n".join(lines) + "\n"
-
-
 def _styled(n: int, brep: str, context: str, rgb: tuple[float, float, float]) -> list[str]:
     """The lines that give a solid its colour."""
     colour = ",".join(f"{value:.6f}" for value in rgb)
     return [
         f"#{n} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{n + 1}),{context});",
-        f"#{n + 1} = STYLED_ITEM('color',(#{n + 2}),{brep});",
-        f"#{n + 2} = PRESENTATION_STYLE_ASSIGNMENT((#{n + 3}));",
-        f"#{n + 3} = SURFACE_STYLE_USAGE(.BOTH.,#{n + 4});",
-        f"#{n + 4} = SURFACE_SIDE_STYLE('',(#{n + 5}));",
-        f"#{n + 5} = SURFACE_STYLE_FILL_AREA(#{n + 6});",
-        f"#{n + 6} = FILL_AREA_STYLE('',(#{n + 7}));",
-        f"#{n + 7} = FILL_AREA_STYLE_COLOUR('',#{n + 8});",
-        f"#{n + 8} = COLOUR_RGB('',{colour});",
+        f"#{n + 1} = STYLED_ITEM('color',(#{n + 2}),{brep});", f"#{n + 2} = PRESENTATION_STYLE_ASSIGNMENT((#{n + 3}));",
+        f"#{n + 3} = SURFACE_STYLE_USAGE(.BOTH.,#{n + 4});", f"#{n + 4} = SURFACE_SIDE_STYLE('',(#{n + 5}));",
+        f"#{n + 5} = SURFACE_STYLE_FILL_AREA(#{n + 6});", f"#{n + 6} = FILL_AREA_STYLE('',(#{n + 7}));",
+        f"#{n + 7} = FILL_AREA_STYLE_COLOUR('',#{n + 8});", f"#{n + 8} = COLOUR_RGB('',{colour});",
     ]

@@ -12,14 +12,6 @@ from sitscad.interchange.cad import as_build123d, as_cadquery, as_cadquery_assem
 from sitscad.interchange.lines import CentreLine, CurrentPath, centre_lines, current_paths
 
 __all__ = [
-    "Area",
-    "CentreLine",
-    "CurrentPath",
-    "areas",
-    "as_build123d",
-    "as_cadquery",
-    "as_cadquery_assembly",
-    "centre_lines",
-    "copper_solids",
-    "current_paths",
+    "Area", "CentreLine", "CurrentPath", "areas", "as_build123d", "as_cadquery", "as_cadquery_assembly", "centre_lines",
+    "copper_solids", "current_paths",
 ]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from sitscad.geometry.path import Path, Region
+from sitscad.geometry.path import Region
 from sitscad.interchange.lines import TOLERANCE
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
@@ -74,7 +74,6 @@ def _copper(layout: Layout, tolerance: float, shapely: Any) -> Iterator[Area]:
 
 
 def _pieces(layout: Layout, number: int, tolerance: float, shapely: Any) -> Iterator[tuple[str, Any]]:
-    """Every piece of copper of a layer with its net, as shapes."""
     for trace in layout.on_layer(number):
         line = shapely.LineString(trace.path.flattened(tolerance))
         yield trace.net, line.buffer(trace.width / 2, _quarter(trace.width / 2, tolerance))
@@ -86,7 +85,7 @@ def _pieces(layout: Layout, number: int, tolerance: float, shapely: Any) -> Iter
             yield pad.net, shapely.box(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
     for drop in layout.teardrops:
         if drop.layer == number:
-            yield drop.net, _ring(drop.outline, tolerance, shapely)
+            yield drop.net, shapely.Polygon(drop.outline.flattened(tolerance))
 
 
 def _quarter(radius: float, tolerance: float) -> int:
@@ -98,6 +97,3 @@ def _polygon(region: Region, tolerance: float, shapely: Any) -> Any:
     holes = [hole.flattened(tolerance) for hole in region.holes]
     return shapely.Polygon(region.outline.flattened(tolerance), holes)
 
-
-def _ring(path: Path, tolerance: float, shapely: Any) -> Any:
-    return shapely.Polygon(path.flattened(tolerance))

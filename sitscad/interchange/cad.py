@@ -8,8 +8,7 @@ from typing import Any
 from sitscad.interchange.areas import COPPER, areas
 from sitscad.layout.board import Layout
 from sitscad.parts.extras import require
-from sitscad.parts.prism import MM
-from sitscad.parts.solid import Solid
+from sitscad.parts.solid import MM, Solid
 from sitscad.scene.bodies import BodyRole
 
 COARSE = 5e-6

@@ -44,7 +44,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.policy import Baseline, Policy
 from sitscad.record import record
-from sitscad.report.findings.reading import read_findings
+from sitscad.report.findings.document import read_findings
 from sitscad.spec.sensor import SensorSpec, without_text
 from sitscad.writer import STAGES, marks
 

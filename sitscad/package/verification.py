@@ -192,7 +192,7 @@ def _layer_differences(folder: Path) -> Iterator[str]:
 
 def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
     """The archive that is sent against the files that it is made of; None without one."""
-    from sitscad.papers.order.archive import differences
+    from sitscad.papers.archive import differences
 
     archive = f"fpc/{manifest.spec['name']}-order.zip"
     if not (folder / archive).is_file():

@@ -22,7 +22,7 @@ LOADING = {
     "held": ("a stiff flat plate presses on all of it, guided so that it stays parallel to the board (a linear stage,",
              "a press stand), a load cell behind it; shear is a push on the plate. Weights and threads do not do so."),
     "free": ("weights on its middle, threads glued to the middle of its outermost face.",),
-}  # fmt: skip
+}
 """How loads are put on, by rotation."""
 
 
@@ -32,14 +32,10 @@ def table(found: Calibration, plan: Plan) -> bytes:
     """
     sensors = found.sensors
     head = [*load_names(sensors.range.axes), *(f"{coil}_counts" for coil in sensors.coils)]
-    rows = [_numbers(load[sensors.range.columns]) + [""] * len(sensors.coils)
-            for load in np.insert(plan.loads, [0, len(plan.loads) // 2, len(plan.loads)], 0.0, axis=0)]  # fmt: skip
+    rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils)
+            for load in np.insert(plan.loads, [0, len(plan.loads) // 2, len(plan.loads)], 0.0, axis=0)]
     said = [f"# rotation: {sensors.rotation}"]
     return ("\n".join(",".join(row) for row in [said, head, *rows]) + "\n").encode("ascii")
-
-
-def _numbers(load: Array) -> list[str]:
-    return [f"{force:.4g}" for force in load]
 
 
 def words(found: Calibration, plan: Plan) -> bytes:
@@ -49,8 +45,7 @@ def words(found: Calibration, plan: Plan) -> bytes:
     made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
     lines = [
-        f"Calibration of the sensor {found.map.sensor}",
-        "",
+        f"Calibration of the sensor {found.map.sensor}", "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
@@ -63,16 +58,13 @@ def words(found: Calibration, plan: Plan) -> bytes:
         "   noise the readings have.",
         "4. `sitscad calibrate SPEC plan.csv` fits the sensor, and writes calibration.h and calibration.json. The map",
         f"   is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
-        f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.",
-        "",
+        f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.", "",
         "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads; noise,",
-        "hysteresis, creep and temperature come on top.",
-        "",
-        f"{'row':>3}  {'load':<48}{'expected error (N)':<30}",
+        "hysteresis, creep and temperature come on top.", "", f"{'row':>3}  {'load':<48}{'expected error (N)':<30}",
         f"{'':>3}  {'not even the tare':<48}{_errors(plan.untared, scope.axes):<30}".rstrip(),
         f"{'':>3}  {'the tare alone, not calibrated':<48}{_errors(plan.errors[0], scope.axes):<30}".rstrip(),
-    ]  # fmt: skip
+    ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
         lines.append(f"{number:>3}  {_load(load, scope.axes, rotation):<48}{_errors(error, scope.axes):<30}".rstrip())
     weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]

@@ -34,9 +34,7 @@ def aids(layout: Layout) -> tuple[Solid, ...]:
 
     Raises `MissingExtra` without a CAD kernel.
     """
-    from sitscad.parts.tooling.jig import jig
-    from sitscad.parts.tooling.mould import mould
-    from sitscad.parts.tooling.skin_mould import skin_mould
+    from sitscad.parts.tooling import jig, mould, skin_mould
 
     skin = skin_mould(layout)
     return (*jig(layout), *mould(layout), *((skin,) if skin is not None else ()))

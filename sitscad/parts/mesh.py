@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,16 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
     points, triangles = solid.shape.tessellate(chord, turn)
     clean(solid.shape.wrapped)
     vertices = np.array([(p.X, p.Y, p.Z) for p in points])
-    return _welded(solid.name, vertices, np.array(triangles))
+    # Faces come one by one: points of equal place (within 1e-6 mm) become one vertex, in order of first use
+    _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    joined = rank[inverse.reshape(-1)][np.array(triangles)]
+    whole = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
+    mesh = TriangleMesh(solid.name, np.round(vertices[first[order]], 6) + 0.0, joined[whole])
+    manifold(mesh)
+    return mesh
 
 
 @lru_cache(maxsize=1)
@@ -67,14 +77,53 @@ def manifold(mesh: TriangleMesh) -> Any:
     return body
 
 
-def _welded(name: str, vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> TriangleMesh:
-    """Faces come one by one: points of equal place (within 1e-6 mm) become one vertex, in order of first use."""
-    _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    joined = rank[inverse.reshape(-1)][triangles]
-    whole = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
-    mesh = TriangleMesh(name, np.round(vertices[first[order]], 6) + 0.0, joined[whole])
-    manifold(mesh)
-    return mesh
+SEARCH = 20.0  # mm, the distance beyond which two solids simply are far apart
+
+
+@record
+class Clearance:
+    """Two solids and the shortest distance between them (m, 0 where they touch); at most `SEARCH` is looked for."""
+
+    first: str
+    second: str
+    gap: float
+
+
+@record
+class Interference:
+    """Two solids and the volume (m3) that both claim."""
+
+    first: str
+    second: str
+    volume: float
+
+
+def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:
+    """The shortest distance between every two solids, from their meshes (manifold3d's min_gap)."""
+    bodies = [(solid.name, manifold(tessellate(solid))) for solid in solids]
+    return tuple(
+        Clearance(first, second, float(a.min_gap(b, SEARCH)) * 1e-3)
+        for (first, a), (second, b) in combinations(bodies, 2)
+    )
+
+
+def interferences(solids: tuple[Solid, ...], tolerance: float = 1e-15) -> tuple[Interference, ...]:
+    """Every two solids that share more than `tolerance` (m3): faces that touch share nothing.
+
+    The meshes find the pairs (manifold3d); since two chord meshes of one touching round face overlap by slivers, what
+    they find is then settled on the exact shapes (OpenCASCADE).
+    """
+    bodies = [(solid, manifold(tessellate(solid))) for solid in solids]
+    found = []
+    for (first, a), (second, b) in combinations(bodies, 2):
+        if float((a ^ b).volume()) * 1e-9 > tolerance:
+            volume = shared_volume(first, second)
+            if volume > tolerance:
+                found.append(Interference(first.name, second.name, volume))
+    return tuple(found)
+
+
+def shared_volume(first: Solid, second: Solid) -> float:
+    """Exact volume (m3) that two solids share."""
+    shared = first.shape & second.shape
+    return 1e-9 * sum(float(part.volume) for part in shared.solids()) if shared else 0.0

@@ -68,8 +68,27 @@ def printable(solid: Solid, process: str) -> Printable:
     """What is measured of one piece, and what a process (``resin``, ``powder``, ...) does not make of it."""
     mesh = tessellate(solid, *COARSE)
     corners = mesh.vertices[mesh.triangles]
-    normals = _normals(corners)
-    wall, hole, hollow = _least_wall(corners, normals), _least_hole(solid), _hollow(solid)
+    # Outward unit normals (n, 3) of triangles (n, 3, 3)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
+    # The diameter (m) of the smallest round hole; None without one
+    tools = require("OCP.BRepTools").BRepTools
+    found = []
+    for face in solid.shape.faces():
+        if face.geom_type.name == "CYLINDER":
+            u0, u1, _, _ = tools.UVBounds_s(face.wrapped)
+            if u1 - u0 > 1.9 * math.pi and _opens_inwards(face):
+                found.append(2e-3 * float(face.radius))
+    # The shortest way (m) through the piece between two faces that look away from each other
+    middles = corners.mean(axis=1) - 1e-6 * normals
+    best = math.inf
+    for start in range(0, len(middles), CHUNK):
+        chosen = slice(start, start + CHUNK)
+        distance, hit = _first_hits(middles[chosen], -normals[chosen], corners)
+        faces = np.einsum("ij,ij->i", normals[chosen], normals[hit])
+        through = distance[faces < -FACING]
+        best = min(best, float(through.min(initial=math.inf)))
+    wall, hole, hollow = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None), _hollow(solid)
     bed, unsupported = _bed(corners, normals)
     x, y, z = (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)) * 1e-3
     size = float(x), float(y), float(z)
@@ -95,25 +114,6 @@ def _faults(process: str, wall: float | None, hole: float | None, hollow: float)
     return found
 
 
-def _normals(corners: Array) -> Array:
-    """Outward unit normals (n, 3) of triangles (n, 3, 3)."""
-    found = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300))
-
-
-def _least_wall(corners: Array, normals: Array) -> float | None:
-    """The shortest way (m) through the piece between two faces that look away from each other."""
-    middles = corners.mean(axis=1) - 1e-6 * normals
-    best = math.inf
-    for start in range(0, len(middles), CHUNK):
-        chosen = slice(start, start + CHUNK)
-        distance, hit = _first_hits(middles[chosen], -normals[chosen], corners)
-        faces = np.einsum("ij,ij->i", normals[chosen], normals[hit])
-        through = distance[faces < -FACING]
-        best = min(best, float(through.min(initial=math.inf)))
-    return best * 1e-3 if math.isfinite(best) else None
-
-
 CHUNK = 128
 """Rays that are traced at once: each meets every triangle."""
 
@@ -134,18 +134,6 @@ def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Arra
     far = np.where(inside, t, np.inf)
     hit = far.argmin(axis=1)
     return far[np.arange(len(hit)), hit], hit
-
-
-def _least_hole(solid: Solid) -> float | None:
-    """The diameter (m) of the smallest round hole; None without one."""
-    tools = require("OCP.BRepTools").BRepTools
-    found = []
-    for face in solid.shape.faces():
-        if face.geom_type.name == "CYLINDER":
-            u0, u1, _, _ = tools.UVBounds_s(face.wrapped)
-            if u1 - u0 > 1.9 * math.pi and _opens_inwards(face):
-                found.append(2e-3 * float(face.radius))
-    return min(found, default=None)
 
 
 def _opens_inwards(face: Any) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 from sitscad.finding import Finding, Severity
 from sitscad.policy.configuration import PolicyError
 from sitscad.record import record
-from sitscad.report.findings.identity import identities, turnless
+from sitscad.report.findings.checked import identities, turnless
 
 MAX_BYTES = 64 << 20
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,15 @@ from sitscad.drawing.web_page import page
 from sitscad.drawing.web_page import table as html_table
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
+from sitscad.report.measures import quantity
 from sitscad.report.numbers import number_columns, table
-from sitscad.report.quantities import quantity
+
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.values import Performance
+
+    Felt = Sequence[Performance]
+
+
 
 Array = NDArray[np.float64]
 
@@ -31,7 +39,7 @@ def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
     units = {one.name: one.unit for one in found.sensors.known}
     for name, row in found.moved.items():
         yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
-               f"{row['moved_by_sigmas']:+.1f} sigma")  # fmt: skip
+               f"{row['moved_by_sigmas']:+.1f} sigma")
 
 
 def _amount(value: float, unit: str) -> str:
@@ -50,12 +58,12 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
     settled, columns, axes = points.settled, found.sensors.range.columns, found.map.axes
     read = found.map(settled.frequency, settled.rest)
     head = ["point", *(f"{name} N" for name in axes), *(f"read {name}" for name in axes),
-            *(f"foretold {name}" for name in axes)]  # fmt: skip
+            *(f"foretold {name}" for name in axes)]
     rows = []
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
         foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in alone]
         rows.append(["tare" if points.at_rest[k] else str(k), *(f"{one:.3f}" for one in load),
-                     *(f"{off:+.3f}" for off in force - load), *foretold])  # fmt: skip
+                     *(f"{off:+.3f}" for off in force - load), *foretold])
     return head, rows
 
 
@@ -77,11 +85,8 @@ def calibration_page(found: Calibration) -> bytes:
     """The same as a page with a figure."""
     name = escape(printable(found.map.sensor))
     parts = [
-        f"<h1>Calibration of {name}</h1>",
-        f"<p>{escape(found.form.form.name)}</p>",
-        _table(found.error_rows[0], found.error_rows[1:], found.errors_are),
-        *_measured(found),
-        *_foretold(found),
+        f"<h1>Calibration of {name}</h1>", f"<p>{escape(found.form.form.name)}</p>",
+        _table(found.error_rows[0], found.error_rows[1:], found.errors_are), *_measured(found), *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
     ]
     return page(f"Calibration of {printable(found.map.sensor)}", parts).encode("utf-8")
@@ -130,12 +135,11 @@ def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
     for k, load in enumerate(found.plan.loads):
         forces = load[found.sensors.range.columns]
         rows.append([str(k + 1), *(f"{force:.3g}" for force in forces),
-                     *(f"{error:.2g}" for error in found.plan.errors[k + 1])])  # fmt: skip
+                     *(f"{error:.2g}" for error in found.plan.errors[k + 1])])
     return ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)], rows
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    """A table, its numbers to the right."""
     lines = [list(row) for row in rows]
     return html_table(head, lines, number_columns(lines), caption)
 
@@ -178,7 +182,6 @@ def _dot(sheet: Sheet, x: float, y: float, colour: str, is_filled: bool) -> None
 
 
 def _round_up(value: float) -> float:
-    """The next of 1, 2, 5, 10, ..."""
     if value <= 0.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(value))

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, felt_rows
+from sitscad.estimates.performance.values import largest_lasting
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
-from sitscad.report.quantities import NONE, plus_minus, quantity
-from sitscad.report.signal import (
+from sitscad.report.measures import (
     MOST_HEAD,
     MOST_TITLE,
+    NONE,
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,
     SIGNAL_TITLE,
     most_rows,
     other_rows,
+    plus_minus,
+    quantity,
     signal_rows,
 )
 from sitscad.scene.state import FREE, NAMED, titled
+from sitscad.units import show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
     most: Sequence[Most] = (),
-) -> str:  # fmt: skip
+) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
         return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
@@ -74,7 +77,7 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
 def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
     most: Sequence[Most] = (),
-) -> str:  # fmt: skip
+) -> str:
     """The JSON document of ``estimate`` with how thick its parts give most signal, and ``performance`` where that was
     asked for; an unreadable spec gives no coils, and ``findings`` that say why.
     """
@@ -90,15 +93,12 @@ def most_json(most: Most) -> dict[str, object]:
     """The thickness of a part that gives most signal, as plain values for JSON."""
     return {"part": most.part, "thickness_m": most.thickness, "inductance_H_per_N": most.per_newton,
             "thickness_now_m": most.thickness_now, "inductance_now_H_per_N": most.per_newton_now,
-            "ended_by": most.ended_by or None}  # fmt: skip
+            "ended_by": most.ended_by or None}
 
 
 Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]"], str]
 
-ESTIMATE_FORMATS: Mapping[str, Shown] = {
-    "text": as_text,
-    "json": as_json,
-}
+ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
 """How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
 and what the sensor feels (None: not asked for)."""
 
@@ -127,18 +127,14 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
-    return found + resistance_error_rows(estimates)
-
-
-def resistance_error_rows(estimates: Estimates) -> list[list[str]]:
-    """How far off the computed resistance of each state can be, one value a coil; nothing where none is known."""
-    found = []
+    # How far off the computed resistance of each state can be, one value a coil; nothing where none is known
+    by_state = []
     for state in NAMED:
         errors = [coil.states[state].resistance_error if state in coil.states else None for coil in estimates.coils]
         if any(error is not None for error in errors):
             name = f"resistance at the contacts, {titled(state)}: relative error, at most"
-            found.append([name, *map(percent, errors)])
-    return found
+            by_state.append([name, *map(percent, errors)])
+    return found + by_state
 
 
 def percent(share: float | None) -> str:
@@ -178,23 +174,14 @@ def part_rows(estimates: Estimates) -> list[list[str]]:
     return [["sensor frequency", *frequencies], *rows, ["sum: terminal inductance at that frequency", *sums]]
 
 
-READING_HEAD = (
-    "coil",
-    "state",
-    "step",
-    "quantisation noise (step / sqrt 12)",
-    "amplitude at the coil",
-)
+READING_HEAD = ("coil", "state", "step", "quantisation noise (step / sqrt 12)", "amplitude at the coil")
 
 
 def reading_rows(estimates: Estimates) -> list[list[str]]:
     """One step of the converter in every state and one sigma of the noise of quantisation alone, in henries."""
     return [
         [
-            coil.name,
-            titled(state.state),
-            quantity(state.quantum, "H", 3),
-            quantity(state.noise, "H", 3),
+            coil.name, titled(state.state), quantity(state.quantum, "H", 3), quantity(state.noise, "H", 3),
             quantity(state.coil_amplitude, "V", 3),
         ]
         for coil in estimates.coils
@@ -210,13 +197,9 @@ def spread_rows(estimates: Estimates) -> list[list[str]]:
     """One sigma of every state's numbers by the tolerances of manufacture, relative, and the largest cause for Rp."""
     return [
         [
-            coil.name,
-            titled(state.state),
-            _share(spread.inductance, state.inductance),
-            _share(spread.resistance, state.resistance),
-            _share(spread.frequency, state.frequency),
-            _share(spread.parallel_resistance, state.parallel_resistance),
-            _share(spread.amplitude, state.amplitude),
+            coil.name, titled(state.state), _share(spread.inductance, state.inductance),
+            _share(spread.resistance, state.resistance), _share(spread.frequency, state.frequency),
+            _share(spread.parallel_resistance, state.parallel_resistance), _share(spread.amplitude, state.amplitude),
             spread.causes.get("parallel_resistance", NONE),
         ]
         for coil in estimates.coils
@@ -238,14 +221,9 @@ def state_rows(estimates: Estimates) -> list[list[str]]:
     """One row a coil and state."""
     return [
         [
-            coil.name,
-            titled(state.state),
-            quantity(state.inductance, "H"),
-            quantity(state.resistance, "ohm"),
-            quantity(state.frequency, "Hz"),
-            quantity(state.parallel_resistance, "ohm"),
-            quantity(state.quality_factor, "", 3),
-            quantity(state.amplitude, "V", 3),
+            coil.name, titled(state.state), quantity(state.inductance, "H"), quantity(state.resistance, "ohm"),
+            quantity(state.frequency, "Hz"), quantity(state.parallel_resistance, "ohm"),
+            quantity(state.quality_factor, "", 3), quantity(state.amplitude, "V", 3),
         ]
         for coil in estimates.coils
         for state in coil.states.values()
@@ -335,13 +313,7 @@ def gap_rows(estimates: Estimates) -> list[list[str]]:
 
 INCOMING_TITLE = "The bare board when it comes, at 20 degC, far from metal: between a coil's contacts, +- one sigma"
 INCOMING_HEAD = (
-    "coil",
-    "meter at",
-    "inductance read",
-    "resistance",
-    "computed within",
-    "direct current",
-    "in the tank",
+    "coil", "meter at", "inductance read", "resistance", "computed within", "direct current", "in the tank",
 )
 
 
@@ -352,14 +324,14 @@ def incoming_rows(bench: Estimates) -> list[list[str]]:
         usual = [coil.name, quantity(read.frequency, "Hz"),
                  plus_minus(read.inductance, read.inductance_sigma, "H", digits=4),
                  plus_minus(read.resistance, read.resistance_sigma, "ohm"), percent(read.resistance_error),
-                 plus_minus(read.direct, read.direct_sigma, "ohm"), NONE]  # fmt: skip
+                 plus_minus(read.direct, read.direct_sigma, "ohm"), NONE]
         found.append(usual)
         if (free := coil.states.get(FREE)) is not None:
             by_l, by_r, by_f = (getattr(free.spread, name, None) for name in ("inductance", "resistance", "frequency"))
             found.append([coil.name, quantity(free.frequency, "Hz"),
                           plus_minus(free.apparent_inductance or math.nan, by_l, "H", digits=4),
                           plus_minus(free.resistance, by_r, "ohm"), percent(free.resistance_error), NONE,
-                          plus_minus(free.frequency, by_f, "Hz")])  # fmt: skip
+                          plus_minus(free.frequency, by_f, "Hz")])
     return found
 
 
@@ -400,12 +372,9 @@ def cross_check_rows(estimates: Estimates) -> list[list[str]]:
         return [[NONE, "none", NONE, NONE, NONE, estimates.no_cross_check]]
     return [
         [
-            check.coil,
-            check.method,
-            quantity(check.inductance, "H"),
+            check.coil, check.method, quantity(check.inductance, "H"),
             f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else NONE,
-            "yes" if check.is_valid else "no",
-            check.validity,
+            "yes" if check.is_valid else "no", check.validity,
         ]
         for check in estimates.cross_checks
     ]
@@ -445,7 +414,6 @@ def _matrix(estimates: Estimates, colour: bool) -> str:
 
 
 def _mutual_error(estimates: Estimates) -> list[str]:
-    """The largest error of the mutual inductances, in words."""
     pairs = zip(estimates.inductance_matrix, estimates.inductance_matrix_error, strict=False)
     shares = [
         error / abs(value)
@@ -454,3 +422,58 @@ def _mutual_error(estimates: Estimates) -> list[str]:
         if i != j and value
     ]
     return [f"mutual ones to {max(shares):.1g} of their value, at most"] if shares else []
+
+
+Document = Mapping[str, Any]
+
+FELT_TITLE = (
+    "What the sensor feels, after a tare at rest, its target kept level; error: by the largest single cause that "
+    "neither tare nor calibration takes away"
+)
+
+FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
+             "condition")
+
+
+def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
+    """The rows of what the sensor feels, one a working point and axis."""
+    for point in felt:
+        for name, axis in point["axes"].items():
+            error, cause = largest_lasting(axis["errors_N"])
+            cross = max(point["crosstalk"][name].values(), default=0.0)
+            yield [
+                point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], _milli(axis["resolution_N"]),
+                _hundredths(axis["nonlinearity"]), _hundredths(cross), _milli(error), cause,
+                f"{point['condition_number']:.2g}",
+            ]
+
+
+def _milli(force: float | None) -> str:
+    """A force (N) in mN; of an axis that no reading tells there is none."""
+    return "untold" if force is None or math.isinf(force) else f"{1e3 * force:.3g}"
+
+
+def _hundredths(share: float) -> str:
+    return f"{100.0 * share:.0f}" if share >= 0.1 else f"{100.0 * share:.2g}"
+
+
+def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
+    """What belongs to the sensor as a whole, at full load."""
+    if not felt:
+        return
+    full = felt[-1]
+    friction = full["friction_error"]
+    yield ["error of shear over normal, one sigma", NONE if friction is None else f"+-{friction:.2g}"]
+    degrees = f"{math.degrees(full['tilt_rad']):.3g}"
+    degrees += " degree" if degrees == "1" else " degrees"
+    for name, row in full["tilt_error_N"].items():
+        words = ", ".join(f"{show(value, 'N', 3)} by {angle}" for angle, value in row.items())
+        yield [f"a contact tilted by {degrees} is misread as {name}", words]
+    yield ["bandwidth", f"{show(full['bandwidth_Hz'], 'Hz', 3)}, {full['bandwidth_by']}"]
+    for name, frequency in full["resonance_Hz"].items():
+        yield [f"resonance of target and pad along {name}, nothing on it", show(frequency, "Hz", 3)]
+    free = full["free_overload_N"]
+    yield ["overload" if free is None else "overload, target kept level", show(full["overload_N"], "N", 3)]
+    if free is not None:
+        yield ["overload, target free to tilt: the pad gives way sideways", show(free, "N", 3)]
+    yield ["one load to a reading", "yes" if full["invertible"] else "NO"]

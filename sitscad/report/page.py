@@ -10,13 +10,34 @@ from typing import TYPE_CHECKING
 from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail_tracks import Contact, head
-from sitscad.report.feeling import FELT_HEAD, FELT_TITLE, Document, felt_rows, whole_rows
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
-from sitscad.report.fit import CLOSING_HEAD, CLOSING_TITLE, FIT_HEAD, FIT_TITLE, PARTS_HEAD, closing_rows, fit_rows
-from sitscad.report.fit import PARTS_TITLE as FIT_PARTS_TITLE
-from sitscad.report.fit import part_rows as fit_part_rows
+from sitscad.report.measures import (
+    CLOSING_HEAD,
+    CLOSING_TITLE,
+    FIT_HEAD,
+    FIT_TITLE,
+    MOST_HEAD,
+    MOST_TITLE,
+    NONE,
+    OTHERS_HEAD,
+    OTHERS_MEANING,
+    OTHERS_TITLE,
+    PARTS_HEAD,
+    SIGNAL_TITLE,
+    closing_rows,
+    fit_rows,
+    headline,
+    most_rows,
+    other_rows,
+    quantity,
+    signal_rows,
+)
+from sitscad.report.measures import PARTS_TITLE as FIT_PARTS_TITLE
+from sitscad.report.measures import part_rows as fit_part_rows
 from sitscad.report.numbers import (
     CROSS_HEAD,
+    FELT_HEAD,
+    FELT_TITLE,
     GAPS_TITLE,
     INCOMING_HEAD,
     INCOMING_TITLE,
@@ -26,9 +47,11 @@ from sitscad.report.numbers import (
     SPREAD_HEAD,
     STATE_HEAD,
     STATE_TITLE,
+    Document,
     coil_rows,
     compression_rows,
     cross_check_rows,
+    felt_rows,
     gap_rows,
     incoming_rows,
     matrix_rows,
@@ -38,21 +61,9 @@ from sitscad.report.numbers import (
     readout_rows,
     spread_rows,
     state_rows,
+    whole_rows,
 )
-from sitscad.report.quantities import NONE, quantity
 from sitscad.report.section import section
-from sitscad.report.signal import (
-    MOST_HEAD,
-    MOST_TITLE,
-    OTHERS_HEAD,
-    OTHERS_MEANING,
-    OTHERS_TITLE,
-    SIGNAL_TITLE,
-    headline,
-    most_rows,
-    other_rows,
-    signal_rows,
-)
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
@@ -66,14 +77,8 @@ FORCED = "This package was built with --force in spite of errors. It is known no
 
 
 def render(
-    checked: CheckedSpec,
-    spec: SensorSpec,
-    estimates: Estimates,
-    pictures: Mapping[str, str],
-    files: Mapping[str, int],
-    wiring: Sequence[Contact] = (),
-    felt: Document | None = None,
-    bench: Estimates | None = None,
+    checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
+    wiring: Sequence[Contact] = (), felt: Document | None = None, bench: Estimates | None = None,
     most: Sequence[Most] = (),
 ) -> str:
     """The page as HTML text.
@@ -83,23 +88,32 @@ def render(
     has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick parts give most signal.
     Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
+    title = "Seen from the top; both contacts of a coil are one net"
+    rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
     parts = [
         _head(checked, spec, estimates),
         _tiles(estimates),
         part("Findings", findings_part(checked)),
         part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
-        part("Contacts", _contacts(wiring, spec.readout.device.part)),
+        part("Contacts", _table(head(spec.readout.device.part), [contact.cells for contact in wiring], title)),
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates, most)),
         part("What it feels", _feeling(felt or {})),
-        part("Readout settings", _readout(estimates)),
+        part("Readout settings", _table(["setting", "value"], readout_rows(estimates), estimates.readout.device.part)),
         part("Stack", _stack(spec, estimates)),
-        part("Fit", _fit(checked)),
-        part("Cross-checks", _cross_checks(estimates)),
+        part(
+            "Fit",
+            (
+                _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE)
+                + _table(PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE)
+                + _table(CLOSING_HEAD, closing_rows(checked.closing), CLOSING_TITLE)
+            ),
+        ),
+        part("Cross-checks", _table(CROSS_HEAD, cross_check_rows(estimates), "Closed formulas beside the estimate")),
         part("Defaults assumed", _list(spec.source.defaults)),
         part("Figures that nobody has verified", _unverified(spec)),
         part("Not checked", _not_checked(checked)),
-        part("Files", _files(files)),
+        part("Files", _in_columns(_table(["file", "size"], rows, ""))),
     ]
     digest = f"spec {escape(_file_name(checked))}, SHA-256 {spec.source.sha256}"
     return page(f"{spec.name}: report", parts, f" \u00b7 {digest}")
@@ -189,7 +203,6 @@ def _ignored(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
-    """One finding as an article."""
     line = checked.line(finding.line, finding.file)
     shown = "" if line is None else excerpt(line, finding.column or 1)[0]
     quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
@@ -223,7 +236,6 @@ def _where(finding: Finding, number: int | None) -> str:
 
 
 def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
-    """The tables of electrical numbers."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     if not estimates.coils:
@@ -273,12 +285,7 @@ def _feeling(sheet: Document) -> str:
     return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole + units
 
 
-def _readout(estimates: Estimates) -> str:
-    return _table(["setting", "value"], readout_rows(estimates), estimates.readout.device.part)
-
-
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
-    """The page's part about the stack: section, gaps, pressed pad."""
     drawn = "Section through all that lies on each other; heights to scale, widths not."
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
@@ -287,27 +294,10 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
 
 
-def _fit(checked: CheckedSpec) -> str:
-    return (
-        _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE)
-        + _table(PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE)
-        + _table(CLOSING_HEAD, closing_rows(checked.closing), CLOSING_TITLE)
-    )
-
-
-def _contacts(wiring: Sequence[Contact], converter: str) -> str:
-    title = "Seen from the top; both contacts of a coil are one net"
-    return _table(head(converter), [contact.cells for contact in wiring], title)
-
-
 def _unverified(spec: SensorSpec) -> str:
     """What the checks and the numbers lean on without a source that was seen."""
     rows = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
     return _table(["figure", "taken as", "why it is unverified, and what to do"], rows, "")
-
-
-def _cross_checks(estimates: Estimates) -> str:
-    return _table(CROSS_HEAD, cross_check_rows(estimates), "Closed formulas beside the estimate")
 
 
 def _not_checked(checked: CheckedSpec) -> str:
@@ -317,18 +307,12 @@ def _not_checked(checked: CheckedSpec) -> str:
     return _in_columns(_table(["rule", "why it was not checked"], rows, ""))
 
 
-def _files(files: Mapping[str, int]) -> str:
-    rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
-    return _in_columns(_table(["file", "size"], rows, ""))
-
-
 def _list(entries: Iterable[object]) -> str:
     items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
     return f"<ul class='columns'>{items}</ul>" if items else ""
 
 
 def _in_columns(body: str) -> str:
-    """What is two columns on paper."""
     return f"<div class='columns'>{body}</div>" if body else ""
 
 

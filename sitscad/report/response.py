@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.report.findings import printable, styled, to_json
+from sitscad.report.measures import NONE, quantity
 from sitscad.report.numbers import felt_blocks, table
-from sitscad.report.quantities import NONE, quantity
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -61,15 +61,11 @@ def _figure(value: float) -> str:
 
 
 def _cells(response: Response, k: int, c: int) -> list[str]:
-    """One coil's cells at one point."""
     counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
     return [
-        quantity(float(response.inductance[k, c]), "H", 6),
-        quantity(float(response.resistance[k, c]), "ohm"),
-        quantity(float(response.target_change[k, c, c]), "H"),
-        f"{100.0 * error:.2g} %",
-        quantity(float(response.frequency[k, c]), "Hz", 7),
-        NONE if math.isnan(counts) else str(int(counts)),
+        quantity(float(response.inductance[k, c]), "H", 6), quantity(float(response.resistance[k, c]), "ohm"),
+        quantity(float(response.target_change[k, c, c]), "H"), f"{100.0 * error:.2g} %",
+        quantity(float(response.frequency[k, c]), "Hz", 7), NONE if math.isnan(counts) else str(int(counts)),
         quantity(float(response.parallel_resistance[k, c]), "ohm"),
     ]
 
@@ -96,7 +92,23 @@ def response_json(path: str, response: Response, colour: bool = False, felt: Fel
 
 def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
-    columns = _flat(response)
+    # Columns of numbers by name
+    from sitscad.estimates.response.values import POSE_NAMES
+
+    coils = response.coils
+    found: dict[str, NDArray[np.float64]] = {}
+    for name, value in response.arrays().items():
+        if name == "pose":
+            found |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
+        elif value.ndim == 1:
+            found[name] = value
+        elif name in ("force_N", "moment_Nm"):
+            found |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
+        elif value.ndim == 2:
+            found |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
+        else:
+            found |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
+    columns = found
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     named = any(response.cases)
@@ -114,33 +126,6 @@ def _cell(value: float) -> str:
 AXES = ("x", "y", "z")
 
 
-def _flat(response: Response) -> dict[str, NDArray[np.float64]]:
-    """Columns of numbers by name."""
-    from sitscad.estimates.response.values import POSE_NAMES
-
-    coils = response.coils
-    found: dict[str, NDArray[np.float64]] = {}
-    for name, value in response.arrays().items():
-        if name == "pose":
-            found |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
-        elif value.ndim == 1:
-            found[name] = value
-        elif name in ("force_N", "moment_Nm"):
-            found |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
-        elif value.ndim == 2:
-            found |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
-        else:
-            found |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
-    return found
-
-
-def response_npz(response: Response) -> bytes:
-    """The arrays under the contract's names, points first, and the coils' names; the same bytes every time."""
-    stream = io.BytesIO()
-    np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
-    return stream.getvalue()
-
-
 Shown = Callable[["str", "Response", bool, "Felt"], str]
 
 RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
@@ -153,5 +138,8 @@ RESPONSE_FILES = (".npz", ".csv", ".json")
 def response_file(path: str, response: Response, ending: str, felt: Felt = None) -> bytes:
     """The content of a file of one of those endings; `path` is the spec's."""
     if ending == ".npz":
-        return response_npz(response)
+        # The arrays under the contract's names, points first, and the coils' names; the same bytes every time
+        stream = io.BytesIO()
+        np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
+        return stream.getvalue()
     return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False, felt).encode("utf-8")

@@ -17,10 +17,7 @@ class ListedRule(RuleTexts, Protocol):
 
 
 GROUPS = {
-    "0": "The spec itself",
-    "1": "Fabrication",
-    "2": "Electrical and readout",
-    "3": "Fit and mechanics",
+    "0": "The spec itself", "1": "Fabrication", "2": "Electrical and readout", "3": "Fit and mechanics",
     "4": "What the sensor feels",
 }
 """Headings by the first figure of a rule's number."""
@@ -37,14 +34,8 @@ def as_json(rules: Sequence[ListedRule]) -> str:
     """Every text of every rule."""
     entries = [
         {
-            "rule": rule.id,
-            "name": rule.name,
-            "severities": severities(rule).split(", "),
-            "when": rule.severities,
-            "summary": rule.summary,
-            "why": rule.why,
-            "mend": rule.mend,
-            "source": rule.source,
+            "rule": rule.id, "name": rule.name, "severities": severities(rule).split(", "), "when": rule.severities,
+            "summary": rule.summary, "why": rule.why, "mend": rule.mend, "source": rule.source,
         }
         for rule in rules
     ]
@@ -69,8 +60,6 @@ def severities(rule: ListedRule) -> str:
 
 
 RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {
-    "text": as_list,
-    "json": as_json,
-    "markdown": as_markdown,
+    "text": as_list, "json": as_json, "markdown": as_markdown,
 }
 """How ``rules`` can print them."""

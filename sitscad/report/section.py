@@ -28,12 +28,8 @@ OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
 """The page's style gives it its colour, and the texts theirs."""
 
 COLOURS = {
-    "standoff": "#dfe5ea",
-    LayerKind.COVERLAY: "#d9a441",
-    LayerKind.COPPER: "#c46a2b",
-    LayerKind.DIELECTRIC: "#f0dfb0",
-    "elastomer": "#a9cfe0",
-    "film": "#cfe3cf",
+    "standoff": "#dfe5ea", LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0",
+    "elastomer": "#a9cfe0", "film": "#cfe3cf",
 }
 JAW_SHOWN = 0.6e-3
 
@@ -54,7 +50,17 @@ def section(spec: SensorSpec) -> str:
     slices = list(_slices(spec))
     low, high = min(s.bottom for s in slices), max(s.top for s in slices)
     scale = HEIGHT / (high - low)
-    rows = _spread([HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices])
+    # Rows for the labels near where they are wanted (top down), never closer than one row
+    rows: list[float] = []
+    for y in [HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices]:
+        rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
+    excess = rows[-1] - max(HEIGHT, (len(rows) - 1) * ROW + 4.0)
+    for i in range(len(rows) - 1, -1, -1):
+        if excess <= 0:
+            break
+        limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
+        rows[i] = min(rows[i], limit)
+    rows = rows
     height = max(HEIGHT, rows[-1] + ROW) + 20.0
     sheet = Sheet("Section of the sensor", (WIDTH, height), unit="", decimals=2, ground=None, kind="section")
     for piece, row in zip(slices, rows, strict=True):
@@ -68,7 +74,6 @@ def section(spec: SensorSpec) -> str:
 
 
 def _slices(spec: SensorSpec) -> Iterator[Slice]:
-    """The layers from the top down."""
     above: list[Slice] = []
     for body in above_board(spec):
         label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
@@ -79,12 +84,7 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
         top = top_height(spec)
         above.append(Slice(top - film_thickness(spec), top, COLOURS["film"], label, 20.0))
     yield from reversed(above)
-    yield from _board(spec)
-    yield from _behind(spec)
-
-
-def _board(spec: SensorSpec) -> Iterator[Slice]:
-    """The layers of the board from the top down."""
+    # The layers of the board from the top down
     depth, copper = 0.0, 0
     for layer in spec.fpc.stackup.layers:
         copper += layer.kind is LayerKind.COPPER
@@ -93,10 +93,7 @@ def _board(spec: SensorSpec) -> Iterator[Slice]:
         label = f"{name}{made}, {show(layer.thickness, 'm')}"
         yield Slice(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
         depth += layer.thickness
-
-
-def _behind(spec: SensorSpec) -> Iterator[Slice]:
-    """Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield."""
+    # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
     here = board_heights(spec)[0]
     shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
     if shield is not None and levels is not None:
@@ -116,16 +113,3 @@ def _behind(spec: SensorSpec) -> Iterator[Slice]:
         label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
         yield Slice(face - shown, face, metal_colour(mount.jaw.material.name), label)
 
-
-def _spread(wanted: list[float]) -> list[float]:
-    """Rows for the labels near where they are wanted (top down), never closer than one row."""
-    rows: list[float] = []
-    for y in wanted:
-        rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
-    excess = rows[-1] - max(HEIGHT, (len(rows) - 1) * ROW + 4.0)
-    for i in range(len(rows) - 1, -1, -1):
-        if excess <= 0:
-            break
-        limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
-        rows[i] = min(rows[i], limit)
-    return rows

@@ -1,6 +1,6 @@
 """What places and holds the board on a grasper's pad: ledges beside it, a tongue under its tail, dovetail or pins.
 
-Worked out once for both tiers of the fit: `sitscad.scene.fit` takes the corners, `sitscad.parts.mounts.seat` builds.
+Worked out once for both tiers of the fit: `sitscad.scene.fit` takes the corners, `sitscad.parts.seat` builds.
 """
 
 from __future__ import annotations

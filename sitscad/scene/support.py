@@ -1,7 +1,7 @@
 """How much of the board lies on something: on the mount, on a shield, or on the metal itself. No CAD kernel.
 
 A seat is cut back to the port and to the pad pocket, and what is left of it may carry neither board nor elastomer.
-`sitscad.parts.proof.carried` measures the same on the solids.
+`sitscad.parts.clash` measures the same on the solids.
 """
 
 from __future__ import annotations

@@ -11,8 +11,7 @@ from pathlib import Path
 from measure import Growth, growth, timed
 
 import sitscad
-from sitscad.formats import excellon
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +50,7 @@ def steps(spec: sitscad.SensorSpec, folder: str) -> Iterator[tuple[str, partial]
         partial(sitscad.lay_out, spec),
         partial(sitscad.estimate, layout),
         partial(sitscad.check, spec, layout, estimates),
-        lambda: (gerber.render(layout), excellon.render(layout)),
+        lambda: (gerber.render(layout), gerber.render_drills(layout)),
         partial(kicad.render, layout),
         partial(sitscad.verify, built),
     )

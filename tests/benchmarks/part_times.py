@@ -23,8 +23,8 @@ import manifold3d  # noqa: F401
 import trimesh  # noqa: F401
 
 import sitscad
-from sitscad.formats import glb, mesh_3mf, mesh_stl, step
-from sitscad.formats.tetrahedra.pad import elastomer_meshes
+from sitscad.formats import meshes, step
+from sitscad.formats.volume_mesh import elastomer_meshes
 from sitscad.parts import aids, mesh
 from sitscad.parts.assembly import assemble
 from sitscad.parts.proof import prove
@@ -57,12 +57,12 @@ def rows(name: str) -> list[tuple[str, float]]:
     found.append(("3-D tier: meshes, interference, port, opening, gaps", timed(lambda: prove(layout, every))[1]))
     exports: list[tuple[str, Callable[[], Any]]] = [
         ("STEP of every piece", lambda: step.render(pieces, spec, tools)),
-        ("STL of every piece", lambda: mesh_stl.render(pieces, spec, tools)),
-        ("3MF of every piece", lambda: mesh_3mf.render(pieces, spec, tools)),
+        ("STL of every piece", lambda: meshes.render_stl(pieces, spec, tools)),
+        ("3MF of every piece", lambda: meshes.render_3mf(pieces, spec, tools)),
         ("STEP of the assembly", lambda: step.render_whole(every, spec)),
         ("triangles of the assembly", lambda: mesh.seen(every)),
-        ("3MF of the assembly", lambda: mesh_3mf.render_whole(every, spec)),
-        ("GLB of the assembly", lambda: glb.render(every, spec)),
+        ("3MF of the assembly", lambda: meshes.render_whole_3mf(every, spec)),
+        ("GLB of the assembly", lambda: meshes.render_glb(every, spec)),
         ("mesh of the pad", lambda: elastomer_meshes(pieces, layout.spec.elastomer)),
         ("mesh for fields", lambda: sitscad.field_mesh(layout)),
     ]

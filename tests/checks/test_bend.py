@@ -15,9 +15,9 @@ from sitscad.geometry.path import Line, Path, Point, Region, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_length, bend_stretch
 from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 from sitscad.units import show
 

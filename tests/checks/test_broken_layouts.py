@@ -285,12 +285,12 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
     from sitscad import extraction
-    from sitscad.formats import excellon, ipc356
-    from sitscad.formats.gerber import layers as gerber
+    from sitscad.formats import ipc356
+    from sitscad.formats.gerber import board as gerber
 
     good = boards[(2, 4)[seed % 2]]
     fault = spoil(good, random.Random(f"{spoil.__name__} {seed}"))
-    drawn, meant = gerber.render(fault.layout) | excellon.render(fault.layout), ipc356.render(good)
+    drawn, meant = gerber.render(fault.layout) | gerber.render_drills(fault.layout), ipc356.render(good)
     for name, content in (drawn | meant).items():
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)

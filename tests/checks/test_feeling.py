@@ -21,7 +21,7 @@ from sitscad.finding import Severity
 from sitscad.inspection import as_configured
 from sitscad.package import write_template
 from sitscad.report.findings import as_json, as_text
-from sitscad.report.findings.reading import read_findings
+from sitscad.report.findings.document import read_findings
 from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

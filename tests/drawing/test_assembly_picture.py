@@ -10,12 +10,10 @@ import pytest
 from tolerance import approx
 
 from sitscad import parts
-from sitscad.drawing.pictures.assembly import assembly_svg
-from sitscad.drawing.pictures.exploded import exploded
+from sitscad.drawing.pictures.assembly import assembly_svg, exploded
 from sitscad.drawing.sheet import Shape, Sheet, flattened
 from sitscad.geometry.path import enclosed_area, rectangle
-from sitscad.parts.prism import one_solid, prism
-from sitscad.parts.solid import Solid
+from sitscad.parts.solid import Solid, one_solid, prism
 from sitscad.scene.bodies import BodyRole
 
 pytestmark = pytest.mark.cad

@@ -34,8 +34,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
-from sitscad.report.quantities import plus_minus
-from sitscad.report.signal import headline, other_rows, signal_rows
+from sitscad.report.measures import headline, other_rows, plus_minus, signal_rows
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind

@@ -14,8 +14,8 @@ pytest.importorskip("shapely", reason="shapely is not installed: pip install 'si
 
 from sitscad.estimates import estimate
 from sitscad.extraction import UNUSED, Kind, compare, copper_resistance, extract
-from sitscad.formats import excellon, ipc356
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats import ipc356
+from sitscad.formats.gerber import board as gerber
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load
@@ -26,8 +26,8 @@ def finished(template, tmp_path_factory) -> tuple[Layout, Path]:
     """A template's layout, and the directory with its Gerber files, drill file and netlist."""
     layout = lay_out(load(template))
     folder = tmp_path_factory.mktemp(template.stem)
-    for writer in (gerber, excellon, ipc356):
-        for name, content in writer.render(layout).items():
+    for render in (gerber.render, gerber.render_drills, ipc356.render):
+        for name, content in render(layout).items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)

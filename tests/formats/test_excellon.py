@@ -11,8 +11,7 @@ from gerber_shapes import function_of, read
 from gerbonara import ExcellonFile
 from tolerance import approx
 
-from sitscad.formats import excellon
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 from sitscad.geometry.path import Point
 from sitscad.layout.board import Via
 
@@ -20,7 +19,7 @@ MM = 1e-3
 
 
 def drill(board) -> bytes:
-    return excellon.render(board)["fpc/two-coils-PTH.drl"]
+    return gerber.render_drills(board)["fpc/two-coils-PTH.drl"]
 
 
 def parsed(text: bytes) -> ExcellonFile:
@@ -62,4 +61,4 @@ def test_header_says_what_the_file_is(board):
 
 
 def test_no_hole_no_file():
-    assert excellon.render(replace(layouts.two_coils(), vias=())) == {}
+    assert gerber.render_drills(replace(layouts.two_coils(), vias=())) == {}

@@ -17,14 +17,13 @@ from shapely.geometry import LineString, Point, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import excellon, ipc356
-from sitscad.formats.gerber import job as gerber_job
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats import ipc356
+from sitscad.formats.gerber import board as gerber
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.geometry.path import Path as Curve
 from sitscad.geometry.path import Point as Spot
 from sitscad.layout.board import Role, Trace
-from sitscad.papers.order import notes as fabrication_notes
+from sitscad.papers import order_notes as fabrication_notes
 
 MM = 1e-3
 
@@ -240,8 +239,8 @@ def test_syntax_that_readers_reject_is_absent(board):
 
 def write(folder: Path, board) -> list[Path]:
     paths = []
-    for module in (gerber, excellon, ipc356, gerber_job):
-        for path, text in module.render(board).items():
+    for render in (gerber.render, gerber.render_drills, ipc356.render, gerber.render_job):
+        for path, text in render(board).items():
             file = folder / Path(path).name
             file.write_bytes(text)
             paths.append(file)
@@ -313,8 +312,8 @@ def test_creation_date_only_from_source_date_epoch(monkeypatch):
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     everything = {
         **gerber.render(board),
-        **excellon.render(board),
-        **gerber_job.render(board),
+        **gerber.render_drills(board),
+        **gerber.render_job(board),
         **fabrication_notes.render(board),
     }
     assert not any(b"CreationDate" in text for text in everything.values())

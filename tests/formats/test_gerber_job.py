@@ -8,20 +8,18 @@ import layouts
 from gerber_shapes import read
 from tolerance import approx
 
-from sitscad.formats import excellon
-from sitscad.formats.gerber import job as gerber_job
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 
 
 def job_of(board) -> dict:
-    (text,) = gerber_job.render(board).values()
+    (text,) = gerber.render_job(board).values()
     return json.loads(text)
 
 
 def test_names_every_gerber_file_with_its_own_attributes(board):
     listed = {entry["Path"]: entry for entry in job_of(board)["FilesAttributes"]}
     files = {path.rpartition("/")[2]: text for path, text in gerber.render(board).items()}
-    drills = {path.rpartition("/")[2] for path in excellon.render(board)}
+    drills = {path.rpartition("/")[2] for path in gerber.render_drills(board)}
     assert set(listed) == set(files) | drills
     for name, text in files.items():
         attributes = read(text).file_attrs

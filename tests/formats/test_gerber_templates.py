@@ -14,11 +14,11 @@ from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import excellon, ipc356
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats import ipc356
+from sitscad.formats.gerber import board as gerber
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
-from sitscad.papers.order import notes as fabrication_notes
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.spec.load import load
 
 MM = 1e-3
@@ -81,7 +81,7 @@ def test_windings_are_drawn_with_arcs(template, laid_out):
 def test_holes_stand_in_via_pads(template, laid_out):
     layout = laid_out(template)
     reached: dict[int, set[tuple[float, float]]] = {layer: set() for layer in range(1, layout.copper_layers + 1)}
-    for path, drill in excellon.render(layout).items():
+    for path, drill in gerber.render_drills(layout).items():
         last = int(re.search(rb"FileFunction,Plated,1,(\d+)", drill)[1])
         for hole in ExcellonFile.from_string(drill.decode("ascii"), filename=path).drills():
             for layer in range(1, last + 1):
@@ -106,8 +106,8 @@ def test_contacts_fit_the_connector(template, laid_out):
 @pytest.mark.clients("gerbv")
 def test_gerbv_draws_the_set_without_complaint(template, laid_out, tmp_path):
     layout, files = laid_out(template), []
-    for module in (gerber, excellon):
-        for path, text in module.render(layout).items():
+    for render in (gerber.render, gerber.render_drills):
+        for path, text in render(layout).items():
             files.append(tmp_path / path.rpartition("/")[2])
             files[-1].write_bytes(text)
     command = ["gerbv", "-x", "png", "-D", "300", "-a", "-o", tmp_path / "set.png", *files]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats import glb, mesh_3mf
+from sitscad.formats import meshes
 
 pytestmark = pytest.mark.cad
 
@@ -19,7 +19,7 @@ def test_every_piece_is_there_in_metres_with_y_upwards():
     import trimesh
 
     solids = handmade.solids("jaw")
-    (data,) = glb.render(solids, handmade.layout("jaw").spec).values()
+    (data,) = meshes.render_glb(solids, handmade.layout("jaw").spec).values()
     scene = trimesh.load(BytesIO(data), file_type="glb")
     assert set(scene.geometry) == {solid.name for solid in solids}
     for solid in solids:
@@ -34,7 +34,7 @@ def test_every_piece_is_there_in_metres_with_y_upwards():
 
 def test_the_file_is_gltf_2_and_the_same_twice():
     solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
-    (data,) = glb.render(solids, spec).values()
+    (data,) = meshes.render_glb(solids, spec).values()
     assert data[:4] == b"glTF" and int.from_bytes(data[4:8], "little") == 2
     assert int.from_bytes(data[8:12], "little") == len(data)
     length = int.from_bytes(data[12:16], "little")
@@ -42,14 +42,14 @@ def test_the_file_is_gltf_2_and_the_same_twice():
     assert said["asset"]["version"] == "2.0"
     colours = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in said["materials"]}
     assert colours["pdms"][3] < 1.0 == colours["copper"][3]
-    assert glb.render(solids, spec)["mount/assembly.glb"] == data
+    assert meshes.render_glb(solids, spec)["mount/assembly.glb"] == data
 
 
 def test_the_3mf_of_all_pieces_is_in_place_and_in_millimetres():
     import trimesh
 
     solids = handmade.solids("jaw")
-    (data,) = mesh_3mf.render_whole(solids, handmade.layout("jaw").spec).values()
+    (data,) = meshes.render_whole_3mf(solids, handmade.layout("jaw").spec).values()
     scene = trimesh.load(BytesIO(data), file_type="3mf")
     assert scene.units == "millimeter" and len(scene.geometry) == len(solids)
     low = np.min([tuple(s.shape.bounding_box().min) for s in solids], axis=0)

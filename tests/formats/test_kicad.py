@@ -17,8 +17,16 @@ from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 from tolerance import approx
 
 from sitscad.formats.kicad import project as kicad
-from sitscad.formats.kicad.sexpr import curve, is_straight, length, millimetres, quoted
-from sitscad.formats.kicad.stackup import copper_names, layer_table, stackup_section
+from sitscad.formats.kicad.sexpr import (
+    copper_names,
+    curve,
+    is_straight,
+    layer_table,
+    length,
+    millimetres,
+    quoted,
+    stackup_section,
+)
 from sitscad.geometry.path import Arc, Line, Point, Region, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Role, Trace, Via
 

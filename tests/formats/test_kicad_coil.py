@@ -13,8 +13,7 @@ from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
 from sitscad.formats.kicad import project as kicad
 from sitscad.formats.kicad.coil import coil_footprints, winding
-from sitscad.formats.kicad.sexpr import node
-from sitscad.formats.kicad.stackup import copper_names, layer_table
+from sitscad.formats.kicad.sexpr import copper_names, layer_table, node
 from sitscad.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace, Via

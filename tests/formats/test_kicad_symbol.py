@@ -11,10 +11,10 @@ import pytest
 from kicad_oracle import needs_kicad, rule_check, write
 
 from sitscad.formats.kicad import board as kicad_board
-from sitscad.formats.kicad import footprint as kicad_footprint
+from sitscad.formats.kicad import library as kicad_footprint
+from sitscad.formats.kicad import library as kicad_symbol
 from sitscad.formats.kicad import project as kicad
-from sitscad.formats.kicad import stackup as kicad_stackup
-from sitscad.formats.kicad import symbol as kicad_symbol
+from sitscad.formats.kicad import sexpr as kicad_stackup
 from sitscad.layout import lay_out
 from sitscad.spec.design_rules import FINISHES
 from sitscad.spec.load import load_text

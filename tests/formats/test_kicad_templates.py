@@ -8,9 +8,9 @@ import pytest
 from kicad_oracle import needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
-from sitscad.formats.kicad.stackup import copper_names
+from sitscad.formats.kicad.sexpr import copper_names
 from sitscad.layout import lay_out
 from sitscad.spec.load import load
 

@@ -20,11 +20,11 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.drawing.svg import path_data
-from sitscad.formats import laser_dxf, laser_svg
+from sitscad.formats import laser
 from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
 from sitscad.layout import lay_out
 from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
-from sitscad.papers.order import laser_notes
+from sitscad.papers import laser_notes
 from sitscad.scene.stack import sheets, shield
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
@@ -141,9 +141,9 @@ def test_coil_marks_lie_under_a_target_as_it_is_offset_and_turned():
 
 def test_only_what_the_spec_has():
     layout = layouts.two_coils()
-    assert laser_sheets(layout) == () and laser_dxf.render(layout) == {} and laser_svg.render(layout) == {}
+    assert laser_sheets(layout) == () and laser.render_dxf(layout) == {} and laser.render_svg(layout) == {}
     only = replace(layout, spec=replace(layout.spec, target=Target("circle", (4 * MM, 4 * MM), 0.2 * MM, COPPER)))
-    assert list(laser_dxf.render(only)) == ["laser/two-coils-target.dxf"]
+    assert list(laser.render_dxf(only)) == ["laser/two-coils-target.dxf"]
 
 
 @pytest.mark.parametrize("kerf", [-0.1 * MM, COUPON_HOLE, 9 * MM, math.nan])
@@ -170,7 +170,7 @@ def dxf_of(layout):
     ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed")
     import io
 
-    for name, content in laser_dxf.render(layout).items():
+    for name, content in laser.render_dxf(layout).items():
         document = ezdxf.read(io.StringIO(content.decode("ascii").replace("\r\n", "\n")))
         auditor = document.audit()
         assert not auditor.errors and not auditor.fixes
@@ -217,7 +217,7 @@ def test_dxf_says_millimetres_and_names_its_layers():
 
 
 def test_dxf_handles_are_unique():
-    for content in laser_dxf.render(layout_with()).values():
+    for content in laser.render_dxf(layout_with()).values():
         lines = content.decode("ascii").split("\r\n")
         tags = list(zip(lines[::2], lines[1::2], strict=False))
         handles = [value for code, value in tags if int(code) in (5, 105)]
@@ -229,16 +229,16 @@ def test_dxf_arcs_are_bulges():
     """A contour with rounded corners keeps its arcs: no format word for it, but the area is exact."""
     corners = [Point(0, 0), Point(8 * MM, 0), Point(8 * MM, 5 * MM), Point(0, 5 * MM)]
     contour = Contour(CutLayer.CUT_OUTER, rounded(corners, 1 * MM))
-    vertices = list(laser_dxf.bulged_vertices(contour.path))
+    vertices = list(laser.bulged_vertices(contour.path))
     bulges = [bulge for _, bulge in vertices if bulge]
     assert bulges == approx([math.tan(math.pi / 8)] * 4, rel=1e-6)
-    reverse = [bulge for _, bulge in laser_dxf.bulged_vertices(contour.path.reversed()) if bulge]
+    reverse = [bulge for _, bulge in laser.bulged_vertices(contour.path.reversed()) if bulge]
     assert reverse == approx([-math.tan(math.pi / 8)] * 4, rel=1e-6)
 
 
 @pytest.mark.needs("ezdxf")
 def test_ezdxf_audit_command(tmp_path):
-    for name, content in laser_dxf.render(layout_with()).items():
+    for name, content in laser.render_dxf(layout_with()).items():
         path = tmp_path / name.rpartition("/")[2]
         path.write_bytes(content)
         command = [sys.executable, "-m", "ezdxf", "audit", path]
@@ -249,7 +249,7 @@ def test_ezdxf_audit_command(tmp_path):
 @pytest.mark.clients("librecad")
 @pytest.mark.parametrize("shape", ["circle", "square"])
 def test_librecad_prints_it(shape, tmp_path):
-    name, content = next(iter(laser_dxf.render(layout_with(shape)).items()))
+    name, content = next(iter(laser.render_dxf(layout_with(shape)).items()))
     path, printed = tmp_path / "part.dxf", tmp_path / "part.pdf"
     path.write_bytes(content)
     command = [
@@ -272,7 +272,7 @@ def test_librecad_prints_it(shape, tmp_path):
 
 def svg_of(layout):
     """Both drawings as trees."""
-    for content in laser_svg.render(layout).values():
+    for content in laser.render_svg(layout).values():
         yield ET.fromstring(content)
 
 
@@ -347,7 +347,7 @@ IN_A_FRESH_PROCESS = """
 import hashlib
 from test_laser import layout_with
 from sitscad.formats import laser_dxf, laser_svg
-for render in (laser_dxf.render, laser_svg.render):
+for render in (laser.render_dxf, laser.render_svg):
     for name, content in render(layout_with()).items():
         print(name, hashlib.sha256(content).hexdigest())
 """
@@ -369,7 +369,7 @@ def test_same_bytes_across_processes():
 
 def test_closed_contours_do_not_repeat_their_first_point():
     path = closed_polygon([Point(0, 0), Point(1 * MM, 0), Point(0, 1 * MM)])
-    assert [point for point, _ in laser_dxf.bulged_vertices(path)] == [s.start for s in path if isinstance(s, Line)]
+    assert [point for point, _ in laser.bulged_vertices(path)] == [s.start for s in path if isinstance(s, Line)]
 
 
 def test_forty_boards_lie_on_sheets_that_hold_them():
@@ -391,7 +391,7 @@ def test_forty_boards_lie_on_sheets_that_hold_them():
         assert max(box[2] for box in everything) <= 80e-3 - MARGIN + 1e-9
         assert max(box[3] for box in everything) <= 60e-3 - MARGIN + 1e-9
         assert min(min(box[:2]) for box in everything) >= MARGIN - 1e-9
-    names = set(laser_dxf.render(layout))
+    names = set(laser.render_dxf(layout))
     assert {"laser/grasper-4layer-elastomer.dxf", "laser/grasper-4layer-elastomer-2.dxf"} <= names
     lines = dict(text_lines(found[0]))
     assert any("cut this sheet" in line for line in lines)
@@ -413,7 +413,7 @@ def test_a_sheet_too_small_for_one_piece_is_refused():
 
 def test_the_shop_is_told_which_laser_cuts_what():
     import sitscad
-    from sitscad.papers.order import laser_notes
+    from sitscad.papers import laser_notes
     from sitscad.spec import templates
 
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "one.yaml"))
@@ -435,7 +435,7 @@ def test_a_shield_has_a_sheet_as_wide_as_the_port_leaves_it(kerf):
     x0, y0, x1, y1 = bounding_box((shield(layout).outline(),))
     assert sheet.size == approx((x1 - x0, y1 - y0), rel=1e-6) and y1 - y0 < layout.body_size[1]
     assert sheet.cut.area == approx((x1 - x0 + kerf) * (y1 - y0 + kerf), rel=1e-6)
-    assert f"laser/{layout.spec.name}-shield.dxf" in laser_dxf.render(layout)
+    assert f"laser/{layout.spec.name}-shield.dxf" in laser.render_dxf(layout)
     assert "goes under the board, 0.5 mm below its lower face" in [text for _, text in sheet.notes]
     readme = laser_notes.render(layout)["laser/readme.txt"].decode()
     assert "-shield.dxf" in readme and "ferrite breaks" in readme

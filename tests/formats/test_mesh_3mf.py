@@ -10,7 +10,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.formats import mesh_3mf
+from sitscad.formats import meshes
 
 pytestmark = pytest.mark.cad
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
@@ -18,7 +18,7 @@ CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
 @pytest.fixture(scope="module")
 def files() -> dict[str, bytes]:
-    return mesh_3mf.render(handmade.solids("jaw"), handmade.layout("jaw").spec)
+    return meshes.render_3mf(handmade.solids("jaw"), handmade.layout("jaw").spec)
 
 
 def test_every_piece_of_mount_and_jaw_has_a_file(files):
@@ -64,4 +64,4 @@ def test_prusaslicer_slices_every_part(files, sliced):
 
 
 def test_without_a_mount_there_is_no_file():
-    assert mesh_3mf.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
+    assert meshes.render_3mf(handmade.solids("bare"), handmade.layout("bare").spec) == {}

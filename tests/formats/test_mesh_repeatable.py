@@ -12,26 +12,25 @@ from pathlib import Path
 import handmade
 import pytest
 
-from sitscad.formats import glb, mesh_3mf, mesh_stl, step
-from sitscad.formats.tetrahedra import pad as volume_mesh
-from sitscad.papers.assembly import picture as assembly_picture
+from sitscad.formats import meshes, step, volume_mesh
+from sitscad.papers import mount_records as assembly_picture
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
-WRITERS = (step.render, mesh_stl.render, mesh_3mf.render, volume_mesh.render, assembly_picture.render,
-           step.render_whole, mesh_3mf.render_whole, glb.render)  # fmt: skip
+WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, assembly_picture.render_picture,
+           step.render_whole, meshes.render_whole_3mf, meshes.render_glb)  # fmt: skip
 
 SCRIPT = """
 import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import glb, mesh_3mf, mesh_stl, step
-from sitscad.formats.tetrahedra import pad as volume_mesh
+from sitscad.formats import volume_mesh
 from sitscad.papers.assembly import picture as assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):
-    for render in (glb.render, assembly_picture.render, volume_mesh.render, mesh_3mf.render_whole, mesh_3mf.render,
-                   mesh_stl.render, step.render_whole, step.render):
+    for render in (meshes.render_glb, assembly_picture.render_picture, volume_mesh.render, meshes.render_whole_3mf,
+                   meshes.render_3mf, meshes.render_stl, step.render_whole, step.render):
         files = render(handmade.solids(sensor), handmade.layout(sensor).spec)
         found.update({{sensor + " " + name: hashlib.sha256(data).hexdigest() for name, data in files.items()}})
 print(json.dumps(found))

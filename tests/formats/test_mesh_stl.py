@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats import mesh_stl
+from sitscad.formats import meshes
 from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
 
 pytestmark = pytest.mark.cad
@@ -24,7 +24,7 @@ def sensor(request) -> str:
 
 @pytest.fixture(scope="module")
 def files(sensor) -> dict[str, bytes]:
-    return mesh_stl.render(handmade.solids(sensor), handmade.layout(sensor).spec)
+    return meshes.render_stl(handmade.solids(sensor), handmade.layout(sensor).spec)
 
 
 def test_meshes_are_watertight_with_the_solid_s_volume_and_stand_on_the_bed(sensor, files):
@@ -62,10 +62,10 @@ def test_prusaslicer_slices_every_part(files, sliced):
 def test_an_open_mesh_is_refused():
     mesh = tessellate(handmade.solids("jaw")[1])
     with pytest.raises(NotManifold, match="mount"):
-        mesh_stl.stl(TriangleMesh("mount", mesh.vertices, mesh.triangles[1:]))
+        meshes.stl(TriangleMesh("mount", mesh.vertices, mesh.triangles[1:]))
     with pytest.raises(NotManifold):
-        mesh_stl.stl(TriangleMesh("mount", mesh.vertices, np.fliplr(mesh.triangles)))
+        meshes.stl(TriangleMesh("mount", mesh.vertices, np.fliplr(mesh.triangles)))
 
 
 def test_without_a_mount_there_is_no_file():
-    assert mesh_stl.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
+    assert meshes.render_stl(handmade.solids("bare"), handmade.layout("bare").spec) == {}

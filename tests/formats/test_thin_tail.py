@@ -17,8 +17,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.extraction import compare, extract
-from sitscad.formats import excellon
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
@@ -76,7 +75,7 @@ def test_holes_in_the_tail_end_with_its_layers(thin):
 
 def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
     last, count = thin.spec.fpc.tail.layers, thin.copper_layers
-    drills = excellon.render(thin)
+    drills = gerber.render_drills(thin)
     assert sorted(drills) == ["fpc/thin-PTH.drl", f"fpc/thin-front-in{last - 1}.drl"]
     blind, through = drills[f"fpc/thin-front-in{last - 1}.drl"], drills["fpc/thin-PTH.drl"]
     assert f"TF.FileFunction,Plated,1,{last},Blind\n".encode() in blind

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats.tetrahedra import input_deck
-from sitscad.formats.tetrahedra import pad as volume_mesh
+from sitscad.formats import abaqus as input_deck
+from sitscad.formats import volume_mesh
 from sitscad.mechanics.elastomer import Face
 from sitscad.mechanics.pad import Pad
 from sitscad.scene.bodies import BodyRole
@@ -133,7 +133,7 @@ def test_without_an_elastomer_there_is_no_file():
 def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     import json
 
-    from sitscad.formats.tetrahedra.pad import elastomer_meshes
+    from sitscad.formats.volume_mesh import elastomer_meshes
 
     made = elastomer_meshes(handmade.solids("bench"), pad_of("bench"))
     text, worth = made["inp"].decode("ascii"), json.loads(made["json"])

@@ -10,7 +10,7 @@ from tolerance import approx
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.papers.order.notes import readme
+from sitscad.papers.order_notes import readme
 from sitscad.spec import presets
 from sitscad.units import show
 
@@ -165,7 +165,7 @@ def test_other_finishes_need_no_word():
 
 
 def _papers(layout):
-    from sitscad.papers.order import notes as fabrication_notes
+    from sitscad.papers import order_notes as fabrication_notes
 
     return fabrication_notes.render(layout)
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from sitscad.layout.board import Layout
 from sitscad.parts.assembly import assemble
-from sitscad.parts.jaw import opposing
 from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.pieces import opposing
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
 

@@ -20,11 +20,12 @@ import sitscad
 from sitscad.checks import check
 from sitscad.estimates import estimate
 from sitscad.formats import ipc356
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
-from sitscad.papers.order import bom, placement
+from sitscad.papers import parts_list as bom
+from sitscad.papers import parts_list as placement
 from sitscad.spec import presets
 from sitscad.spec.rules import SpecError
 
@@ -118,7 +119,7 @@ def test_the_files_name_both_pads_of_every_capacitor():
         for number in (1, 2):
             assert f"%TO.P,{reference},{number},{reference}.{number}*%" in top
             assert re.search(rf"^327C\d +{reference}   -{number} ", netlist, re.MULTILINE)
-    (table,) = placement.render(layout, estimate(layout)).values()
+    (table,) = placement.render_placement(layout, estimate(layout)).values()
     rows = list(csv.DictReader(io.StringIO(table.decode())))
     assert [(row["Ref"], row["Package"], row["Side"]) for row in rows] == [
         ("CT1", "chip-0402", "top"),
@@ -133,7 +134,7 @@ def test_the_files_name_both_pads_of_every_capacitor():
     assert parts["capacitor"].size.startswith("chip-0402") and "CT1, CT2" in parts["capacitor"].note
     assert {row["Val"] for row in rows} == {parts["capacitor"].part} and parts["capacitor"].part.endswith("F")
     assert parts["connector"].part == "zif-0.5mm, 4 contacts"
-    assert placement.render(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml")), None) == {}
+    assert placement.render_placement(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml")), None) == {}
 
 
 def test_the_estimate_has_the_capacitor_at_the_coil():

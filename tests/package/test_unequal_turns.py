@@ -153,13 +153,14 @@ def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
 def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_path):
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
-    from sitscad.extraction import copper_resistance, extract
-    from sitscad.formats import excellon, ipc356
-    from sitscad.formats.gerber import layers as gerber
+    from sitscad.extraction import extract
+    from sitscad.extraction.resistance import copper_resistance
+    from sitscad.formats import ipc356
+    from sitscad.formats.gerber import board as gerber
 
     layout = sitscad.lay_out(spec_of(name))
-    for writer in (gerber, excellon, ipc356):
-        for file, content in writer.render(layout).items():
+    for render in (gerber.render, gerber.render_drills, ipc356.render):
+        for file, content in render(layout).items():
             (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / file).write_bytes(content)
     net = extract(tmp_path).net("C1")

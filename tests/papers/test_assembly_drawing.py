@@ -14,8 +14,8 @@ from sitscad.drawing.frame import mm
 from sitscad.drawing.sheet import Label, Shape
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
-from sitscad.papers.drawings import assembly as assembly_drawing
 from sitscad.papers.drawings import plan_view
+from sitscad.papers.drawings import plan_view as assembly_drawing
 from sitscad.scene.bodies import above_board
 from sitscad.spec.load import load_text
 
@@ -83,7 +83,7 @@ def test_edges_and_centres_are_dimensioned(sensor):
 
 
 def test_a_sensor_without_pieces_has_no_such_drawing(board):
-    assert plan_view.drawing(board) is None and assembly_drawing.render(board, "") == {}
+    assert plan_view.drawing(board) is None and assembly_drawing.assembly_pdf(board, "") == {}
 
 
 @pytest.mark.parametrize(

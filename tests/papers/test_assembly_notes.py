@@ -13,9 +13,9 @@ from tolerance import approx
 import sitscad
 from sitscad import parts
 from sitscad.design import Design
-from sitscad.papers.assembly import bench_steps
-from sitscad.papers.assembly import notes as assembly_notes
-from sitscad.papers.assembly.notes import WIDTH, render
+from sitscad.papers import assembly_notes
+from sitscad.papers import assembly_notes as bench_steps
+from sitscad.papers.assembly_notes import WIDTH, render
 from sitscad.scene.fit import closed_section
 from sitscad.spec import templates
 from sitscad.units import show

@@ -13,7 +13,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.layout import lay_out
-from sitscad.papers.order import bom
+from sitscad.papers import parts_list as bom
 from sitscad.report.section import section
 from sitscad.scene.bodies import shield_heights
 from sitscad.scene.jaws import closed_span, made_to_measure
@@ -145,7 +145,7 @@ def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shie
 
 def test_the_drawings_pieces_are_those_of_the_list():
     pytest.importorskip("build123d", reason="build123d is not installed")
-    from sitscad.parts.mount import mount as solids_of
+    from sitscad.parts.assembly import mount as solids_of
 
     layout = full()
     heights = {}
@@ -171,7 +171,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
 
 
 def test_codes_of_capacitors_are_those_of_the_trade():
-    from sitscad.papers.order.codes import capacitor, three_digits
+    from sitscad.papers.order_codes import capacitor, three_digits
 
     known = {220e-12: "221", 330e-12: "331", 47e-12: "470", 1e-9: "102", 4.7e-12: "4R7", 10e-12: "100", 1.5e-9: "152"}
     assert {value: three_digits(value) for value in known} == known
@@ -196,7 +196,7 @@ def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
 
 def test_every_silicone_of_the_data_says_how_it_is_bought():
     from sitscad.data import rows
-    from sitscad.papers.order.codes import order_of
+    from sitscad.papers.order_codes import order_of
 
     for row in rows("elastomers"):
         order = order_of("elastomer", row["name"])

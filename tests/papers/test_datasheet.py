@@ -25,9 +25,8 @@ from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
-from sitscad.papers.datasheet.figures import BEYOND, BEYOND_LINES, difference, figures
-from sitscad.papers.datasheet.rows import FROM_UNIT_TO_UNIT, errors, from_unit_to_unit, notes, sensor, summary
-from sitscad.papers.datasheet.sheets import render
+from sitscad.papers.datasheet import errors, from_unit_to_unit, notes, render, sensor, summary
+from sitscad.papers.datasheet_plots import BEYOND, BEYOND_LINES, FROM_UNIT_TO_UNIT, difference, figures
 from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -123,7 +122,7 @@ def test_the_paper_has_the_same_tables(files):
 def test_bytes_are_the_same_in_another_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
     code = (
-        "import sitscad, sys; from sitscad import Design; from sitscad.papers.datasheet.sheets import render; "
+        "import sitscad, sys; from sitscad import Design; from sitscad.papers.datasheet import render; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
         "render(d.layout, d.estimates, d.response, d.performance, '', d.bench_estimates).items()]"

@@ -16,7 +16,7 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.drawing.pictures import board as board_picture
-from sitscad.drawing.pictures.coil_outline import coil_extent
+from sitscad.drawing.pictures.board import coil_extent
 from sitscad.drawing.sheet import Label, Shape, text_width
 from sitscad.fabrication.board_end import bare_size, board_end, end_tolerance, tail_width
 from sitscad.finding import Severity
@@ -25,10 +25,10 @@ from sitscad.geometry.path import Line, bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_length, bend_stretch
 from sitscad.layout.thickness import Where, finished_thickness, tail_thickness
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.papers.drawings.contacts import COPPER, contact_sheet
-from sitscad.papers.order import notes as fabrication_notes
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.tail_path import own_bend, pivot_line, room_for_own, tail_path
 from sitscad.spec import templates

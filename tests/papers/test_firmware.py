@@ -16,7 +16,7 @@ from tolerance import approx
 from sitscad.estimates import estimate
 from sitscad.layout import lay_out
 from sitscad.papers import firmware
-from sitscad.report.signal import other_rows
+from sitscad.report.measures import other_rows
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.units import show

@@ -15,19 +15,18 @@ import pytest
 
 from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.sheet import Label
-from sitscad.formats import excellon, ipc356, laser_svg
-from sitscad.formats.gerber import drill_map, panel
-from sitscad.formats.gerber import job as gerber_job
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats import ipc356, laser
+from sitscad.formats.gerber import board as gerber
+from sitscad.formats.gerber import panel
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
+from sitscad.papers import order_notes as fabrication_notes
+from sitscad.papers import parts_list as bom
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.papers.order import bom
-from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
 from sitscad.spec.rules import SpecError
@@ -85,7 +84,7 @@ def test_the_readmes_name_it(issued):
 
 def test_gerber_drill_and_job_files_carry_it_and_are_read(issued, tmp_path):
     gerbonara = pytest.importorskip("gerbonara")
-    files = gerber.render(issued) | excellon.render(issued) | drill_map.render(issued)
+    files = gerber.render(issued) | gerber.render_drills(issued) | gerber.render_drill_map(issued)
     for path, content in files.items():
         assert b"TF.ProjectId,two-coils," in content and b",B.2" in content
         assert b"part number TS-104 (a), revision B.2, 2026-11-22" in content
@@ -95,14 +94,14 @@ def test_gerber_drill_and_job_files_carry_it_and_are_read(issued, tmp_path):
             warnings.simplefilter("error", SyntaxWarning)
             kind = gerbonara.ExcellonFile if path.endswith(".drl") else gerbonara.GerberFile
             assert kind.open(target).objects or "B_Mask" in path
-    (job,) = gerber_job.render(issued).values()
+    (job,) = gerber.render_job(issued).values()
     assert json.loads(job)["GeneralSpecs"]["ProjectId"]["Revision"] == "B.2"
 
 
 def test_the_panels_images_carry_it(issued):
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     whole = plan(replace(issued, spec=spec))
-    made = panel.render(whole, gerber.render(issued) | excellon.render(issued))
+    made = panel.render(whole, gerber.render(issued) | gerber.render_drills(issued))
     images = [content for path, content in made.items() if path.endswith((".gbr", ".drl"))]
     assert images and all(b"revision B.2" in content and b",B.2" in content for content in images)
 
@@ -133,7 +132,7 @@ def test_pictures_parts_list_and_laser_sheets_name_it(issued):
     layout = _issued(replace(issued, spec=load_text(SPEC.format(head=""))))
     (sheet,) = laser_sheets(layout)
     assert words in [text for _, text in sheet.notes]
-    assert words in laser_svg.drawing(sheet, "issued")
+    assert words in laser.svg_drawing(sheet, "issued")
     for _, text in sheet.notes:
         assert len(text) * 0.8 * 1.2e-3 < sheet.width
 

@@ -21,18 +21,18 @@ from sitscad.drawing import frame as _drawing
 from sitscad.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication import notes as _flex_facts
-from sitscad.formats.gerber import drill_map
+from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
 from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.papers import archive as order_archive
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.papers.order import archive as order_archive
-from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec import presets
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
@@ -357,7 +357,7 @@ def test_worst_case_thickness_by_place(board):
 
 def test_the_drill_map_has_a_symbol_a_hole_and_the_table(board):
     shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
-    (text,) = drill_map.render(board).values()
+    (text,) = gerber.render_drill_map(board).values()
     file = shapes.read(text)
     assert file.file_attrs[".FileFunction"] == ("Drillmap",)
     arms = [item for item in file.objects if hasattr(item, "x1") and not hasattr(item, "clockwise")]
@@ -365,7 +365,7 @@ def test_the_drill_map_has_a_symbol_a_hole_and_the_table(board):
         x, y = via.centre.x / MM, via.centre.y / MM
         crossing = [o for o in arms if abs((o.x1 + o.x2) / 2 - x) < 1e-6 and abs((o.y1 + o.y2) / 2 - y) < 1e-6]
         assert len(crossing) == 2
-    assert not drill_map.render(replace(board, vias=()))
+    assert not gerber.render_drill_map(replace(board, vias=()))
 
 
 # --- The archive

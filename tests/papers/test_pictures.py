@@ -12,19 +12,18 @@ import layouts
 import pytest
 from tolerance import approx
 
+from sitscad.drawing.pictures import board as board_legend
 from sitscad.drawing.pictures import board as board_picture
-from sitscad.drawing.pictures import board_legend
 from sitscad.drawing.svg import svg as as_svg
 from sitscad.finding import Missing, Shortfall
-from sitscad.formats import excellon, ipc356
-from sitscad.formats.gerber import job as gerber_job
-from sitscad.formats.gerber import layers as gerber
+from sitscad.formats import ipc356
+from sitscad.formats.gerber import board as gerber
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.thickness import Where, finished_thickness
-from sitscad.papers import board_pictures
+from sitscad.papers import order_notes as fabrication_notes
+from sitscad.papers.drawings import board as board_pictures
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.papers.order import notes as fabrication_notes
 from sitscad.spec.load import load_text
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -176,8 +175,9 @@ def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
 
 def test_readme_lists_every_file_of_the_set(board):
     text = fabrication_notes.readme(board)
-    for module in (gerber, excellon, ipc356, gerber_job, board_pictures):
-        for path in module.render(board):
+    written = (gerber.render, gerber.render_drills, ipc356.render, gerber.render_job, board_pictures.render_pictures)
+    for render in written:
+        for path in render(board):
             assert f"\n{path.rpartition('/')[2]} " in text
 
 

@@ -9,8 +9,8 @@ import pytest
 from envelope import envelope_radius
 from tolerance import approx
 
-from sitscad.parts import Solid, fit
-from sitscad.parts.prism import box
+from sitscad.parts import Solid, mesh
+from sitscad.parts.solid import box
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from tests.oracles.envelope import closed_pair
@@ -39,7 +39,7 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
     pair = closed_pair(layout)
     section = closed_section(layout)
     assert envelope_radius(pair) == approx(section.radius, rel=1e-4)
-    assert fit.interferences(pair) == ()
+    assert mesh.interferences(pair) == ()
     jaws = [s.shape.bounding_box() for s in pair if s.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     height = max(b.max.Z for b in jaws) - min(b.min.Z for b in jaws)
     assert height * 1e-3 == approx(section.height, rel=1e-6)
@@ -83,11 +83,11 @@ def test_clearances_and_interferences_of_two_boxes():
     def second(x: float) -> Solid:
         return replace(first, name="b", shape=box(x, 0.0, 0.0, x + 1e-3, 1e-3, 1e-3))
 
-    (apart,) = fit.clearances((first, second(1.3e-3)))
+    (apart,) = mesh.clearances((first, second(1.3e-3)))
     assert apart.gap == approx(0.3e-3, rel=1e-6)
-    assert fit.interferences((first, second(1e-3))) == ()
-    assert fit.clearances((first, second(1e-3)))[0].gap == approx(0.0, abs=1e-12)
-    (shared,) = fit.interferences((first, second(0.75e-3)))
+    assert mesh.interferences((first, second(1e-3))) == ()
+    assert mesh.clearances((first, second(1e-3)))[0].gap == approx(0.0, abs=1e-12)
+    (shared,) = mesh.interferences((first, second(0.75e-3)))
     assert (shared.first, shared.second) == ("a", "b")
     assert shared.volume == approx(0.25e-9, rel=1e-6)
 
@@ -100,14 +100,14 @@ def test_a_part_that_is_moved_into_another_is_found():
         replace(s, shape=s.shape.moved(bd.Location((0, 0, -0.01)))) if s.role is BodyRole.TARGET else s
         for s in handmade.solids("jaw")
     ]
-    (found,) = fit.interferences(tuple(moved))
+    (found,) = mesh.interferences(tuple(moved))
     assert {found.first, found.second} == {"elastomer", "target"}
     assert found.volume == approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
 
 
 @pytest.mark.cad
 def test_the_shield_keeps_its_gap_to_the_board_and_the_board_its_standoff():
-    gaps = {(c.first, c.second): c.gap for c in fit.clearances(handmade.solids("jaw"))}
+    gaps = {(c.first, c.second): c.gap for c in mesh.clearances(handmade.solids("jaw"))}
     assert gaps["shield", "board"] == approx(0.6e-3, rel=1e-6)
     assert gaps["jaw", "board"] == approx(1.0e-3, rel=1e-6)
     assert gaps["board", "target"] == approx(1.0e-3, rel=1e-6)

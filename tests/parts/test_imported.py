@@ -10,7 +10,7 @@ from tolerance import approx
 from sitscad.checks import check
 from sitscad.layout import lay_out
 from sitscad.parts import PartsError, solids
-from sitscad.parts.proof.prove import prove, require_clear
+from sitscad.parts.proof import prove, require_clear
 from sitscad.parts.whole import whole
 from sitscad.spec.load import load
 from sitscad.spec.rules import SpecError

@@ -9,12 +9,10 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.parts import aids, fit
+from sitscad.parts import aids, mesh
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.prism import MM, prism
-from sitscad.parts.solid import Solid
-from sitscad.parts.tooling.jig import WELL, clearance, jig
-from sitscad.parts.tooling.mould import CAVITIES, SPILL, mould, pour
+from sitscad.parts.solid import MM, Solid, prism
+from sitscad.parts.tooling import CAVITIES, SPILL, WELL, clearance, jig, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
 from sitscad.spec.mount import Assembly
@@ -47,8 +45,8 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
     board = as_solid(stack.board(layout))
     for body in (elastomer(layout.spec), target(layout.spec)):
         together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
-        assert fit.interferences(together) == ()
-        gaps = {(c.first, c.second): c.gap for c in fit.clearances(together)}
+        assert mesh.interferences(together) == ()
+        gaps = {(c.first, c.second): c.gap for c in mesh.clearances(together)}
         if name in ("jaw", "round"):  # others overhang, and lie on their frame
             assert gaps[f"jig-{body.name}", body.name] == approx(clearance(layout), abs=2e-6)
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
@@ -63,8 +61,8 @@ def test_the_frame_goes_on_one_way_only():
     box = frame.shape.bounding_box()
     middle = bd.Axis(((box.min.X + box.max.X) / 2, (box.min.Y + box.max.Y) / 2, 0), (0, 0, 1))
     turned = replace(frame, shape=frame.shape.rotate(middle, 180.0))
-    assert fit.interferences((base, frame)) == ()
-    assert fit.interferences((base, turned)) != ()
+    assert mesh.interferences((base, frame)) == ()
+    assert mesh.interferences((base, turned)) != ()
 
 
 def test_the_press_stops_where_glue_and_piece_are_as_high_as_meant():

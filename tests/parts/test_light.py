@@ -12,9 +12,9 @@ from sitscad.parts import MissingExtra, extras
 
 HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
 MODULES = (
-    "sitscad.parts, sitscad.parts.fit, sitscad.drawing.pictures.assembly, sitscad.parts.assembly, "
-    "sitscad.formats.step, sitscad.formats.mesh_stl, sitscad.formats.mesh_3mf, sitscad.formats.tetrahedra.pad, "
-    "sitscad.papers.assembly.picture"
+    "sitscad.parts, sitscad.parts.mesh, sitscad.drawing.pictures.assembly, sitscad.parts.assembly, "
+    "sitscad.formats.step, sitscad.formats.meshes, sitscad.formats.volume_mesh, "
+    "sitscad.papers.mount_records"
 )
 
 

@@ -12,9 +12,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad.layout.bending import bend_radius
-from sitscad.parts import fit, mount, solids
+from sitscad.parts import assembly, mesh, seat, solids
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.mounts import seat
 from sitscad.parts.solid import of_role
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole, metal_face
@@ -29,7 +28,7 @@ pytestmark = pytest.mark.cad
 
 
 def seats(**changes):
-    return list(mount.mount(handmade.jaw_sensor(**changes)))
+    return list(assembly.mount(handmade.jaw_sensor(**changes)))
 
 
 def pad(standoff: float, **fitted):
@@ -45,7 +44,7 @@ def wide_tail(**changes):
 def test_a_shield_splits_the_seat():
     """The spacer: the body, less grooves, and the tongue under the tail with its round end."""
     layout = wide_tail(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
-    base, spacer = mount.mount(layout)
+    base, spacer = assembly.mount(layout)
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
     tongue = relief(layout)
     assert tongue.cheeks is None and tongue.along == approx((4.5e-3, 7.8e-3), rel=1e-6)
@@ -79,7 +78,7 @@ def test_cheeks_beside_the_tail_leave_it_its_clearance():
     layout = handmade.jaw_sensor(shield=None)
     tongue = relief(layout)
     assert tongue.cheeks is not None and tongue.across == approx((-1.55e-3, 1.55e-3), rel=1e-6)
-    (base,) = mount.mount(layout)
+    (base,) = assembly.mount(layout)
     behind = manifold(tessellate(base)).trim_by_plane((1.0, 0.0, 0.0), 4.6).trim_by_plane((0.0, 0.0, 1.0), -0.19)
     board = manifold(tessellate(piece("jaw", "board")))
     assert behind.volume() > 0.0
@@ -159,7 +158,7 @@ def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
 def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
     layout = handmade.bench_sensor()
     short = handmade.board(layout.spec, body=(16e-3, 7.6e-3), tail=7e-3, tail_width=2e-3)
-    assert fit.interferences(solids(short)) == ()
+    assert mesh.interferences(solids(short)) == ()
     plate, stiffener = (next(s for s in solids(short) if s.name == name) for name in ("mount", "stiffener"))
     assert plate.shape.bounding_box().max.X > stiffener.shape.bounding_box().min.X
 
@@ -201,7 +200,7 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
     """Beside the slot the cap's face goes on to its end: no step that a glove catches on."""
     cap = handmade.Mount("fingertip", None, 1.2e-3, finger=Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3))
     layout = handmade.bench_sensor(mount=cap)
-    (piece,) = mount.mount(layout)
+    (piece,) = assembly.mount(layout)
     end = piece.shape.bounding_box().max.X
     low, high = layout.reach_at(1e-3 * end)
     room = 1e3 * clearance(layout.spec.mount)
@@ -220,7 +219,7 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
 def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
     """A cap's lip of 0.5 mm under a tail for which readme and drawing ask 1.16 mm."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
-    (carrier,) = [piece for piece in mount.mount(layout) if piece.name == "mount"]
+    (carrier,) = [piece for piece in assembly.mount(layout) if piece.name == "mount"]
     low, high = layout.reach_at(layout.body[2] + 8e-3)
     round_edges = [
         face.radius * 1e-3
@@ -236,6 +235,6 @@ def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
 def test_a_tail_that_is_let_down_over_a_cap_stands_in_nothing():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_foil"), "t.yaml"))
     pieces = {piece.name: piece for piece in whole(layout)}
-    assert not fit.interferences(tuple(pieces.values()))
+    assert not mesh.interferences(tuple(pieces.values()))
     lowest = min(1e-3 * p.shape.bounding_box().min.Z for name, p in pieces.items() if name.startswith("tail-"))
     assert lowest == approx(metal_face(layout.spec), abs=2e-6)

@@ -11,9 +11,9 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.formats import mesh_3mf, mesh_stl
-from sitscad.papers.assembly import print_report
-from sitscad.parts import aids, mount
+from sitscad.formats import meshes
+from sitscad.papers import mount_records as print_report
+from sitscad.parts import aids, assembly
 from sitscad.parts.printable import printable
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
@@ -51,7 +51,7 @@ def test_a_wall_thinner_than_its_process_makes_is_a_fault_with_both_figures():
     piece = solid((block(5, 4, 3) - placed(block(4, 3, 3), 0.3, 0.5, 0.5)).solids()[0])
     assert printable(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
     (fault,) = printable(piece, "resin").faults
-    assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "mount.process" in fault.fix
+    assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "assembly.process" in fault.fix
 
 
 def test_holes_count_and_pins_do_not():
@@ -103,12 +103,12 @@ def made(layout, process):
 
 
 def pieces(layout):
-    return (*mount.mount(layout), *aids(layout))
+    return (*assembly.mount(layout), *aids(layout))
 
 
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
 def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
-    for piece in mount.mount(KINDS[kind]):
+    for piece in assembly.mount(KINDS[kind]):
         assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
 
 
@@ -118,23 +118,23 @@ def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
 def test_every_piece_can_be_made_by_every_process(kind, process):
     """But for the holes of a cap, which are drilled and tapped where its printer makes none so small."""
     layout = made(KINDS[kind], process)
-    for piece in pieces(layout) if process == "filament" else mount.mount(layout):
+    for piece in pieces(layout) if process == "filament" else assembly.mount(layout):
         found = printable(piece, process)
         assert piece.shape.is_valid, piece.name
         assert all(fault.what == "hole" and kind.startswith("finger") for fault in found.faults), (piece.name, found)
 
 
 def test_the_report_says_how_each_piece_is_made():
-    from sitscad.parts.jaw import jaw
-    from sitscad.parts.tooling.mould import mould
+    from sitscad.parts.pieces import jaw
+    from sitscad.parts.tooling import mould
 
     layout = KINDS["pins"]
-    given = (jaw(layout), *mount.mount(layout)), mould(layout)
-    document = json.loads(print_report.render(*given, layout.spec)["mount/print.json"])
+    given = (jaw(layout), *assembly.mount(layout)), mould(layout)
+    document = json.loads(print_report.render_print(*given, layout.spec)["mount/print.json"])
     assert [piece["piece"] for piece in document["pieces"]] == ["mount", "mould-tray", "mould-lid"]
     assert document["can_be_made"]
     assert document["limits_m"]["wall"] == 0.4e-3 and all(document["sources"].values())
-    assert print_report.render((), (), handmade.layout("bare").spec) == {}
+    assert print_report.render_print((), (), handmade.layout("bare").spec) == {}
 
 
 @pytest.mark.clients("prusa-slicer", "admesh")
@@ -146,8 +146,8 @@ def test_slicers_find_nothing_to_mend(kind, tmp_path):
     """admesh: no facet to be repaired; PrusaSlicer slices STL and 3MF without a warning."""
     layout = KINDS[kind]
     found = pieces(layout)
-    files = mesh_stl.render(found, layout.spec) | mesh_3mf.render(found, layout.spec)
-    jigs = {**mesh_stl.render((), layout.spec, aids(layout)), **mesh_3mf.render((), layout.spec, aids(layout))}
+    files = meshes.render_stl(found, layout.spec) | meshes.render_3mf(found, layout.spec)
+    jigs = {**meshes.render_stl((), layout.spec, aids(layout)), **meshes.render_3mf((), layout.spec, aids(layout))}
     for name, data in (files | jigs).items():
         path, out = tmp_path / name.rpartition("/")[2], tmp_path / "out.gcode"
         path.write_bytes(data)
@@ -167,14 +167,14 @@ def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
     from sitscad.scene.seating import clearance
 
     layout = KINDS["finger-circle"]
-    (cap, *_) = mount.mount(layout)
+    (cap, *_) = assembly.mount(layout)
     bores = [f for f in cap.shape.faces() if f.geom_type.name == "CYLINDER" and f.radius > 5.0]
     assert {round(f.radius, 6) for f in bores} == {round(7.0 + 1e3 * clearance(layout.spec.mount), 6)}
 
 
 def test_a_dovetail_s_tongue_has_its_section_s_volume():
-    plain = mount.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
-    held = mount.mount(KINDS["dovetail"])[0]
+    plain = assembly.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
+    held = assembly.mount(KINDS["dovetail"])[0]
     found = Retention("dovetail")
     neck = found.width - 2 * found.depth / math.tan(found.angle)
     area = 0.5 * (found.width + neck) * found.depth
@@ -183,8 +183,8 @@ def test_a_dovetail_s_tongue_has_its_section_s_volume():
 
 
 def test_pins_have_their_cylinders_volume_less_their_chamfers():
-    plain = mount.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
-    held, found = mount.mount(KINDS["pins"])[0], Retention("pins")
+    plain = assembly.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
+    held, found = assembly.mount(KINDS["pins"])[0], Retention("pins")
     radius, cut = found.diameter / 2, 0.1e-3
     cone = math.pi * cut / 3 * (radius**2 + radius * (radius - cut) + (radius - cut) ** 2)
     one = math.pi * radius**2 * (found.depth - cut) + cone
@@ -193,17 +193,17 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
 
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
-    from sitscad.parts import fit
-    from sitscad.parts.jaw import jaw
+    from sitscad.parts import mesh
+    from sitscad.parts.pieces import jaw
     from sitscad.scene.seating import joint_clearance
 
     layout = KINDS[kind]
-    metal, (seat, *_) = jaw(layout), mount.mount(layout)
-    assert fit.interferences((metal, seat)) == ()
+    metal, (seat, *_) = jaw(layout), assembly.mount(layout)
+    assert mesh.interferences((metal, seat)) == ()
     import build123d as bd
 
     lifted = replace(seat, shape=seat.shape.moved(bd.Location((0, 0, 0.03))))
-    (gap,) = fit.clearances((metal, lifted))
+    (gap,) = mesh.clearances((metal, lifted))
     assert 0.02e-3 < gap.gap <= joint_clearance(layout) + 0.03e-3
     assert metal.shape.is_valid and metal.volume < jaw(handmade.jaw_sensor(
         mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume  # fmt: skip

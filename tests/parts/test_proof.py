@@ -12,15 +12,13 @@ from tolerance import approx
 
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
-from sitscad.drawing.pictures.clash import clash_svg
-from sitscad.papers.assembly import fit_proof
-from sitscad.parts import fit
+from sitscad.drawing.pictures.rendered import clash_svg
+from sitscad.papers import mount_records as fit_proof
+from sitscad.parts import mesh
+from sitscad.parts.clash import clashes
 from sitscad.parts.mesh import TriangleMesh, manifold
-from sitscad.parts.prism import box
-from sitscad.parts.proof.clash import clashes
-from sitscad.parts.proof.moved import Load
-from sitscad.parts.proof.prove import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, prove
-from sitscad.parts.solid import Solid
+from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, Load, prove
+from sitscad.parts.solid import Solid, box
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
@@ -214,7 +212,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     drawn = clashes(hinged, around, prove(hinged, around), ())
     (clash,) = [each for each in drawn if each.words == "elastomer and post"]
     volume, names = red_of(clash)
-    whole_post = 1e9 * fit.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
+    whole_post = 1e9 * mesh.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
     assert volume == approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 

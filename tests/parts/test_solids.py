@@ -10,7 +10,7 @@ from handmade import bounds
 from tolerance import approx
 
 from sitscad.geometry.path import enclosed_area
-from sitscad.parts import PartsError, fit, solids
+from sitscad.parts import PartsError, mesh, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.scene.bodies import BodyRole
 
@@ -54,7 +54,7 @@ def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
 def test_no_two_solids_share_any_volume(sensor):
-    assert fit.interferences(handmade.solids(sensor)) == ()
+    assert mesh.interferences(handmade.solids(sensor)) == ()
 
 
 @pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])
@@ -154,8 +154,8 @@ def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_g
 def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
     """The assembly had a tail of all four layers, 261 um, where two run down it."""
     import sitscad
-    from sitscad.parts.board import board_body, stiffener
     from sitscad.parts.mesh import manifold, tessellate
+    from sitscad.parts.pieces import board_body, stiffener
     from sitscad.scene.stack import tail_heights
     from sitscad.spec import templates
 

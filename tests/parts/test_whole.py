@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.layout.thickness import tail_layers
-from sitscad.parts import fit
+from sitscad.parts import mesh
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels
 from sitscad.scene.tail_path import Station, Stretch, tail_path
@@ -32,7 +32,7 @@ def pieces(layout):
 
 
 def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
-    assert not fit.interferences(tuple(pieces.values()))
+    assert not mesh.interferences(tuple(pieces.values()))
     wanted = {"jaw", "opposing-jaw", "shield", "mount", "elastomer", "target", "encapsulation", "stiffener"}
     wanted |= {f"glue-{part}" for part in ("shield", "mount", "board", "elastomer", "target")}
     wanted |= {f"copper-{layer}-{coil}" for layer in (1, 2, 3, 4) for coil in ("C1", "C2")}
@@ -64,7 +64,7 @@ def test_the_tail_is_as_large_bent_as_flat(layout, pieces):
     assert path.radius and not path.reason
     assert path.length == approx(layout.tail_length, rel=1e-6)
     straight = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", "none"))
-    from sitscad.parts.whole.films import films
+    from sitscad.parts.whole import films
 
     there = {solid.name: solid for solid in films(straight, tail_path(straight))}
     for name in ("tail-1-coverlay", "tail-3-dielectric", "tail-5-coverlay"):
@@ -104,7 +104,7 @@ def test_without_a_jaw_there_is_still_an_assembly():
 
 def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     """Against the exact union of all copper on each layer (shapely): joints are counted twice, by 3 % at most."""
-    from sitscad.parts.whole.mass import balance, weigh
+    from sitscad.parts.mass import balance, weigh
 
     found = weigh(layout, tuple(pieces.values()))
     rings = sum(w.volume * w.share for w in found if w.material == "copper" and w.name.startswith("copper-"))

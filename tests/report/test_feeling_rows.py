@@ -7,7 +7,7 @@ import math
 import pytest
 
 from sitscad.estimates.performance.values import largest_lasting, of_full_scale
-from sitscad.report.feeling import felt_rows, whole_rows
+from sitscad.report.numbers import felt_rows, whole_rows
 from sitscad.report.page import _feeling
 
 AXIS = {

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.measured import Measure, Share
 from sitscad.report.findings import CheckedSpec, Manner, as_json, as_text
-from sitscad.report.fit import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
+from sitscad.report.measures import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
 from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())

@@ -14,7 +14,7 @@ from told import TURNS
 from sitscad.data import json_file
 from sitscad.finding import Finding, Severity
 from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, Manner
-from sitscad.report.findings.github import job_summary
+from sitscad.report.findings.ci import job_summary
 
 KEPT = Path(__file__).parent / "snapshots"
 NAMES = {"text": "text.txt", "json": "check.json", "sarif": "check.sarif", "junit": "junit.xml", "github": "github.txt"}

@@ -9,7 +9,8 @@ import told
 
 from sitscad.finding import Finding, Severity
 from sitscad.report.findings import CheckedSpec
-from sitscad.report.findings.github import SHOWN, job_summary, render
+from sitscad.report.findings.ci import SHOWN, job_summary
+from sitscad.report.findings.ci import github as render
 
 COMMAND = re.compile(r"::(?P<name>\w+) (?P<properties>[^:]*)::(?P<message>.*)")
 

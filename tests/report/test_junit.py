@@ -12,7 +12,7 @@ from junit2htmlreport.parser import Junit
 import sitscad
 from sitscad.finding import Finding, Severity
 from sitscad.report.findings import CheckedSpec
-from sitscad.report.findings.junit import render
+from sitscad.report.findings.ci import junit as render
 
 
 @pytest.fixture

@@ -17,9 +17,8 @@ from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.tail_tracks import contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
+from sitscad.report.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, quantity, signal_rows
 from sitscad.report.page import findings_part, render
-from sitscad.report.quantities import quantity
-from sitscad.report.signal import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, signal_rows
 from sitscad.spec import templates
 from sitscad.spec.unverified import unverified_figures
 

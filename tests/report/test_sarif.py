@@ -13,7 +13,8 @@ import told
 import sitscad
 from sitscad.inspection import inspect
 from sitscad.report.findings import CheckedSpec, Manner
-from sitscad.report.findings.sarif import extent, render
+from sitscad.report.findings.ci import extent
+from sitscad.report.findings.ci import sarif as render
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((HERE / "sarif-schema-2.1.0.json").read_text(encoding="utf-8"))

@@ -21,7 +21,7 @@ from sitscad.checks.rules import Complaint, apply_rule, located, named
 from sitscad.design import Design
 from sitscad.inspection import inspect
 from sitscad.report.findings import CheckedSpec, checked_spec
-from sitscad.report.findings.sarif import render
+from sitscad.report.findings.ci import sarif as render
 
 BROKEN = sorted((Path(__file__).parent / "broken").glob("*.yaml"))
 DRAWN = {"SIT104", "SIT105", "SIT106", "SIT107", "SIT110", "SIT114", "SIT122", "SIT125"}

@@ -16,8 +16,8 @@ from sitscad.fabrication.notes import bend_text
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_stretch, least_bend_radius
-from sitscad.papers.assembly.mounting_notes import bent
 from sitscad.papers.drawings import board as board_drawing
+from sitscad.papers.mounting import bent
 from sitscad.scene.tail_path import bends, bends_of_mount, free_from, lip, own_bend, tail_path
 from sitscad.spec import templates
 from sitscad.spec.load import load_text

@@ -23,10 +23,10 @@ import numpy as np  # noqa: E402
 import trimesh  # noqa: E402
 from test_printable import KINDS  # noqa: E402
 
-from sitscad.formats import mesh_3mf, mesh_stl, step  # noqa: E402
-from sitscad.parts import Solid, aids, mount  # noqa: E402
-from sitscad.parts.jaw import jaw, opposing  # noqa: E402
+from sitscad.formats import meshes, step  # noqa: E402
+from sitscad.parts import Solid, aids, assembly  # noqa: E402
 from sitscad.parts.mesh import TriangleMesh, tessellate  # noqa: E402
+from sitscad.parts.pieces import jaw, opposing  # noqa: E402
 from sitscad.parts.printable import printable  # noqa: E402
 
 DEFECTS = ("Backwards edges", "Degenerate facets", "Facets reversed", "Facets removed", "Facets added")
@@ -84,7 +84,7 @@ def laid(solid: Solid, mesh: TriangleMesh) -> TriangleMesh:
 def found_of(solid: Solid, folder: Path) -> list[str]:
     """All that any program finds of a piece."""
     mesh = laid(solid, tessellate(solid))
-    files = {"part.stl": mesh_stl.stl(mesh), "part.3mf": mesh_3mf.package(solid, mesh, "part")}
+    files = {"part.stl": meshes.stl(mesh), "part.3mf": meshes.package(solid, mesh, "part")}
     said = [] if solid.shape.is_valid else ["not valid"]
     said += through_step(solid, folder)
     for name, data in files.items():
@@ -100,7 +100,7 @@ def main() -> int:
     for kind in sys.argv[1:] or KINDS:
         layout = KINDS[kind]
         jaws = [solid for solid in (jaw(layout), *opposing(layout)) if solid is not None]
-        for solid in (*mount.mount(layout), *jaws, *aids(layout)):
+        for solid in (*assembly.mount(layout), *jaws, *aids(layout)):
             with tempfile.TemporaryDirectory() as name:
                 said = found_of(solid, Path(name))
             bad += len(said)

@@ -32,8 +32,8 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     """How the tiers compare: ``fits``, ``does not fit``, ``near the port`` or ``DISAGREE``; by how much (m) their radii
     differ; and what else the solids found.
     """
-    from sitscad.parts.proof.carried import carried
-    from sitscad.parts.proof.prove import PORT, prove
+    from sitscad.parts.clash import carried
+    from sitscad.parts.proof import PORT, prove
     from sitscad.parts.solid import PartsError
     from sitscad.parts.whole import whole
     from sitscad.scene.fit import closed_section

@@ -1,7 +1,7 @@
 """SIT320 to SIT326: what is measured of the assembly in three dimensions, and the tail on its way through the hinge.
 
 `check` loads no CAD kernel, so it says of the first four and the last that they are not checked. `build` measures the
-solids (`sitscad.parts.proof.prove`), writes what it measured into ``mount/fit.json``, and these rules judge that.
+solids (`sitscad.parts.proof`), writes what it measured into ``mount/fit.json``, and these rules judge that.
 """
 
 from __future__ import annotations

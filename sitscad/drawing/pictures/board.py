@@ -1,45 +1,151 @@
-"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside.
-
-The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
-Nothing is transparent: upper layers hide lower ones, and every colour of the picture is one of its legend. Layers, nets
-on them, coils, contacts and findings have names (ids) that begin with the picture's own.
-"""
+"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from itertools import combinations
+from typing import NamedTuple
 
-from sitscad.drawing.frame import View
-from sitscad.drawing.pictures.board_legend import (
-    BEND,
-    BEND_DASHES,
-    BOTTOM_DASHES,
-    BOTTOM_OPENING,
-    CONTACT,
-    MARKS,
-    PLATE,
-    RING,
-    TAKEN,
-    TOP_DASHES,
-    TOP_OPENING,
-    WIDTH,
-    colour,
-    draw_legend,
-    legend_height,
-    legend_keys,
-)
-from sitscad.drawing.pictures.board_legend import (
-    Mark as Mark,
-)
+from sitscad.drawing.frame import CHAIN, View
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, rectangle
-from sitscad.layout.bending import Bend
-from sitscad.layout.board import Layout, Pad
+from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
+from sitscad.layout.board import Coil, Layout, Pad
 from sitscad.scene.tail_path import bends
+from sitscad.spec.coil import CoilSpec
+from sitscad.units import show
+
+
+def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
+    """The closed outline (m) that a coil's outer copper edges lie on, about its centre and turned as it is drawn.
+
+    Corners are as round as the pen that draws them leaves the copper: half a track's width and the corner's own radius.
+    """
+    unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
+    return unturned.rotated(coil.placement.rotation).shifted(*coil.centre)
+
+
+def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]:
+    """(x0, y0, x1, y1) in metres of a coil's outer copper edges on the board.
+
+    They are the outline's, but for a rounded corner at which a layer begins: that one is left sharp.
+    """
+    outline, half = bounding_box([coil_outline(spec, coil)]), spec.trace_width / 2
+    if not spec.corner_radius:
+        return outline
+    x0, y0, x1, y1 = bounding_box([winding.path for winding in coil.windings])
+    return (
+        min(outline[0], x0 - half), min(outline[1], y0 - half), max(outline[2], x1 + half), max(outline[3], y1 + half)
+    )
+
+
+def draw_coil(sheet: Sheet, view: View, spec: CoilSpec, coil: Coil, pen: Pen, name: str = "") -> None:
+    """A coil's outline and the axes through its centre on a dimensioned drawing."""
+    sheet.draw(view.path(coil_outline(spec, coil)), pen, name=name)
+    (x0, y0, x1, y1), (x, y) = coil_extent(spec, coil), coil.centre
+    sheet.line(view.x(x0), view.y(y), view.x(x1), view.y(y), CHAIN)
+    sheet.line(view.x(x), view.y(y0), view.x(x), view.y(y1), CHAIN)
+
+
+COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")
+"""One colour a copper layer, from the top (after Okabe and Ito's palette)."""
+
+PLATE, CONTACT, RING = "#cdb380", "#e6b800", "#8a8a8a"
+TAKEN = "#dfd3ad"
+"""What the bend takes of the tail."""
+TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#444444"
+TOP_DASHES, BOTTOM_DASHES, BEND_DASHES = "8 4", "2 5", "14 4 3 4 3 4"
+WIDTH = 1200.0
+"""Width of a picture in pixels."""
+ROW, LETTERS, IN_A_ROW = 30.0, 16.0, 6
+"""Height of a row and of its letters (pixels), and the keys in it."""
+
+
+class Mark(NamedTuple):
+    """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
+
+    x: float
+    y: float
+    text: str
+    kind: str
+
+
+MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
+"""The colours of marks."""
+
+Sign = Callable[[Sheet, float, float], None]
+"""Draws a key's sign on a sheet, its upper left corner at (x, y)."""
+
+
+def colour(layer: int) -> str:
+    """A copper layer's colour."""
+    return COLOURS[(layer - 1) % len(COLOURS)]
+
+
+def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark]) -> list[tuple[Sign, str]]:
+    """A sign and its meaning for everything that the picture shows."""
+    plate = layout.stiffener
+
+    def sees(x: float) -> bool:
+        return 0.0 <= view.x(x) <= WIDTH
+
+    keys = [(_swatch(colour(layer)), f"copper {layer}") for layer in shown]
+    if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
+        keys.append((_swatch(CONTACT), "contacts"))
+    if any(sees(via.centre.x) for via in layout.vias):
+        keys.append((_swatch(RING), "vias"))
+    if any(sees(opening.outline.start.x) for opening in layout.top_openings):
+        keys.append((_line(TOP_OPENING, TOP_DASHES), "top coverlay open"))
+    if any(sees(opening.outline.start.x) for opening in layout.bottom_openings):
+        keys.append((_line(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
+    if plate is not None and sees(plate.outline.outline.start.x):
+        keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
+    seen = [bend for bend in bends(layout) if sees(bend.line)]
+    words = dict.fromkeys(f"bend {math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in seen)
+    keys += [(_line(BEND, BEND_DASHES), each) for each in words]
+    if any(bend.end > bend.start for bend in seen):
+        keys.append((_swatch(TAKEN), "taken by bends" if len(seen) > 1 else "taken by the bend"))
+    return keys + [
+        (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
+    ]
+
+
+def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
+    """A bar of a round length near a sixth of the picture, and the sizes in words."""
+    length = _round_below(WIDTH / view.length(1.0) / 6)
+    end = 20.0 + view.length(length)
+    body, board = layout.body_size, bounding_box([layout.outline])
+    sizes = (
+        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"board {show(board[2] - board[0], 'm')} x {show(board[3] - board[1], 'm')}, seen from the top"
+    )
+    bar = (((20.0, 8.0), (20.0, 16.0)), ((20.0, 12.0), (end, 12.0)), ((end, 8.0), (end, 16.0)))
+    strokes = [polyline([Point(x, top - down) for x, down in ends]) for ends in bar]
+    sheet.draw(strokes, Pen(2.0, round_ends=False), kind="scale")
+    sheet.text(end + 10.0, top - 17.0, show(length, "m"), LETTERS)
+    sheet.text(WIDTH - 20.0, top - 17.0, sizes, LETTERS, "end")
+
+
+def _round_below(length: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
+
+
+def _swatch(fill: str) -> Sign:
+    return lambda sheet, x, y: sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, fill)
+
+
+def _ring(ink: str) -> Sign:
+    return lambda sheet, x, y: sheet.draw(circle(Point(x + 13.0, y - 11.0), 8.0), Pen(3.0, ink))
+
+
+def _line(ink: str, dashes: str) -> Sign:
+    pen = Pen(2.0, ink, tuple(map(float, dashes.split())), round_ends=False)
+    return lambda sheet, x, y: sheet.line(x, y - 11.0, x + 26.0, y - 11.0, pen)
+
 
 Window = tuple[float, float, float, float]
 
@@ -47,10 +153,7 @@ BOARD, EDGE, WHITE = "#f6e7c1", "#222222", "#ffffff"
 
 
 def picture(
-    layout: Layout,
-    layers: Iterable[int] | None = None,
-    window: Window | None = None,
-    marks: Iterable[Mark] = (),
+    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None, marks: Iterable[Mark] = (),
     name: str = "board",
 ) -> str:
     """A picture of the layout as SVG text.
@@ -63,18 +166,19 @@ def picture(
 
 
 def board_sheet(
-    layout: Layout,
-    layers: Iterable[int] | None = None,
-    window: Window | None = None,
-    marks: Iterable[Mark] = (),
+    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None, marks: Iterable[Mark] = (),
     name: str = "board",
 ) -> Sheet:
     """The same picture as a sheet, in pixels."""
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
-    view, high = _view(window or bounding_box([layout.outline]), 0.0)
+    # A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height
+    x0, y0, x1, y1 = window or bounding_box([layout.outline])
+    margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
+    scale = WIDTH / (x1 - x0 + 2 * margin)
+    view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
     pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
     keys = legend_keys(layout, shown, view, pointed_at)
-    low = legend_height(layout, keys)
+    low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / IN_A_ROW)) + 20.0
     view = View(view.scale, (view.origin[0], view.origin[1] + low))
     words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
     sheet = Sheet(words, (WIDTH, high + low), unit="", decimals=2)
@@ -82,16 +186,18 @@ def board_sheet(
         _board(sheet, layout, shown, view, name)
         _labels(sheet, layout, view, name)
         _marks(sheet, pointed_at, view, name)
-    draw_legend(sheet, layout, view, keys, low)
+    # Part number and issue where there are any, the scale bar with the sizes in words, then the keys, six to a row
+    top = low - 10.0
+    if words := layout.spec.issue.words:
+        sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
+        top -= ROW
+    _scale_bar(sheet, layout, view, top)
+    for i, (sign, text) in enumerate(keys):
+        row, column = divmod(i, IN_A_ROW)
+        x, y = 20.0 + 195.0 * column, top - ROW * (row + 1)
+        sign(sheet, x, y)
+        sheet.text(x + 34.0, y - 17.0, text, LETTERS)
     return sheet
-
-
-def _view(window: Window, low: float) -> tuple[View, float]:
-    """A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height."""
-    x0, y0, x1, y1 = window
-    margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
-    scale = WIDTH / (x1 - x0 + 2 * margin)
-    return View(scale / 1e3, ((margin - x0) * scale, low + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
 
 
 def flat(width: float, colour: str, dashes: str = "") -> Pen:
@@ -109,7 +215,12 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     if layout.stiffener is not None:
         sheet.draw(_region(view, layout.stiffener.outline), flat(1.0, PLATE), PLATE)
     for bend in bends(layout):
-        _bend(sheet, layout, bend, view)
+        # The line about which the tail is bent, and what the bend takes of it as a band
+        low, high = layout.reach_at(bend.line)
+        if bend.end > bend.start:
+            sheet.draw(view.path(rectangle(bend.start, low, bend.end, high)), None, TAKEN)
+        x, pen = view.x(bend.line), flat(2.0, BEND, BEND_DASHES)
+        sheet.line(x, view.y(high) + 8.0, x, view.y(low) - 8.0, pen)
     for layer in reversed(shown):
         with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):
             _copper(sheet, layout, layer, view, name)
@@ -142,15 +253,6 @@ def _box(view: View, pad: Pad) -> Path:
     return view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
 
 
-def _bend(sheet: Sheet, layout: Layout, bend: Bend, view: View) -> None:
-    """The line about which the tail is bent, and what the bend takes of it as a band."""
-    low, high = layout.reach_at(bend.line)
-    if bend.end > bend.start:
-        sheet.draw(view.path(rectangle(bend.start, low, bend.end, high)), None, TAKEN)
-    x, pen = view.x(bend.line), flat(2.0, BEND, BEND_DASHES)
-    sheet.line(x, view.y(high) + 8.0, x, view.y(low) - 8.0, pen)
-
-
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
     """The names of coils, of capacitors and of contacts."""
     reach = min(layout.spec.coil.size) / 2
@@ -163,11 +265,7 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
         size = min(12.0, max(7.0, 0.4 * view.length(max(each.pads[0].size))))
         x, y = view.x(each.centre.x), view.y(each.centre.y)
         sheet.text(x, y - 0.35 * size, each.reference, size, "middle", halo=4.0)
-    _contact_names(sheet, layout, view, name)
-
-
-def _contact_names(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
-    """Each contact's number and pin on it, as high as their pitch allows, so that no two cover each other."""
+    # Each contact's number and pin on it, as high as their pitch allows, so that no two cover each other
     rows = sorted(pad.centre for pad in layout.pads)
     pitch = view.length(min((a.distance(b) for a, b in combinations(rows, 2)), default=math.inf))
     size = min(16.0, 0.75 * pitch)
@@ -209,7 +307,6 @@ def _marks(sheet: Sheet, marks: list[Mark], view: View, name: str) -> None:
 
 
 def _shared(marks: list[Mark], view: View) -> list[list[Mark]]:
-    """The marks by the ring that they share."""
     groups: list[list[Mark]] = []
     for mark in marks:
         here = Point(view.x(mark.x), view.y(mark.y))

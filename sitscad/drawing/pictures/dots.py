@@ -38,7 +38,12 @@ def dot_picture(layout: Layout, marks: Iterable[Mark] = (), columns: int = COLUM
     drawn[y[inside].astype(int), x[inside].astype(int)] = True
     lines = [list(line) for line in _letters(drawn)]
     for mark in marks:
-        _write(lines, mark.text, int((mark.x - x0) / step) // 2, int((y1 - mark.y) / step) // 4)
+        # Put a word over the picture, wholly inside it; a place outside is left out
+        column = int((mark.x - x0) / step) // 2
+        row = int((y1 - mark.y) / step) // 4
+        if 0 <= row < len(lines) and 0 <= column < len(lines[row]):
+            start = min(column, len(lines[row]) - len(mark.text))
+            lines[row][start : start + len(mark.text)] = mark.text
     text = ["".join(line).rstrip("\u2800 ") for line in lines]
     while text and not text[-1]:
         text.pop()
@@ -61,9 +66,3 @@ def _letters(drawn: NDArray[np.bool_]) -> list[str]:
             codes += bit * drawn[row::4, column::2]
     return ["".join(map(chr, line)) for line in codes]
 
-
-def _write(lines: list[list[str]], text: str, column: int, row: int) -> None:
-    """Put a word over the picture, wholly inside it; a place outside is left out."""
-    if 0 <= row < len(lines) and 0 <= column < len(lines[row]):
-        start = min(column, len(lines[row]) - len(text))
-        lines[row][start : start + len(text)] = text

@@ -6,14 +6,18 @@ the picture is drawn with the same few words as all others.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import replace
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.drawing.sheet import Group, Pen, Sheet
+from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, closed_polygon, polyline
+from sitscad.parts.clash import ACROSS, RED, Clash, Shown
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -84,23 +88,7 @@ def rendered(
     drawn before is seen through them.
     """
     wide, high = (int(np.ceil(side * FINE)) for side in size)
-    seen, corner = _cropped(_seen(meshes, view, wide, high))
-    shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
-    colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
-    corners = _junctions(colours)
-    for colour in np.unique(colours[colours >= 0]):
-        outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
-        fill = f"#{colour:06x}"
-        pen = Pen(0.4, fill) if opacity == 1.0 else None
-        sheet.draw([_path(loop, corner) for loop in outlines if len(loop) > 2], pen, fill, opacity=opacity)
-    surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
-    edges = _edges(surfaces)
-    if edges:
-        sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], INK)
-
-
-def _seen(meshes: Sequence[Coloured], view: View, wide: int, high: int) -> Indices:
-    """Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none."""
+    # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none
     depth = np.full((high, wide), -np.inf)
     seen = np.full((high, wide), -1, dtype=np.int64)
     first = 0
@@ -110,7 +98,26 @@ def _seen(meshes: Sequence[Coloured], view: View, wide: int, high: int) -> Indic
             corners = mesh.triangles[index]
             _fill(depth, seen, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
-    return seen
+    seen, corner = _cropped(seen)
+    shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
+    colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
+    corners = _junctions(colours)
+    for colour in np.unique(colours[colours >= 0]):
+        outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
+        fill = f"#{colour:06x}"
+        pen = Pen(0.4, fill) if opacity == 1.0 else None
+        sheet.draw([_path(loop, corner) for loop in outlines if len(loop) > 2], pen, fill, opacity=opacity)
+    surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
+    # Every line between two surfaces once, simplified
+    corners = _junctions(surfaces)
+    found: dict[tuple[Corner, ...], None] = {}
+    for label in np.unique(surfaces[surfaces >= 0]):
+        for loop in _loops(surfaces == label):
+            for piece in _pieces(loop, corners):
+                found[_both_ways(piece)] = None
+    edges = list(found)
+    if edges:
+        sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], INK)
 
 
 def _cropped(seen: Indices) -> tuple[Indices, Corner]:
@@ -152,11 +159,9 @@ def _shaded(colour: str, normals: Array) -> Indices:
     """The colour of every face (0xrrggbb), darker the farther it is turned from the light."""
     bright = np.round(np.clip(normals @ LIGHT, 0.0, 1.0) * SHADES) / SHADES
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
-    return _number(np.round(parts * (DARKEST + (1.0 - DARKEST) * bright)[:, None]).astype(np.int64))
-
-
-def _number(parts: Indices) -> Indices:
-    return np.asarray(parts @ np.array((65536, 256, 1)))
+    return np.asarray(
+        np.round(parts * (DARKEST + (1.0 - DARKEST) * bright)[:, None]).astype(np.int64) @ np.array((65536, 256, 1))
+    )
 
 
 def _surfaces(meshes: Sequence[Coloured]) -> Indices:
@@ -203,7 +208,6 @@ def _borders(area: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
 
 
 def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
-    """The closed loops round an area, each corner once."""
     following, found = _borders(area), []
     while following:
         start = here = next(iter(following))
@@ -219,17 +223,6 @@ def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
                 break
         found.append(loop)
     return found
-
-
-def _edges(surfaces: Indices) -> list[tuple[Corner, ...]]:
-    """Every line between two surfaces once, simplified."""
-    corners = _junctions(surfaces)
-    found: dict[tuple[Corner, ...], None] = {}
-    for label in np.unique(surfaces[surfaces >= 0]):
-        for loop in _loops(surfaces == label):
-            for piece in _pieces(loop, corners):
-                found[_both_ways(piece)] = None
-    return list(found)
 
 
 def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
@@ -282,3 +275,87 @@ def _point(each: Corner, corner: Corner) -> Point:
 
 def _path(loop: list[Corner], corner: Corner) -> Path:
     return closed_polygon([_point(each, corner) for each in loop])
+
+
+SIZE = 420.0, 330.0
+"""Of one picture (pixels)."""
+MARGIN, TITLE, LETTERS, SWATCH = 14.0, 44.0, 13.0, 17.0
+HEAD, LINE = 17.0, 17.0
+"""Height of the title's letters, and between the lines above a picture."""
+LEAST_AXIS = 40.0
+"""Pixels that the axes of a picture are long, at least."""
+PALE = 0.62
+"""How far the colours of pieces that do not clash are drawn towards white."""
+CAMERAS = {True: (math.radians(62.0), math.radians(24.0)), False: (math.radians(18.0), math.radians(22.0))}
+"""Angles of the viewer, of a cut across the jaw and of one along it."""
+NAMES = 190.0
+"""Pixels beside a picture for the names of its colours."""
+PORT = Pen(2.0, "#22303c", (7.0, 4.0), round_ends=False)
+
+
+def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
+    """The pictures of some clashes below each other under a title, each with its words, its figure, the names of the
+    colours, and how long a millimetre is along each axis.
+    """
+    title = f"{name}: what does not fit, the solids cut open"
+    sheet = Sheet(title, unit="", decimals=1)
+    with sheet.group("title"):
+        sheet.text(0.0, -HEAD, title, HEAD, bold=True)
+    heights = [HEAD + MARGIN]
+    for clash in clashes:
+        with sheet.group("clash"):
+            # One picture with its words, downwards from y = 0; its height
+            sheet.text(0.0, -LETTERS, clash.words, LETTERS, bold=True)
+            if clash.figure:
+                sheet.text(0.0, -LETTERS - LINE, clash.figure, LETTERS, colour=RED)
+            meshes = [Coloured(each.vertices, each.triangles, _colour(each)) for each in clash.bodies]
+            view = fitted(meshes, camera(*CAMERAS[clash.normal == ACROSS]), SIZE)
+            with sheet.group("", (0.0, -TITLE)):
+                rendered(sheet, meshes, view, SIZE)
+                if clash.port is not None:
+                    # The port's circle where the pair is cut
+                    x, middle, z, radius = clash.port
+                    turns = np.linspace(0.0, 2.0 * math.pi, 97)
+                    places = np.stack(
+                        [np.full(97, x), middle + radius * np.cos(turns), z + radius * np.sin(turns)], axis=1
+                    )
+                    sheet.draw(polyline([Point(*place) for place in view(places).tolist()]), PORT)
+            below = min(-TITLE + float(np.concatenate([view(mesh.vertices) for mesh in meshes])[:, 1].min()), -TITLE)
+            _axes(sheet, view, (SIZE[0] + 60.0, min(below + 50.0, -TITLE - 190.0)))
+            rows = [each for each in clash.bodies if each.clashes]
+            for i, each in enumerate(rows):
+                y = -TITLE - SWATCH * (i + 1)
+                sheet.draw(
+                    polyline([Point(SIZE[0] + 20.0, y + 4.0), Point(SIZE[0] + 34.0, y + 4.0)]), Pen(9.0, each.colour)
+                )
+                sheet.text(SIZE[0] + 42.0, y, each.name, LETTERS)
+            drawn = np.concatenate([view(mesh.vertices) for mesh in meshes])
+            heights.append(max(TITLE - float(drawn[:, 1].min()), TITLE + SWATCH * len(rows), TITLE + 260.0) + MARGIN)
+    wide, high = 2 * MARGIN + SIZE[0] + NAMES, MARGIN + sum(heights)
+    sheet.size = (wide, high)
+    downs = accumulate(heights[:-1], initial=MARGIN)
+    groups = [item for item in sheet.items if isinstance(item, Group)]
+    sheet.items = [replace(group, offset=(MARGIN, high - down)) for group, down in zip(groups, downs, strict=True)]
+    return svg(sheet)
+
+
+def _axes(sheet: Sheet, view: View, place: tuple[float, float]) -> None:
+    """The axes as they are seen, each as long as the millimetres that are written beside them."""
+    length = next((size for size in (0.2, 0.5, 1.0, 2.0, 5.0) if size * view.scale > LEAST_AXIS), 10.0)
+    start = Point(*place)
+    flat = view(np.vstack([np.zeros(3), length * np.eye(3)]))
+    for name, (x, y) in zip("xyz", (flat[1:] - flat[0]).tolist(), strict=True):
+        far = start.shifted(x, y)
+        sheet.draw(polyline([start, far]), Pen(1.6, "#22303c"))
+        out = 1.0 + 9.0 / max(9.0, math.hypot(x, y))
+        sheet.text(start.x + out * x, start.y + out * y - 4.0, name, LETTERS, "middle")
+    low = start.y + min(0.0, *(y - 10.0 for y in (flat[1:] - flat[0])[:, 1].tolist()))
+    sheet.text(start.x, low - 22.0, f"{length:g} mm along each axis", LETTERS, "middle")
+
+
+def _colour(shown: Shown) -> str:
+    if shown.clashes:
+        return shown.colour
+    parts = (int(shown.colour[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(value + (255 - value) * PALE):02x}" for value in parts)
+

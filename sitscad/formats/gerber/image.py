@@ -8,6 +8,7 @@ Every copper object carries its net (``.N``), every contact its component and pi
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 
@@ -25,6 +26,7 @@ from sitscad.geometry.convex import part_beyond
 from sitscad.geometry.path import Arc, Path, Point, Region, Segment, rectangle
 from sitscad.layout.board import Layout, Pad, Trace, Via
 from sitscad.layout.thickness import lap_start
+from sitscad.record import record
 from sitscad.units import in_mm
 
 UNIT = 1e-9
@@ -61,10 +63,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
 
 
 def document(
-    layout: Layout,
-    file: FabricationFile,
-    body: Iterable[str],
-    attributes: tuple[tuple[str, ...], ...] | None = None,
+    layout: Layout, file: FabricationFile, body: Iterable[str], attributes: tuple[tuple[str, ...], ...] | None = None,
 ) -> bytes:
     """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
     head = [f"G04 {layout.spec.name}: {file.title}*"]
@@ -88,13 +87,11 @@ Aperture = tuple[str, str]
 
 
 def _copper(layout: Layout, layer: int) -> Iterator[str]:
-    """The commands of one copper layer."""
     objects: list[Object] = [
-        *layout.on_layer(layer),
-        *layout.vias_on(layer),
-        *(p for p in layout.all_pads if p.layer == layer),
+        *layout.on_layer(layer), *layout.vias_on(layer), *(p for p in layout.all_pads if p.layer == layer),
     ]
-    contact = _contact_function(layout)
+    tail = layout.spec.fpc.tail
+    contact = "ConnectorPad" if tail is not None and tail.connector.insertion_thickness > 0.0 else "SMDPad,CuDef"
     drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
     codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}
     for (function, template), code in codes.items():
@@ -104,24 +101,14 @@ def _copper(layout: Layout, layer: int) -> Iterator[str]:
         for _, item in group:
             yield from _drawn(item)
         yield "%TD*%"
-    yield from _teardrops(layout, layer)
-
-
-def _teardrops(layout: Layout, layer: int) -> Iterator[str]:
-    """The teardrops of a layer as regions, each with its net."""
+    # The teardrops of a layer as regions, each with its net
     for drop in layout.teardrops:
         if drop.layer == layer:
             yield from ("%TA.AperFunction,Conductor*%", f"%TO.N,{drop.net}*%", "G36*")
             yield from (*stroke(drop.outline), "G37*", "%TD*%")
 
 
-def _contact_function(layout: Layout) -> str:
-    tail = layout.spec.fpc.tail
-    return "ConnectorPad" if tail is not None and tail.connector.insertion_thickness > 0.0 else "SMDPad,CuDef"
-
-
 def _aperture(item: Object, contact: str) -> Aperture:
-    """Function and shape of the aperture that draws a piece."""
     if isinstance(item, Trace):
         return "Conductor", f"C,{mm(item.width)}"
     if isinstance(item, Via):
@@ -131,7 +118,6 @@ def _aperture(item: Object, contact: str) -> Aperture:
 
 
 def _drawn(item: Object) -> Iterator[str]:
-    """The lines that draw one piece."""
     if isinstance(item, Trace):
         yield from stroke(item.path)
     elif isinstance(item, Via):
@@ -219,17 +205,13 @@ def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
     """
     x, y = _onto_bisector(centre.x / UNIT, centre.y / UNIT, start, end)
     near = [(round(x) + i, round(y) + j) for i in range(-2, 3) for j in range(-2, 3)]
-    return min(near, key=lambda c: (abs(_mismatch(c, start, end)) + 0.05 * math.dist(c, (x, y)), c))
+    return min(near, key=lambda c: (abs(math.dist(c, start) - math.dist(c, end)) + 0.05 * math.dist(c, (x, y)), c))
 
 
 def _onto_bisector(x: float, y: float, start: Grid, end: Grid) -> tuple[float, float]:
     ux, uy = end[0] - start[0], end[1] - start[1]
     along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
     return x - along * ux, y - along * uy
-
-
-def _mismatch(centre: Grid, start: Grid, end: Grid) -> float:
-    return math.dist(centre, start) - math.dist(centre, end)
 
 
 def grid(point: Point) -> Grid:
@@ -245,3 +227,57 @@ def xy(at: Grid) -> str:
 def mm(length: float) -> str:
     """A length (m) in millimetres with six decimals at most."""
     return in_mm(length, 6, 1)
+
+
+_COORDINATES = re.compile(r"X(-?\d+)Y(-?\d+)")
+_CODE = re.compile(r"(%AD|^)D(\d{2,})")
+_FIRST_CODE = 10
+
+
+@record
+class Image:
+    """What a file draws, without its head: its apertures with their attributes, and its plot commands."""
+
+    apertures: tuple[str, ...]
+    commands: tuple[str, ...]
+
+    @property
+    def codes(self) -> int:
+        """How many aperture codes it takes from 10 on."""
+        numbers = [int(found[2]) for line in self.apertures if (found := _CODE.match(line))]
+        return max(numbers, default=_FIRST_CODE - 1) + 1 - _FIRST_CODE
+
+
+def image_of(text: bytes) -> Image:
+    """The image of one of sitscad's own files.
+
+    Raises ValueError for a file that does not have their form.
+    """
+    lines = text.decode("ascii").splitlines()
+    if "G75*" not in lines or lines[-1] != "M02*":
+        raise ValueError("a Gerber file of another form cannot be repeated")
+    body = lines[lines.index("G75*") + 1 : -1]
+    last = max((i for i, line in enumerate(body) if line.startswith("%AD")), default=-1)
+    apertures = [line for line in body[: last + 1] if line.startswith(("%AD", "%TA", "%TD"))]
+    commands = [line for line in body if not line.startswith(("%AD", "%T"))]
+    return Image(tuple([*apertures, "%TD*%"] if apertures else ()), tuple(commands))
+
+
+def repeated(images: Iterable[tuple[Image, Iterable[Point]]]) -> Iterator[str]:
+    """The apertures of some images, then each image at each of its places (moves in metres)."""
+    placed, first = [], 0
+    for image, places in images:
+        yield from (_renumbered(line, first) for line in image.apertures)
+        placed.append(([_renumbered(line, first) for line in image.commands], [grid(at) for at in places]))
+        first += image.codes
+    for commands, moves in placed:
+        for dx, dy in moves:
+            yield from (_moved(line, dx, dy) for line in commands)
+
+
+def _renumbered(line: str, first: int) -> str:
+    return _CODE.sub(lambda found: f"{found[1]}D{int(found[2]) + first}", line)
+
+
+def _moved(line: str, dx: int, dy: int) -> str:
+    return _COORDINATES.sub(lambda found: f"X{int(found[1]) + dx}Y{int(found[2]) + dy}", line)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from sitscad.drawing.stroke_font import length, strokes
+from sitscad.drawing.sheet import length, strokes
 from sitscad.fabrication.files import (
     CUTS,
     DrilledHole,
@@ -27,10 +27,21 @@ from sitscad.fabrication.files import (
     tooling_file,
     tools,
 )
-from sitscad.formats.excellon_text import drill_text
-from sitscad.formats.gerber.drill_map_text import map_text
-from sitscad.formats.gerber.image import PROFILE_WIDTH, document, grid, layer_files, mm, profile, regions, stroke, xy
-from sitscad.formats.gerber.repetition import Image, image_of, repeated
+from sitscad.formats.gerber.holes import drill_text, map_text
+from sitscad.formats.gerber.image import (
+    PROFILE_WIDTH,
+    Image,
+    document,
+    grid,
+    image_of,
+    layer_files,
+    mm,
+    profile,
+    regions,
+    repeated,
+    stroke,
+    xy,
+)
 from sitscad.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends
@@ -64,7 +75,6 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
-    """One Gerber file of the panel, called like the board's own."""
     path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
     return {path: document(layout, titled, body, panel_attributes(layout))}
@@ -79,10 +89,8 @@ def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tupl
         return []
     (width, height), rail = panel.size, panel.rail
     rails = [
-        rectangle(0.0, 0.0, width, rail),
-        rectangle(0.0, height - rail, width, height),
-        rectangle(0.0, rail, rail, height - rail),
-        rectangle(width - rail, rail, width, height - rail),
+        rectangle(0.0, 0.0, width, rail), rectangle(0.0, height - rail, width, height),
+        rectangle(0.0, rail, rail, height - rail), rectangle(width - rail, rail, width, height - rail),
     ]
     frame = image_of(document(layout, file, regions(Region(each) for each in rails)))
     images: list[tuple[Image, tuple[Point, ...]]] = [(frame, (Point(0.0, 0.0),))]
@@ -134,7 +142,10 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout):
-        plated = _holes(panel, file.layer)
+        # The plated holes of all copies that end on one layer
+        plated = [hole for at in panel.parts for hole in drilled_to(panel.layout, file.layer, *grid(at))]
+        if panel.coupon is not None:
+            plated += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, file.layer, *grid(at))]
         path = panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
         title = drill_title(layout, f"panel: {file.title}")
         made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
@@ -145,14 +156,6 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     chart = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
     return made | {chart.path: document(layout, chart, drawing, attributes)}
-
-
-def _holes(panel: Panel, lowest: int | None) -> list[DrilledHole]:
-    """The plated holes of all copies that end on one layer."""
-    found = [hole for at in panel.parts for hole in drilled_to(panel.layout, lowest, *grid(at))]
-    if panel.coupon is not None:
-        found += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, lowest, *grid(at))]
-    return found
 
 
 def _places(panel: Panel) -> bytes:

@@ -10,35 +10,32 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.fabrication.files import body_files, tail_coverlay_files
 from sitscad.fabrication.notes import bend_words
-from sitscad.formats.kicad.capacitor import placed_capacitors
-from sitscad.formats.kicad.footprint import board_footprint, contact_openings, filled
+from sitscad.formats.kicad.library import board_footprint, contact_openings, filled, placed_capacitors
 from sitscad.formats.kicad.sexpr import (
+    BEND_LAYER,
+    BODY_LAYER,
+    STIFFENER_LAYER,
+    TAIL_LAYER,
     Grid,
+    copper_names,
     curve,
     drawn,
     grid,
     identity,
+    layer_table,
     length,
     millimetres,
     node,
     polygon_points,
     quoted,
+    stackup_section,
     stroked,
     uuid_of,
     xy,
 )
-from sitscad.formats.kicad.stackup import (
-    BEND_LAYER,
-    BODY_LAYER,
-    STIFFENER_LAYER,
-    TAIL_LAYER,
-    copper_names,
-    layer_table,
-    stackup_section,
-)
 from sitscad.geometry.convex import part_beyond
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
-from sitscad.layout.board import Layout, Role, Trace, Via
+from sitscad.layout.board import Layout, Role, Via
 from sitscad.layout.thickness import lap_start
 from sitscad.scene.tail_path import bends
 
@@ -57,13 +54,22 @@ def board(layout: Layout) -> str:
     nets = net_numbers(layout)
     sheet = sheet_corner(layout)
     stackup = layout.spec.fpc.stackup
+    size = _sheet_size(layout)
+    # The board's title block as a node
+    fpc, issue = layout.spec.fpc, layout.spec.issue
     children = [
         f"(version {FORMAT})",
         '(generator "sitscad")',
         '(generator_version "9.0")',
         node("general", f"(thickness {length(stackup.thickness)})", "(legacy_teardrops no)"),
-        _paper(layout),
-        _title_block(layout),
+        ('(paper "A4")' if size == _A4 else f'(paper "User" {millimetres(size[0])} {millimetres(size[1])})'),
+        node(
+            "title_block", f"(title {quoted(layout.spec.name)})",
+            *([f"(date {quoted(issue.day)})"] if issue.day else []),
+            *([f"(rev {quoted(issue.revision)})"] if issue.revision else []),
+            f"(comment 1 {quoted(f'stack-up {fpc.stackup.name}, design rules {fpc.rules.name}')})",
+            *([f"(comment 2 {quoted(f'part number {issue.part_number}')})"] if issue.part_number else []),
+        ),
         layer_table(layout.copper_layers),
         _setup(layout, sheet),
         *(f"(net {number} {quoted(name)})" for name, number in nets.items()),
@@ -73,7 +79,13 @@ def board(layout: Layout) -> str:
     children += placed_capacitors(layout, nets, sheet)
     children += [*_graphics(layout, sheet), *_tracks(layout, nets, sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
-    children += _teardrops(layout, nets, sheet)
+    # The teardrops as filled polygons of their nets: KiCad would make others, and not under these rules
+    layers = copper_names(layout.copper_layers)
+    children += [
+        f"(gr_poly {polygon_points(drop.outline, sheet)} (stroke (width 0) (type solid)) (fill yes) "
+        f"(layer {quoted(layers[drop.layer - 1])}) (net {nets[drop.net]}) {identity(layout.spec.name, 'teardrop', i)})"
+        for i, drop in enumerate(layout.teardrops)
+    ]
     children += [*_groups(layout), "(embedded_fonts no)"]
     return node("kicad_pcb", *children) + "\n"
 
@@ -99,32 +111,13 @@ def _sheet_size(layout: Layout) -> Grid:
     return _whole(max(needed[0], _A4[0]) + _MM), _whole(max(needed[1], _A4[1]) + _MM)
 
 
-def _paper(layout: Layout) -> str:
-    size = _sheet_size(layout)
-    return '(paper "A4")' if size == _A4 else f'(paper "User" {millimetres(size[0])} {millimetres(size[1])})'
-
-
 def net_numbers(layout: Layout) -> dict[str, int]:
     """Net names and their numbers in the file; 0 is KiCad's "no net"."""
     drawn_nets = (*(t.net for t in layout.traces), *(v.net for v in layout.vias), *(p.net for p in layout.all_pads))
     return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
 
 
-def _title_block(layout: Layout) -> str:
-    """The board's title block as a node."""
-    fpc, issue = layout.spec.fpc, layout.spec.issue
-    return node(
-        "title_block",
-        f"(title {quoted(layout.spec.name)})",
-        *([f"(date {quoted(issue.day)})"] if issue.day else []),
-        *([f"(rev {quoted(issue.revision)})"] if issue.revision else []),
-        f"(comment 1 {quoted(f'stack-up {fpc.stackup.name}, design rules {fpc.rules.name}')})",
-        *([f"(comment 2 {quoted(f'part number {issue.part_number}')})"] if issue.part_number else []),
-    )
-
-
 def _setup(layout: Layout, sheet: Grid) -> str:
-    """The board's setup as a node."""
     return node(
         "setup",
         stackup_section(layout.spec.fpc.stackup, layout.spec.fpc.finish),
@@ -139,10 +132,15 @@ def _setup(layout: Layout, sheet: Grid) -> str:
 
 
 def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
-    """Outlines and drawn areas as nodes."""
     name = layout.spec.name
     yield from stroked("gr", layout.outline, "Edge.Cuts", _OUTLINE_PEN, (name, "outline"), sheet)
-    yield from _free_openings(layout, sheet)
+    # The coverlay openings that are over no contact
+    for layer, openings, number in (
+        ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
+    ):
+        taken = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
+        for i, region in enumerate(o for o in openings if o not in taken):
+            yield filled("gr", region, layer, sheet, (layout.spec.name, layer, "free", i))
     if layout.stiffener is not None:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
@@ -160,17 +158,6 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
             zone = rectangle(bend.start, y0, bend.end, y1)
             yield from stroked("gr", zone, BEND_LAYER, 0.05e-3, (name, "bend", i), sheet)
     yield from _notes(layout, sheet)
-
-
-def _free_openings(layout: Layout, sheet: Grid) -> Iterator[str]:
-    """The coverlay openings that are over no contact."""
-    for layer, openings, number in (
-        ("F.Mask", layout.top_openings, 1),
-        ("B.Mask", layout.bottom_openings, layout.copper_layers),
-    ):
-        taken = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
-        for i, region in enumerate(o for o in openings if o not in taken):
-            yield filled("gr", region, layer, sheet, (layout.spec.name, layer, "free", i))
 
 
 def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
@@ -197,18 +184,14 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
         lines.append((BEND_LAYER, f"bend line, {kind}: {bend_words(bend)}{radius}"))
     for i, (layer, text) in enumerate(lines):
         at = Point(x, y - (2.0 + 1.6 * i) * _TEXT_SIZE)
-        yield _text(text, at, sheet, layer, (spec.name, "note", i))
-
-
-def _text(text: str, at: Point, sheet: Grid, layer: str, names: tuple[object, ...]) -> str:
-    size = length(_TEXT_SIZE)
-    font = f"(effects (font (size {size} {size}) (thickness 0.15)) (justify left))"
-    place = f"{xy('at', grid(at), sheet)[:-1]} 0)"
-    return f"(gr_text {quoted(text)} {place} (layer {quoted(layer)}) {identity(*names)} {font})"
+        names = (spec.name, "note", i)
+        size = length(_TEXT_SIZE)
+        font = f"(effects (font (size {size} {size}) (thickness 0.15)) (justify left))"
+        place = f"{xy('at', grid(at), sheet)[:-1]} 0)"
+        yield f"(gr_text {quoted(text)} {place} (layer {quoted(layer)}) {identity(*names)} {font})"
 
 
 def _tracks(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
-    """Tracks as nodes, line by line and arc by arc."""
     layers = copper_names(layout.copper_layers)
     for i, trace in enumerate(layout.traces):
         rest = f"(width {length(trace.width)}) (layer {quoted(layers[trace.layer - 1])}) (net {nets[trace.net]})"
@@ -233,29 +216,15 @@ def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: G
     )
 
 
-def _teardrops(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> list[str]:
-    """The teardrops as filled polygons of their nets: KiCad would make others, and not under these rules."""
-    layers = copper_names(layout.copper_layers)
-    return [
-        f"(gr_poly {polygon_points(drop.outline, sheet)} (stroke (width 0) (type solid)) (fill yes) "
-        f"(layer {quoted(layers[drop.layer - 1])}) (net {nets[drop.net]}) {identity(layout.spec.name, 'teardrop', i)})"
-        for i, drop in enumerate(layout.teardrops)
-    ]
-
-
 def _groups(layout: Layout) -> Iterator[str]:
     """One group a coil, of its windings: to pick it up as one thing, and for rules to tell windings from leads."""
     for coil in layout.coils:
         members = [
             quoted(uuid_of(*_track_names(layout, i, j)))
             for i, trace in enumerate(layout.traces)
-            if _is_winding(trace, coil.net)
+            if trace.role is Role.WINDING and trace.net == coil.net
             for j, _ in enumerate(drawn(trace.path))
         ]
         if members:
             head = f"group {quoted(f'{coil.name} winding')}"
             yield node(head, identity(layout.spec.name, "group", coil.name), f"(members {' '.join(sorted(members))})")
-
-
-def _is_winding(trace: Trace, net: str) -> bool:
-    return trace.role is Role.WINDING and trace.net == net

@@ -15,8 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from sitscad.formats.kicad.sexpr import curve, drawn, grid, identity, length, node, quoted, xy
-from sitscad.formats.kicad.stackup import copper_names
+from sitscad.formats.kicad.sexpr import copper_names, curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.layout.clearance import Hole, hole_keep_out
@@ -49,12 +48,7 @@ class _End:
 def coil_footprints(layout: Layout) -> dict[str, str]:
     """A ``.kicad_mod`` file by its name (``coil-C1``) for every coil that leads from contact to contact."""
     coils = (coil for coil in layout.coils if coil.is_closed_circuit)
-    return {f"coil-{coil.name}": coil_footprint(layout, coil) for coil in coils}
-
-
-def coil_footprint(layout: Layout, coil: Coil) -> str:
-    """A coil's footprint about its centre, as it is turned on the board. Lengths are the layout's, y points down."""
-    return _Footprint(layout, coil).text()
+    return {f"coil-{coil.name}": _Footprint(layout, coil).text() for coil in coils}
 
 
 class _Footprint:
@@ -79,20 +73,12 @@ class _Footprint:
         _, low, _, high = self.box
         return (
             node(
-                f"footprint {quoted(f'coil-{self.coil.name}')}",
-                "(version 20241229)",
-                '(generator "sitscad")',
-                '(layer "F.Cu")',
-                self._property("Reference", "REF**", -high - 1e-3),
+                f"footprint {quoted(f'coil-{self.coil.name}')}", "(version 20241229)", '(generator "sitscad")',
+                '(layer "F.Cu")', self._property("Reference", "REF**", -high - 1e-3),
                 self._property("Value", f"{self.layout.spec.name} {self.coil.name}", -low + 1e-3),
-                f"(descr {quoted(self._description(len(pads)))})",
-                '(tags "coil inductor net-tie")',
+                f"(descr {quoted(self._description(len(pads)))})", '(tags "coil inductor net-tie")',
                 "(attr exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)",
-                f"(net_tie_pad_groups {quoted(tied)})",
-                *self._turns(),
-                self._courtyard(),
-                *pads,
-                self._keep_out(),
+                f"(net_tie_pad_groups {quoted(tied)})", *self._turns(), self._courtyard(), *pads, self._keep_out(),
                 "(embedded_fonts no)",
             )
             + "\n"
@@ -172,7 +158,6 @@ class _Footprint:
         return x0 - cx - MARGIN, y0 - cy - MARGIN, x1 - cx + MARGIN, y1 - cy + MARGIN
 
     def _turns(self) -> Iterator[str]:
-        """The turns as lines and arcs."""
         for i, trace in enumerate(self.turns):
             stroke = f"(stroke (width {length(trace.width)}) (type solid))"
             reach = 1.2 * (trace.width + self.layout.spec.fpc.rules.trace_spacing)
@@ -214,12 +199,10 @@ class _Footprint:
         )
 
     def _track_pad(self, number: int, name: str, hole: Hole) -> str:
-        """The tracks on an outer layer that end at a hole, as one pad."""
         size = length(self.layout.spec.coil.trace_width)
         return node(
             f'pad "{number}" smd custom {self._at(hole)} (size {size} {size}) (layers {quoted(name)})',
-            "(options (clearance outline) (anchor circle))",
-            node("primitives", *self._strokes(name, hole)),
+            "(options (clearance outline) (anchor circle))", node("primitives", *self._strokes(name, hole)),
             identity(*self.owner, "pad", number),
         )
 
@@ -247,14 +230,8 @@ class _Footprint:
         x0, y0, x1, y1 = self.box
         corners = " ".join(xy("xy", grid(Point(x, y))) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1)))
         return node(
-            "zone",
-            "(net 0)",
-            '(net_name "")',
-            '(layers "*.Cu")',
-            identity(*self.owner, "keep-out"),
-            '(name "no copper poured over the coil")',
-            "(hatch edge 0.5)",
-            "(connect_pads (clearance 0))",
+            "zone", "(net 0)", '(net_name "")', '(layers "*.Cu")', identity(*self.owner, "keep-out"),
+            '(name "no copper poured over the coil")', "(hatch edge 0.5)", "(connect_pads (clearance 0))",
             "(min_thickness 0.25)",
             "(keepout (tracks allowed) (vias allowed) (pads allowed) (copperpour not_allowed) (footprints allowed))",
             f"(polygon (pts {corners}))",
@@ -280,9 +257,7 @@ def _form(hole: Hole, strokes: list[str]) -> tuple[str, ...]:
     corners = (polar(reach, 2 * math.pi * i / _CORNERS) for i in range(_CORNERS))
     ring = f"(gr_poly (pts {' '.join(xy('xy', grid(corner)) for corner in corners)}) (width 0) (fill yes))"
     return (
-        "(shape custom)",
-        f"(size {length(hole.drill)} {length(hole.drill)})",
-        "(options (anchor circle))",
+        "(shape custom)", f"(size {length(hole.drill)} {length(hole.drill)})", "(options (anchor circle))",
         node("primitives", ring, *strokes),
     )
 
@@ -303,29 +278,24 @@ def _with_long_start(path: Path, reach: float) -> Path:
     head = Path(tuple(first[:count]))
     if count == 1 or not all(isinstance(segment, Arc) for segment in head):
         return path
-    arc = _arc_through(head.start, _halfway(head), head.end)
+    # The arc from `a` over `b` to `c`; its centre stands on both chords' perpendicular bisectors
+    (bx, by), (cx, cy) = _halfway(head) - head.start, head.end - head.start
+    cross = 2 * (bx * cy - by * cx)
+    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
+    centre = head.start.shifted((cy * b2 - by * c2) / cross, (bx * c2 - cx * b2) / cross)
+    arc = Arc(head.start, head.end, centre, ccw=cross > 0)
     if max(arc.distance(segment.at(share)) for segment in head for share in (0.0, 0.5)) > SAME:
         return path
     return Path((arc, *first[count:]))
 
 
 def _halfway(path: Path) -> Point:
-    """The point at half the length of a path."""
     left = path.length / 2
     for segment in path:
         if left <= segment.length:
             return segment.at(left / segment.length)
         left -= segment.length
     return path.end
-
-
-def _arc_through(a: Point, b: Point, c: Point) -> Arc:
-    """The arc from `a` over `b` to `c`; its centre stands on both chords' perpendicular bisectors."""
-    (bx, by), (cx, cy) = b - a, c - a
-    cross = 2 * (bx * cy - by * cx)
-    b2, c2 = bx * bx + by * by, cx * cx + cy * cy
-    centre = a.shifted((cy * b2 - by * c2) / cross, (bx * c2 - cx * b2) / cross)
-    return Arc(a, c, centre, ccw=cross > 0)
 
 
 def winding(coil: Coil) -> tuple[Trace | Via, ...]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 from sitscad.formats.kicad.board import board
-from sitscad.formats.kicad.capacitor import capacitor_footprints
 from sitscad.formats.kicad.coil import coil_footprints
-from sitscad.formats.kicad.footprint import FOOTPRINT_NAME, library_footprint
-from sitscad.formats.kicad.rules import custom_rules, project
-from sitscad.formats.kicad.sexpr import quoted
-from sitscad.formats.kicad.symbol import library_table, symbol_library
+from sitscad.formats.kicad.library import (
+    FOOTPRINT_NAME,
+    capacitor_footprints,
+    library_footprint,
+    library_table,
+    symbol_library,
+)
+from sitscad.formats.kicad.sexpr import length, quoted
 from sitscad.layout.board import Layout
 
 
@@ -21,8 +27,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     """
     name = layout.spec.name
     files = {
-        f"kicad/{name}.kicad_pro": project(layout),
-        f"kicad/{name}.kicad_pcb": board(layout),
+        f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board(layout),
         f"kicad/{name}.kicad_dru": custom_rules(layout),
     }
     library = ({FOOTPRINT_NAME: library_footprint(layout)} if layout.pads else {}) | coil_footprints(layout)
@@ -39,3 +44,139 @@ def _library_table(name: str) -> str:
     uri = quoted(f"${{KIPRJMOD}}/{name}.pretty")
     row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The contacts and coils of {name}"))'
     return f"(fp_lib_table\n  (version 7)\n  {row}\n)\n"
+
+
+NET_CLASS = "Coil"
+
+# Every check of KiCad's board setup with KiCad's own severity, but for hole_to_hole: a fabricator's limit is no advice,
+# as KiCad takes it. No check is ignored, since silence must not mean that a check passed: KiCad ignores
+# footprint_filters_mismatch, footprint_type_mismatch, missing_courtyard, npth_inside_courtyard and
+# pth_inside_courtyard when a project says nothing.
+_ERRORS = """
+    annular_width clearance copper_edge_clearance courtyards_overlap creepage diff_pair_gap_out_of_range
+    diff_pair_uncoupled_length_too_long drill_out_of_range footprint hole_clearance hole_to_hole invalid_outline
+    item_on_disabled_layer items_not_allowed length_out_of_range malformed_courtyard microvia_drill_out_of_range
+    shorting_items skew_out_of_range solder_mask_bridge starved_thermal text_on_edge_cuts
+    through_hole_pad_without_hole too_many_vias track_angle track_segment_length track_width tracks_crossing
+    unconnected_items unresolved_variable zones_intersect
+"""
+_WARNINGS = """
+    connection_width copper_sliver duplicate_footprints extra_footprint footprint_filters_mismatch
+    footprint_symbol_mismatch footprint_type_mismatch holes_co_located isolated_copper lib_footprint_issues
+    lib_footprint_mismatch mirrored_text_on_front_layer missing_courtyard missing_footprint net_conflict
+    nonmirrored_text_on_back_layer npth_inside_courtyard padstack pth_inside_courtyard silk_edge_clearance
+    silk_over_copper silk_overlap text_height text_thickness track_dangling via_dangling
+"""
+_SEVERITIES = dict.fromkeys(_ERRORS.split(), "error") | dict.fromkeys(_WARNINGS.split(), "warning")
+
+
+def _mm(metres: float) -> float:
+    return float(length(metres))
+
+
+def board_rules(layout: Layout) -> dict[str, Any]:
+    """The board setup's minima.
+
+    They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance and hole to hole 0.25 mm) in
+    being the rules that the spec names: a flexible circuit is made finer than the rigid board that KiCad assumes.
+    """
+    rules = layout.spec.fpc.rules
+    return {
+        "max_error": 0.005, "min_clearance": _mm(rules.trace_spacing), "min_connection": 0.0,
+        "min_copper_edge_clearance": _mm(rules.copper_to_edge), "min_groove_width": 0.0,
+        "min_hole_clearance": _mm(rules.drill_to_copper), "min_hole_to_hole": _mm(rules.hole_to_hole),
+        "min_microvia_diameter": _mm(rules.via_pad), "min_microvia_drill": _mm(rules.via_drill),
+        "min_resolved_spokes": 2, "min_silk_clearance": 0.0, "min_text_height": 0.8, "min_text_thickness": 0.08,
+        "min_through_hole_diameter": _mm(rules.via_drill), "min_track_width": _mm(rules.trace_width),
+        "min_via_annular_width": _mm(rules.annular_ring), "min_via_diameter": _mm(rules.via_pad),
+        "solder_mask_to_copper_clearance": 0.0, "use_height_for_length_calcs": True,
+    }
+
+
+def _net_class(layout: Layout, name: str, track_width: float, clearance: float, priority: int) -> dict[str, Any]:
+    rules = layout.spec.fpc.rules
+    via_pad = max((via.pad for via in layout.vias), default=rules.via_pad)
+    via_drill = max((via.drill for via in layout.vias), default=rules.via_drill)
+    return {
+        "bus_width": 12, "clearance": _mm(clearance), "diff_pair_gap": _mm(clearance),
+        "diff_pair_via_gap": _mm(clearance), "diff_pair_width": _mm(track_width), "line_style": 0,
+        "microvia_diameter": _mm(rules.via_pad), "microvia_drill": _mm(rules.via_drill), "name": name,
+        "pcb_color": "rgba(0, 0, 0, 0.000)", "priority": priority, "schematic_color": "rgba(0, 0, 0, 0.000)",
+        "track_width": _mm(track_width), "via_diameter": _mm(via_pad), "via_drill": _mm(via_drill), "wire_width": 6,
+    }
+
+
+def project(layout: Layout) -> str:
+    """The project file: board setup, severities and net classes. No exclusion, nothing ignored."""
+    spec = layout.spec
+    rules = spec.fpc.rules
+    classes = [
+        _net_class(layout, "Default", rules.trace_width, rules.trace_spacing, 2147483647),
+        _net_class(layout, NET_CLASS, spec.coil.trace_width, rules.trace_spacing, 0),
+    ]
+    value = {
+        "board": {
+            "design_settings": {
+                "defaults": {"board_outline_line_width": 0.05, "zones": {"min_clearance": _mm(rules.trace_spacing)}},
+                "diff_pair_dimensions": [], "drc_exclusions": [], "meta": {"version": 2},
+                "rule_severities": _SEVERITIES, "rules": board_rules(layout),
+                "track_widths": [0.0, _mm(spec.coil.trace_width)], "via_dimensions": [],
+                "zones_allow_external_fillets": False,
+            },
+            "layer_pairs": [],
+            "layer_presets": [],
+            "viewports": [],
+        },
+        "boards": [],
+        "cvpcb": {"equivalence_files": []},
+        "libraries": {"pinned_footprint_libs": [spec.name], "pinned_symbol_libs": []},
+        "meta": {"filename": f"{spec.name}.kicad_pro", "version": 3},
+        "net_settings": {
+            "classes": classes, "meta": {"version": 4}, "net_colors": None, "netclass_assignments": None,
+            "netclass_patterns": [{"netclass": NET_CLASS, "pattern": net} for net in layout.nets],
+        },
+        "pcbnew": {"page_layout_descr_file": ""},
+        "sheets": [],
+        "text_variables": {},
+    }
+    return json.dumps(value, indent=2, sort_keys=True) + "\n"
+
+
+def custom_rules(layout: Layout) -> str:
+    """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints.
+
+    KiCad does not measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own
+    checks and its reading back of the Gerber files do that.
+    """
+    rules = layout.spec.fpc.rules
+    lines = [
+        "(version 1)", f"# Design rules {rules.name}" + (f", seen {rules.checked_on}" if rules.checked_on else ""),
+        *([f"# Source: {_one_line(rules.source)}"] if rules.source else []),
+        "# The gap between the turns of one coil is not checked by KiCad (one net); sitscad checks it.",
+    ]
+    for title, constraint, limit, field in (
+        ("trace width", "track_width", rules.trace_width, "trace_width"),
+        ("trace spacing", "clearance", rules.trace_spacing, "trace_spacing"),
+        ("drill", "hole_size", rules.via_drill, "via_drill"),
+        ("via pad", "via_diameter", rules.via_pad, "annular_ring"),
+        ("annular ring", "annular_width", rules.annular_ring, "annular_ring"),
+        ("hole to hole", "hole_to_hole", rules.hole_to_hole, "hole_to_hole"),
+        ("drill to copper", "hole_clearance", rules.drill_to_copper, "drill_to_copper"),
+        ("copper to edge", "edge_clearance", rules.copper_to_edge, "copper_to_edge"),
+    ):
+        lines += _rule(title, constraint, limit, rules.sources.get(field, ""))
+    if rules.binds("coil_trace_width") and rules.coil_trace_width is not None:
+        source, condition = rules.sources.get("coil_trace_width", ""), "A.memberOfGroup('* winding')"
+        lines += _rule("trace width in coils", "track_width", rules.coil_trace_width, source, condition)
+    return "\n".join(lines) + "\n"
+
+
+def _rule(title: str, constraint: str, limit: float, source: str, condition: str = "") -> list[str]:
+    lines = ["", *([f"# {_one_line(source)}"] if source else []), f'(rule "{title}"']
+    if condition:
+        lines.append(f'\t(condition "{condition}")')
+    return [*lines, f"\t(constraint {constraint} (min {length(limit)}mm)))"]
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -10,10 +10,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
-from sitscad.drawing.drill_symbols import SYMBOLS
 from sitscad.drawing.frame import (
     CHAIN,
     HIDDEN,
+    SYMBOLS,
     TEXT,
     THICK,
     THIN,
@@ -25,6 +25,7 @@ from sitscad.drawing.frame import (
     next_below,
     ordinates_x,
     ordinates_y,
+    origin_cross,
     outer_span,
     placed,
     scale_for,
@@ -33,7 +34,7 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
+from sitscad.drawing.pictures.board import coil_extent, draw_coil, picture
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.board_end import tail_width
@@ -60,7 +61,7 @@ from sitscad.fabrication.notes import (
     turn_text,
 )
 from sitscad.geometry.convex import area_inside, parts_inside
-from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout
 from sitscad.papers.drawings.contacts import contact_sheet
@@ -95,7 +96,19 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
-    _detail(sheet, layout, placed(layout.body, detail, DETAIL))
+    # The body alone: what lies beyond it is cut off
+    view = placed(layout.body, detail, DETAIL)
+    x0, y0, x1, y1 = layout.body
+    limit = x1 + 0.05 * (x1 - x0)
+    _copper(sheet, layout, view, limit, "drawing-body")
+    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK, name="drawing-body-outline")
+    _marks(sheet, layout, view, "drawing-body", limit)
+    sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
+    for coil in layout.coils:
+        _name(sheet, layout, view, coil)
+    ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
+    ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
     low = _holes(sheet, layout, 161.0, 108.0)
@@ -104,10 +117,24 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 
 
 def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
-    """Draw the whole board with its dimensions."""
     x0, y0, x1, y1 = bounding_box([layout.outline])
-    _zones(sheet, layout, view)
-    _bend_taken(sheet, layout, view)
+    # The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines
+    above, size = 1.2, 2.3
+    if layout.stiffener is not None:
+        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+        box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
+        if _is_turned(layout):
+            sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
+        else:
+            top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
+            sheet.text(view.x(box[2]), view.y(top) + above, name, size, "end")
+    for opening in (*layout.top_openings, *layout.bottom_openings):
+        sheet.draw(view.path(opening.outline), HIDDEN)
+    # What bends take of the tail, under its tracks
+    for bend in bends(layout):
+        if bend.end > bend.start:
+            below, above = layout.reach_at(bend.line)
+            sheet.draw(view.path(rectangle(bend.start, below, bend.end, above)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
     _copper(sheet, layout, view, x1, "drawing")
     sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
     _marks(sheet, layout, view, "drawing")
@@ -159,27 +186,12 @@ def _tail_reach(layout: Layout) -> tuple[float, ...]:
     return (min(ys), max(ys)) if ys else ()
 
 
-def _detail(sheet: Sheet, layout: Layout, view: View) -> None:
-    """The body alone: what lies beyond it is cut off."""
-    x0, y0, x1, y1 = layout.body
-    limit = x1 + 0.05 * (x1 - x0)
-    _copper(sheet, layout, view, limit, "drawing-body")
-    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK, name="drawing-body-outline")
-    _marks(sheet, layout, view, "drawing-body", limit)
-    sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
-    for coil in layout.coils:
-        _name(sheet, layout, view, coil)
-    ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
-    edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
-    ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
-
-
 def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
     """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
     size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
     wide = text_width(coil.name, size)
     corners = [(x + 1.4 if right else x - 1.4 - wide, y + 1.4 if up else y - 1.4 - 0.8 * size)
-               for right in (True, False) for up in (True, False)]  # fmt: skip
+               for right in (True, False) for up in (True, False)]
 
     def crowding(corner: tuple[float, float]) -> float:
         middle = corner[0] + wide / 2, corner[1] + 0.4 * size
@@ -189,29 +201,6 @@ def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
     left, low = min(corners, key=crowding)
     sheet.draw(rectangle(left - 0.4, low - 0.4, left + wide + 0.4, low + 0.8 * size), None, "#ffffff")
     sheet.text(left, low, coil.name, size)
-
-
-def _zones(sheet: Sheet, layout: Layout, view: View) -> None:
-    """The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines."""
-    above, size = 1.2, 2.3
-    if layout.stiffener is not None:
-        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
-        box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
-        if _is_turned(layout):
-            sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
-        else:
-            top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
-            sheet.text(view.x(box[2]), view.y(top) + above, name, size, "end")
-    for opening in (*layout.top_openings, *layout.bottom_openings):
-        sheet.draw(view.path(opening.outline), HIDDEN)
-
-
-def _bend_taken(sheet: Sheet, layout: Layout, view: View) -> None:
-    """What bends take of the tail, under its tracks."""
-    for bend in bends(layout):
-        if bend.end > bend.start:
-            y0, y1 = layout.reach_at(bend.line)
-            sheet.draw(view.path(rectangle(bend.start, y0, bend.end, y1)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
 
 
 def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
@@ -296,19 +285,13 @@ def _until(path: Path, limit: float) -> list[Path]:
 def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
     """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
     for coil in layout.coils:
-        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), CHAIN, name=f"{name}-coil-{coil.name}")
-        x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
-        sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
-        sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)
+        draw_coil(sheet, view, layout.spec.coil, coil, CHAIN, f"{name}-coil-{coil.name}")
     for order, tool in enumerate(plated_tools(layout)):
         for hole in tool.holes:
             if hole.x * UNIT <= limit:
                 at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
                 _hole(sheet, at, radius, order)
-    x, y = view.x(0.0), view.y(0.0)
-    sheet.draw(circle(view.path(polyline([(0.0, 0.0), (1e-3, 0.0)])).start, 1.2), Pen(0.25, "#b00000"))  # type: ignore[list-item]
-    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
-        sheet.line(x - dx, y - dy, x + dx, y + dy, Pen(0.25, "#b00000"))
+    origin_cross(sheet, view)
 
 
 def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
@@ -318,7 +301,6 @@ def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
 
 
 def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
-    """The table of holes with the drill map's symbols."""
     rows, tools = [["", "finished hole", "holes", "plated", "pad"]], plated_tools(layout)
     for tool in tools:
         pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == tool.diameter})
@@ -329,8 +311,7 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
     low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
     step = (top - low) / len(rows)
     for order in range(len(tools)):
-        at = polyline([(left + 4.0, top - (order + 1.55) * step), (0.0, 0.0)]).start  # type: ignore[list-item]
-        _hole(sheet, at, 0.8, order)
+        _hole(sheet, Point(left + 4.0, top - (order + 1.55) * step), 0.8, order)
     return low
 
 
@@ -364,3 +345,11 @@ def notes(layout: Layout) -> Iterator[str]:
 
 def _outline(layout: Layout) -> str:
     return mm(layout.spec.fpc.rules.outline_tolerance)
+
+
+def render_pictures(layout: Layout) -> dict[str, bytes]:
+    """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
+    return {
+        fabrication_path(layout, "board.svg"): picture(layout).encode("utf-8"),
+        fabrication_path(layout, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
+    }

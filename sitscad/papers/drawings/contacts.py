@@ -5,6 +5,7 @@ where each leads.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import groupby
 
 from sitscad.drawing.frame import (
@@ -26,7 +27,6 @@ from sitscad.drawing.frame import (
 )
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.fabrication.board_end import (
-    BoardEnd,
     bare_size,
     board_end,
     contact_row,
@@ -101,117 +101,87 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     sheet.draw(view.path(rectangle(*box)), CHAIN)
     _dimensions(sheet, layout, view, box)
     for pad in layout.pads:
-        _number(sheet, pad, view)
+        # Number and pin in the contact, along its longer side, as large as fits
+        text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
+        along, across = sorted((view.length(side) for side in pad.size), reverse=True)
+        size = min(4.0, 0.75 * across, 0.94 * along / text_width(text, 1.0))
+        x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+        if pad.size[0] >= pad.size[1]:
+            sheet.text(x, y - 0.35 * size, text, size, "middle")
+        else:
+            sheet.text(x + 0.35 * size, y, text, size, "middle", 90.0)
 
 
 def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Width and length of the last contact of the row and the pitch to the one before, the board's width there and how
-    far the first contact is from its edge and its end, round the view.
-    """
+    """Width and length of the last contact of the row, the pitch to the one before, and what is measured at its end."""
     row, pitch = contact_row(layout)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
     _end(sheet, layout, view, (left, low, right, high))
     names = ("length", "width") if w >= h else ("width", "length")
     xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
-    _along_x(sheet, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
-    _along_y(sheet, ys, xs[0], left - STAND, f"{names[1]} {mm(h)}")
+    _dimension(sheet, 0, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
+    _dimension(sheet, 1, ys, xs[0], left - STAND, f"{names[1]} {mm(h)}")
     if pitch is None:
         return
     before = row[-2].centre
     if abs(before.x - x) > abs(before.y - y):
-        _along_x(sheet, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
+        _dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
     else:
         # Before it are the other contacts; beyond it the words would lie on the dimension of the edge.
-        _along_y(sheet, (view.y(before.y), view.y(y)), xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
+        pair = view.y(before.y), view.y(y)
+        _dimension(sheet, 1, pair, xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
 
 
 def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     """The board's width at the contacts with its tolerance, from the middle of contact 1 to the edge beside it,
     what is bare of the contacts, and from them to the board's end.
     """
-    end = board_end(layout)
-    row, _ = contact_row(layout)
+    end, (row, _) = board_end(layout), contact_row(layout)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
-    place, tip = end.first.centre, _tip(end, along)
-    near = min(end.sides, key=lambda side: abs(side - place[across]))
-    sides = [axes[across](side) for side in end.sides]
-    edge = sorted((axes[across](near), axes[across](place[across])))
+    # The coordinate (m) at which the contacts end, along themselves
+    place, half = end.first.centre, end.first.size[along] / 2
+    tip = place[along] + half if end.end > place[along] else place[along] - half
     outward = 1.0 if end.end > tip else -1.0
+
+    def level(axis: int, step: int) -> float:
+        # Below or right of the view; behind contacts that run along y, where pitch and numbers leave room
+        aside = STAND + step * STEP
+        if axis == 1:
+            return frame[2] + aside
+        return frame[3] + aside if along == 1 and outward < 0.0 else frame[1] - aside
+
+    near = min(end.sides, key=lambda side: abs(side - place[across]))
     behind = tip if along == 0 else tip - outward * end.first.size[along]
-    _across(sheet, across, (edge[0], edge[1]), (frame, outward, 1), f"edge to 1: {mm(end.edge)}", axes[along](behind))
+    edge, sides = sorted((axes[across](near), axes[across](place[across]))), [axes[across](side) for side in end.sides]
+    _dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
     width = f"{mm(end.width)} +/- {mm(end_tolerance(layout))}"
-    _across(sheet, across, (sides[0], sides[1]), (frame, outward, 2), width, axes[along](end.end))
+    _dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
     last = row[0] if along == 0 else row[-1]
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
     reaches = sorted((axes[along](tip), axes[along](end.end)))
-    _lengthwise(sheet, along, (reaches[0], reaches[1]), (frame, start, 1), f"to end {mm(end.tip)}")
+    _dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
     bare = bare_size(layout)
     if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
         shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
-        _lengthwise(sheet, along, (shown[0], shown[1]), (frame, start, 0), f"bare {mm(bare[1])}")
+        _dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare[1])}")
 
 
-def _tip(end: BoardEnd, along: int) -> float:
-    """The coordinate (m) at which the contacts end, along themselves."""
-    centre, half = end.first.centre[along], end.first.size[along] / 2
-    return centre + half if end.end > centre else centre - half
-
-
-def _across(
-    sheet: Sheet, across: int, ends: tuple[float, float], where: tuple[Box, float, int], text: str, start: float
+def _dimension(
+    sheet: Sheet, axis: int, ends: Sequence[float], start: float, level: float, text: str, is_before: bool = False
 ) -> None:
-    """A dimension across the row, beside the view: beyond the contacts' ends where they run along x, behind them where
-    they run along y, where the pitch and the numbers leave room.
+    """A dimension along x (axis 0) at a height of the paper, or along y (axis 1) at an x of it, led there from `start`;
+    words that do not fit between its ends stand beyond, or before them.
     """
-    frame, outward, step = where
-    if across == 1:
-        _along_y(sheet, ends, start, frame[2] + STAND + step * STEP, text)
-        return
-    behind = frame[3] + STAND + step * STEP if outward < 0.0 else frame[1] - STAND - step * STEP
-    _along_x(sheet, ends, start, behind, text)
-
-
-def _lengthwise(sheet: Sheet, along: int, ends: tuple[float, float], where: tuple[Box, float, int], text: str) -> None:
-    """A dimension along the contacts, beside the row."""
-    frame, start, step = where
-    if along == 0:
-        _along_x(sheet, ends, start, frame[1] - STAND - step * STEP, text)
-    else:
-        _along_y(sheet, ends, start, frame[2] + STAND + step * STEP, text)
-
-
-def _along_x(sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str) -> None:
-    """A dimension along x at a height of the paper, led there from `start`; between the ends where there is room."""
-    for x in ends:
-        sheet.line(x, start, x, level + math.copysign(1.0, level - start), THIN)
-    is_wide = ends[1] - ends[0] > text_width(text, TEXT) + 5.0
-    (span if is_wide else outer_span)(sheet, (ends[0], level), (ends[1], level), text)
-
-
-def _along_y(
-    sheet: Sheet, ends: tuple[float, float], start: float, level: float, text: str, is_before: bool = False
-) -> None:
-    """The same along y at an x of the paper; words that do not fit between its ends stand above, or below them."""
-    for y in ends:
-        sheet.line(start, y, level + math.copysign(1.0, level - start), y, THIN)
+    over = level + math.copysign(1.0, level - start)
+    for end in ends:
+        sheet.line(*((end, start, end, over) if axis == 0 else (start, end, over, end)), THIN)
+    one, other = ((end, level) if axis == 0 else (level, end) for end in ends)
     if ends[1] - ends[0] > text_width(text, TEXT) + 5.0:
-        span(sheet, (level, ends[0]), (level, ends[1]), text)
+        span(sheet, one, other, text)
     else:
-        outer_span(sheet, (level, ends[0]), (level, ends[1]), text, is_before=is_before)
-
-
-def _number(sheet: Sheet, pad: Pad, view: View) -> None:
-    """Number and pin in the contact, along its longer side, as large as fits."""
-    text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
-    along, across = sorted((view.length(side) for side in pad.size), reverse=True)
-    size = min(4.0, 0.75 * across, 0.94 * along / text_width(text, 1.0))
-    x, y = view.x(pad.centre.x), view.y(pad.centre.y)
-    if pad.size[0] >= pad.size[1]:
-        sheet.text(x, y - 0.35 * size, text, size, "middle")
-    else:
-        sheet.text(x + 0.35 * size, y, text, size, "middle", 90.0)
+        outer_span(sheet, one, other, text, is_before=is_before)
 
 
 def _notes(layout: Layout) -> list[str]:
@@ -220,8 +190,7 @@ def _notes(layout: Layout) -> list[str]:
     named = f" of {connector.name}" if connector is not None else ""
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
-        f"{contact_text(layout)}.",
-        *([text] if (text := chip_text(layout)) else []),
+        f"{contact_text(layout)}.", *([text] if (text := chip_text(layout)) else []),
         *([f"{plug_text(layout).capitalize()}: closer than the rest of the outline."] if plug_text(layout) else []),
         *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",

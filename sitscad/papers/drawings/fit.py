@@ -34,7 +34,7 @@ from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, measures
 from sitscad.scene.hinge import end_section, pin_gaps, shaft
 from sitscad.scene.jaws import PartsError, fitted_jaw, jaw_range, rim, section
 from sitscad.scene.support import width_under
-from sitscad.scene.tail_path import TailPath, tail_path
+from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Jaw
 
 SECTION = (40.0, 96.0, 84.0, 84.0)
@@ -45,7 +45,7 @@ TOO_MUCH = Pen(0.35, RED)
 CIRCLE = Pen(0.5, RED, (3.0, 1.5))
 PORT = Pen(0.35)
 HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
-        "SIT325", "SIT326")  # fmt: skip
+        "SIT325", "SIT326")
 """The rules whose findings are drawn."""
 
 
@@ -95,9 +95,11 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sh
         return None
     assert pair is not None
     sized = [fault for fault in shown if fault.has_sizes]
-    scale = detail_scale((_across(layout, jaw, pair, sized),) * 2, SECTION[2:])
+    # How much (m) the section has to show
+    needed = (width for fault in sized for width in _needed(fault))
+    scale = detail_scale((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
     sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
-                      "the jaw from its tip")  # fmt: skip
+                      "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("fit-section"):
         _section(sheet, layout, jaw, pair, view, shown)
@@ -134,12 +136,6 @@ def _row(fault: Fault) -> tuple[str, ...]:
 
 RADIUS = 2.0
 """SIT321 measures from the port's axis, the other rules across: the drawing has diameters."""
-
-
-def _across(layout: Layout, jaw: Jaw, pair: ClosedSection, sized: Sequence[Fault]) -> float:
-    """How much (m) the section has to show."""
-    needed = (width for fault in sized for width in _needed(fault))
-    return max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed)
 
 
 def _needed(fault: Fault) -> Iterator[float]:
@@ -253,10 +249,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Fault, top: float) -> 
 
     _, limit = fault.sizes
     span(
-        sheet,
-        (at(body[0]), middle - half - 5.0),
-        (at(body[1]), middle - half - 5.0),
-        f"board {mm(body[1] - body[0])}",
+        sheet, (at(body[0]), middle - half - 5.0), (at(body[1]), middle - half - 5.0), f"board {mm(body[1] - body[0])}",
         colour=RED,
     )
     span(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
@@ -274,7 +267,11 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     pivot = Point(heel + jaw.hinge, pair.axis - jaw.pivot_offset)
     scale = detail_scale((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
     view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
-    places = _near(path, heel - 1e-3, pivot.x + 3e-3)
+    # Places on the tail's middle line between two places along the jaw (m)
+    start = heel - 1e-3
+    end = pivot.x + 3e-3
+    steps = (path.at(path.length * i / 2000) for i in range(2001))
+    places = [Point(place.x, place.z) for place in steps if start <= place.x <= end]
     thick = 2.0 * (path.distance(pivot.x, pivot.y) - gap.away)
     sheet.draw(view.path(polyline(places)), Pen(max(0.3, view.length(thick)), COLOURS["board"], (), False))
     sheet.draw(circle(Point(view.x(pivot.x), view.y(pivot.y)), view.length(gap.pin)), TOO_MUCH, "#e8c4c4")
@@ -287,14 +284,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
-def _near(path: TailPath, start: float, end: float) -> list[Point]:
-    """Places on the tail's middle line between two places along the jaw (m)."""
-    steps = (path.at(path.length * i / 2000) for i in range(2001))
-    return [Point(place.x, place.z) for place in steps if start <= place.x <= end]
-
-
 def _end(sheet: Sheet, layout: Layout, fault: Fault, top: float) -> None:
-    """The tail's end in the tube behind the jaws."""
     measured, limit = fault.sizes
     behind, (width, thick) = shaft(layout.spec), end_section(layout)
     assert behind is not None
@@ -305,5 +295,5 @@ def _end(sheet: Sheet, layout: Layout, fault: Fault, top: float) -> None:
     sheet.draw(rectangle(*box), EDGE, COLOURS["board"])
     sheet.line(box[0], box[1], box[2], box[3], TOO_MUCH)
     sheet.text(RIGHT, top - 4.0, f"the tail's end {mm(measured)} from corner to corner, {scale_text(scale)}", TEXT,
-               colour=RED)  # fmt: skip
+               colour=RED)
     sheet.text(RIGHT, top - 8.0, f"the tube behind the jaws leaves {mm(limit)}", TEXT)

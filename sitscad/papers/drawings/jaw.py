@@ -28,11 +28,11 @@ from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.layout.board import Layout
 from sitscad.measured import Closing
-from sitscad.papers.assembly.mounting_notes import bent
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
+from sitscad.papers.mounting import bent
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
-from sitscad.scene.fit import ClosedSection, closed_section, measures
+from sitscad.scene.fit import closed_section, measures
 from sitscad.scene.hinge import closing
 from sitscad.scene.jaws import fitted_jaw, jaw_range, section
 from sitscad.scene.tail_path import bends
@@ -69,41 +69,35 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
     scale = detail_scale((across, across), SECTION[2:])
     sheet = new_sheet(
-        layout.spec,
-        f"jaw {jaw.name}",
-        f"section {scale_text(scale)}",
-        "see the package",
-        forced,
+        layout.spec, f"jaw {jaw.name}", f"section {scale_text(scale)}", "see the package", forced,
         "the jaw from its tip",
     )
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("jaw-section"):
         draw_section(sheet, layout, jaw, view)
         draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
-        _section_sizes(sheet, layout, jaw, pair, view)
+        # The sizes across the section: the pair's height, the port, the jaw's face, the board's width
+        half, radius = pair.height / 2, max(jaw.port_diameter / 2, pair.radius)
+        left = view.x(-radius) - 7.0
+        for z in (-half, half):
+            sheet.line(view.x(0.0), view.y(z), left - 1.0, view.y(z), THIN)
+        span(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
+        face, board = section(jaw).face, layout.body_size[1]
+        lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
+        lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
+        low = view.y(-radius) - 5.0
+        for i, (size, words) in enumerate(sorted(lines)):
+            y = low - 5.5 * i
+            for x in (-size / 2, size / 2):
+                sheet.line(
+                    view.x(x), view.y(0.0) if size == jaw.port_diameter else low + 3.0, view.x(x), y - 1.0, HIDDEN
+                )
+            span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words)
     with sheet.group("jaw-sides"):
         _sides(sheet, layout, jaw, closes)
     low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), list(_rows(layout)), 2.4)
     fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, list(_notes(layout, jaw, closes)), 2.3)
     return sheet
-
-
-def _section_sizes(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View) -> None:
-    """The sizes across the section: the pair's height, the port, the jaw's face, the board's width."""
-    half, radius = pair.height / 2, max(jaw.port_diameter / 2, pair.radius)
-    left = view.x(-radius) - 7.0
-    for z in (-half, half):
-        sheet.line(view.x(0.0), view.y(z), left - 1.0, view.y(z), THIN)
-    span(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
-    face, board = section(jaw).face, layout.body_size[1]
-    lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
-    lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
-    low = view.y(-radius) - 5.0
-    for i, (size, words) in enumerate(sorted(lines)):
-        y = low - 5.5 * i
-        for x in (-size / 2, size / 2):
-            sheet.line(view.x(x), view.y(0.0) if size == jaw.port_diameter else low + 3.0, view.x(x), y - 1.0, HIDDEN)
-        span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words)
 
 
 def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:

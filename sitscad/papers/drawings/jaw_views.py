@@ -20,7 +20,7 @@ from sitscad.units import decimal
 COLOURS = {
     "jaw": "#a8adb5", "opposing-jaw": "#c9cdd3", "opposing-pad": "#5f6b6d", "shield": "#d98a4b", "board": "#c07f1f",
     "elastomer": "#e8d8c8", "target": "#d98a4b", "encapsulation": "#9fc5e8", **dict.fromkeys(MOUNT_PIECES, "#dfe6e9"),
-}  # fmt: skip
+}
 GLUE = "#4d6b1f"
 EDGE = Pen(0.18)
 PORT = Pen(0.35, "#b00000", (3.0, 1.5))
@@ -72,7 +72,7 @@ def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterato
     tall, half = section(replace(jaw, height=jaw.height + recess)), pocket[1] / 2
     back = tall.outline.shifted(0.0, recess).segments[0]
     rims = [Point(tall.face / 2, recess), Point(half, recess), Point(half, 0.0), Point(-half, 0.0),
-            Point(-half, recess), Point(-tall.face / 2, recess)]  # fmt: skip
+            Point(-half, recess), Point(-tall.face / 2, recess)]
     if half >= tall.face / 2:
         rims = [Point(tall.face / 2, 0.0), Point(-tall.face / 2, 0.0)]
     yield Path((back, *polyline([back.end, *rims, back.start]).segments))
@@ -137,18 +137,12 @@ def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float)
 
 
 def draw_side(
-    sheet: Sheet,
-    layout: Layout,
-    jaw: Jaw,
-    at: tuple[float, float],
-    pivot: float,
-    scale: float,
-    turn: float,
+    sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float,
     gap: float = 0.0,
 ) -> None:
     """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands before a place on paper or
     beside it. `gap` is what lies between the faces where they are parallel (m), negative where the sensor has no room.
-    """  # fmt: skip
+    """
     layers, offset = levels(column(layout)), jaw.pivot_offset
     half = layers["opposing-jaw"][1].nominal / 2 - offset
     level_line = at[1]

@@ -73,20 +73,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     with sheet.group("panel-cuts"):
         for cut in panel.cuts:
             sheet.draw(view.path(cut), Pen(0.25))
-    _bridges(sheet, panel, view)
-    _frame(sheet, panel, view)
-    span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
-    span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
-    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
-    ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
-    ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
-    ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
-    paragraph(sheet, 212.0, 190.0, 74.0, list(_notes(panel)), 2.4)
-    return sheet
-
-
-def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
-    """A red mark on every bridge, and where each copy's own origin is."""
+    # A red mark on every bridge, and where each copy's own origin is
     copies = [(panel.layout, panel.bridges, at) for at in panel.parts]
     if panel.coupon is not None:
         copies += [(panel.coupon, panel.coupon_bridges, at) for at in panel.coupons]
@@ -100,6 +87,20 @@ def _bridges(sheet: Sheet, panel: Panel, view: View) -> None:
     for i, at in enumerate(panel.parts, 1):
         sheet.text(view.x(at.x + (x0 + x1) / 2), view.y(at.y) - 0.8, str(i), 2.2, "middle")
     _coupon_names(sheet, panel, view)
+    # The holes and fiducials of the frame
+    for at in panel.tooling_holes:
+        sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
+    for at in panel.fiducials:
+        sheet.draw(view.path(circle(at, FIDUCIAL / 2)), None, "#b8860b")
+        sheet.draw(view.path(circle(at, FIDUCIAL_OPENING / 2)), HIDDEN)
+    span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
+    span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
+    xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
+    ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
+    ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
+    ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
+    paragraph(sheet, 212.0, 190.0, 74.0, list(_notes(panel)), 2.4)
+    return sheet
 
 
 def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
@@ -117,15 +118,6 @@ def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
     else:
         fits = text_width("coupons", size) < end - begin
         sheet.text((begin + end) / 2, y if fits else view.y(first.y + box[1]) - 3.0, "coupons", size, "middle")
-
-
-def _frame(sheet: Sheet, panel: Panel, view: View) -> None:
-    """The holes and fiducials of the frame."""
-    for at in panel.tooling_holes:
-        sheet.draw(view.path(circle(at, TOOLING_HOLE / 2)), THICK)
-    for at in panel.fiducials:
-        sheet.draw(view.path(circle(at, FIDUCIAL / 2)), None, "#b8860b")
-        sheet.draw(view.path(circle(at, FIDUCIAL_OPENING / 2)), HIDDEN)
 
 
 def _notes(panel: Panel) -> Iterator[str]:
@@ -164,10 +156,7 @@ def _bridge(panel: Panel) -> float:
 
 
 def readme(
-    panel: Panel,
-    coupon_estimates: Estimates | None,
-    files: Mapping[str, bytes] | None = None,
-    forced: bool = False,
+    panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
     """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
     title = f"{panel.layout.spec.name}: panel of flexible circuits"
@@ -214,11 +203,8 @@ def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
         "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."
     )
     return [
-        *wrap(what, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False),
-        "",
-        fingerprint(files, images),
-        shell_line(images),
-        "",
+        *wrap(what, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), "", fingerprint(files, images),
+        shell_line(images), "",
     ]
 
 
@@ -240,7 +226,6 @@ def _nubs(panel: Panel) -> Iterator[str]:
 
 
 def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
-    """The notes on the coupon and on what is measured at it."""
     if panel.coupon is None:
         yield f"There is no coupon: {panel.no_coupon}."
         return

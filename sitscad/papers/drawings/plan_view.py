@@ -20,14 +20,16 @@ from sitscad.drawing.frame import (
     new_sheet,
     ordinates_x,
     ordinates_y,
+    origin_cross,
     placed,
     scale_text,
     table,
 )
-from sitscad.drawing.pictures.coil_outline import coil_extent, coil_outline
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.pictures.board import draw_coil
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.geometry.convex import Box, parts_inside
-from sitscad.geometry.path import Point, circle, rectangle
+from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import Body, above_board
 from sitscad.units import show
@@ -53,7 +55,14 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     )
     view = placed(box, scale, ROOM)
     _plan(sheet, layout, pieces, view, box)
-    _dimensions(sheet, layout, pieces, view)
+    # The edges of body and pieces and the coils' centres, by their coordinates
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
+    centres = [coil.centre for coil in layout.coils]
+    xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
+    ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
+    ordinates_x(sheet, view, xs, low, low - 7.0)
+    ordinates_y(sheet, view, ys, left, left - 9.0)
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
     low = _legend(sheet, pieces, low - 8.0)
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout, pieces)), 2.4)
@@ -75,43 +84,21 @@ def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float
 
 def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
     """Board, pieces, and over them the names of the coils."""
-    _board(sheet, layout, view, box)
-    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
-        sheet.draw(view.path(piece.outline()), PENS[piece.name])
-    _names(sheet, layout, pieces, view)
-
-
-def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
-    """The board's body and all that lies over it or hangs over its edge (m)."""
-    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
-    low = [min(box[axis] for box in boxes) for axis in (0, 1)]
-    high = [max(box[axis] for box in boxes) for axis in (2, 3)]
-    return low[0], low[1], high[0], high[1]
-
-
-def _board(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """The board as far as it is shown: its edge, tracks on its top face, coils with their centres, the origin."""
+    # The board as far as it is shown: its edge, tracks on its top face, coils with their centres, the origin
     limit = box[2] + 0.04 * (box[2] - box[0])
     within = (-math.inf, -math.inf, limit, math.inf)
     for trace in layout.on_layer(1):
-        for piece in parts_inside(trace.path, within):
-            sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
-    for piece in parts_inside(layout.outline, within):
-        sheet.draw(view.path(piece), THICK)
+        for part in parts_inside(trace.path, within):
+            sheet.draw(view.path(part), Pen(view.length(trace.width), COPPER))
+    for edge in parts_inside(layout.outline, within):
+        sheet.draw(view.path(edge), THICK)
     sheet.line(view.x(limit), view.y(box[1]) - 2.0, view.x(limit), view.y(box[3]) + 2.0, CHAIN)
     for coil in layout.coils:
-        sheet.draw(view.path(coil_outline(layout.spec.coil, coil)), THIN)
-        x0, y0, x1, y1 = coil_extent(layout.spec.coil, coil)
-        sheet.line(view.x(x0), view.y(coil.centre.y), view.x(x1), view.y(coil.centre.y), CHAIN)
-        sheet.line(view.x(coil.centre.x), view.y(y0), view.x(coil.centre.x), view.y(y1), CHAIN)
-    x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, "#b00000")
-    sheet.draw(circle(Point(x, y), 1.2), red)
-    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
-        sheet.line(x - dx, y - dy, x + dx, y + dy, red)
-
-
-def _names(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
-    """Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece."""
+        draw_coil(sheet, view, layout.spec.coil, coil, THIN)
+    origin_cross(sheet, view)
+    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
+        sheet.draw(view.path(piece.outline()), PENS[piece.name])
+    # Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece
     size = 3.2
     outlines = [view.path(piece.outline()) for piece in pieces]
     for coil in layout.coils:
@@ -124,19 +111,15 @@ def _names(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -
         sheet.text(*places[k], coil.name, size)
 
 
-def _dimensions(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View) -> None:
-    """The edges of body and pieces and the coils' centres, by their coordinates."""
+def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+    """The board's body and all that lies over it or hangs over its edge (m)."""
     boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
-    low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
-    centres = [coil.centre for coil in layout.coils]
-    xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
-    ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
-    ordinates_x(sheet, view, xs, low, low - 7.0)
-    ordinates_y(sheet, view, ys, left, left - 9.0)
+    low = [min(box[axis] for box in boxes) for axis in (0, 1)]
+    high = [max(box[axis] for box in boxes) for axis in (2, 3)]
+    return low[0], low[1], high[0], high[1]
 
 
 def _coils(layout: Layout) -> Iterator[tuple[str, ...]]:
-    """Where the coils are, as a table."""
     yield "coil", "x", "y", "turned by"
     for coil in layout.coils:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
@@ -159,7 +142,6 @@ def _size(piece: Body) -> str:
 
 
 def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
-    """Where each piece lies, in words."""
     yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for i, piece in enumerate(reversed(pieces), 2):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
@@ -170,3 +152,9 @@ def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
     film = layout.spec.encapsulation
     if film is not None:
         yield f"{2 + len(pieces)}. Over all of it {show(film.thickness, 'm')} of {film.material.name}, not drawn."
+
+
+def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:
+    """``laser/NAME-assembly.pdf``; nothing for a sensor without elastomer and target; stamped where ``forced``."""
+    sheet = drawing(layout, bool(forced))
+    return {} if sheet is None else {f"laser/{layout.spec.name}-assembly.pdf": pdf([sheet])}

@@ -53,24 +53,42 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
     stackup = layout.spec.fpc.stackup
-    scale = ROOM / max(stackup.thickness, _tail_height(layout))
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in tail_layers(layout)) + plate)
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
     _body_section(sheet, layout, scale)
-    _tail_section(sheet, layout, scale)
+    # The tail's layers, its opened coverlays shorter, and the stiffener under its end
+    if layout.spec.fpc.tail is not None:
+        y = TOP
+        for i, layer in enumerate(tail_layers(layout)):
+            height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
+            is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
+            _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
+            if is_own:
+                lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
+                caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
+                for row, line in enumerate(caption):
+                    sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
+            if start > TAIL:
+                sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
+            y -= height
+        stiffener = layout.stiffener
+        if stiffener is not None:
+            height = stiffener.thickness * scale
+            _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
+            sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {stiffener.material}", TEXT)
+            thick = f"{show(stiffener.thickness, 'm')} with its adhesive"
+            sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, thick, TEXT)
+        sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
     texts = thickness_texts(layout)
     parts = {place: text.partition("), ") for place, text in texts.items()}
     rows = [["place", "finished thickness (least to most)"],
-            *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]  # fmt: skip
+            *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]
     low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
     said = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
     fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*said, *_notes(layout)], 2.3)
     return sheet
-
-
-def _tail_height(layout: Layout) -> float:
-    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
-    return sum(layer.thickness for layer in tail_layers(layout)) + plate
 
 
 def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
@@ -100,32 +118,6 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         for row, line in enumerate(lines):
             sheet.text(BODY + 11.0, -place - 0.35 * size - 1.4 * size * (row - (len(lines) - 1) / 2), line, size)
     sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
-
-
-def _tail_section(sheet: Sheet, layout: Layout, scale: float) -> None:
-    """The tail's layers, its opened coverlays shorter, and the stiffener under its end."""
-    if layout.spec.fpc.tail is None:
-        return
-    y = TOP
-    for i, layer in enumerate(tail_layers(layout)):
-        height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
-        is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
-        _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
-        if is_own:
-            lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
-            caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
-            for row, line in enumerate(caption):
-                sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
-        if start > TAIL:
-            sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
-        y -= height
-    plate = layout.stiffener
-    if plate is not None:
-        height = plate.thickness * scale
-        _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
-        sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {plate.material}", TEXT)
-        sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, f"{show(plate.thickness, 'm')} with its adhesive", TEXT)
-    sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
 
 
 def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:

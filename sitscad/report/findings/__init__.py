@@ -1,6 +1,4 @@
-"""What `check` found, in every form that it is told in. A new form is one module with a `render` and one row of
-`FINDING_FORMATS`.
-"""
+"""What `check` found, in every form that it is told in. A new form is one function and one row of `FINDING_FORMATS`."""
 
 from __future__ import annotations
 
@@ -17,47 +15,24 @@ from sitscad.report.findings.checked import (
     worst_first,
 )
 from sitscad.report.findings.document import as_json, finding_json, json_document, to_json
-from sitscad.report.findings.manner import Manner, RuleTexts
-from sitscad.report.findings.text import as_text, printable, styled, summary
+from sitscad.report.findings.text import Manner, RuleTexts, as_text, printable, styled, summary
 
 __all__ = [
-    "FINDING_FORMATS",
-    "CheckedSpec",
-    "Manner",
-    "RuleTexts",
-    "as_json",
-    "as_text",
-    "by_weight",
-    "checked_spec",
-    "excerpt",
-    "finding_json",
-    "in_order",
-    "json_document",
-    "numbered_places",
-    "printable",
-    "styled",
-    "summary",
-    "to_json",
-    "worst_first",
+    "FINDING_FORMATS", "CheckedSpec", "Manner", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
+    "excerpt", "finding_json", "in_order", "json_document", "numbered_places", "printable", "styled", "summary",
+    "to_json", "worst_first",
 ]
 
 Format = Callable[[Sequence[CheckedSpec], Manner], str]
 
 
-def _module(name: str) -> Format:
-    """The `render` of a module that is loaded when it is first asked for: a check that is read needs none of them."""
-
-    def render(checked: Sequence[CheckedSpec], manner: Manner) -> str:
-        return import_module(f"sitscad.report.findings.{name}").render(checked, manner)
-
-    return render
+def _late(name: str) -> Format:
+    """A form of `ci`, which is loaded when it is first asked for: a check that is read needs none of it."""
+    return lambda checked, manner: getattr(import_module("sitscad.report.findings.ci"), name)(checked, manner)
 
 
 FINDING_FORMATS: Mapping[str, Format] = {
-    "text": as_text,
-    "json": lambda checked, manner: as_json(checked),
-    "sarif": _module("sarif"),
-    "junit": _module("junit"),
-    "github": _module("github"),
+    "text": as_text, "json": lambda checked, manner: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
+    "github": _late("github"),
 }
 """How ``check`` can tell what it found: each takes the checked specs and the manner of telling."""

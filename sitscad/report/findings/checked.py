@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING
@@ -94,28 +95,15 @@ def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
 
 
 def checked_spec(
-    spec: SensorSpec,
-    findings: Sequence[Finding],
-    not_checked: Sequence[NotChecked],
-    signals: Sequence[Signal] = (),
-    fit: Sequence[Measure] = (),
-    closing: Closing | None = None,
-    reached: Sequence[Reached] = (),
+    spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked], signals: Sequence[Signal] = (),
+    fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[Reached] = (),
     board: tuple[float, float, float, float] | None = None,
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
     source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
     return CheckedSpec(
-        source.path,
-        source.text,
-        tuple(placed),
-        tuple(not_checked),
-        signals=tuple(signals),
-        fit=tuple(fit),
-        closing=closing,
-        reached=tuple(reached),
-        name=spec.name,
-        board=board,
+        source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
+        closing=closing, reached=tuple(reached), name=spec.name, board=board,
     )
 
 
@@ -145,3 +133,29 @@ def worst_first(checked: Sequence[CheckedSpec]) -> list[tuple[CheckedSpec, Findi
     """The findings of all specs, each with its spec: errors first, then in the order of specs and of their text."""
     pairs = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
     return sorted(pairs, key=lambda pair: list(Severity).index(pair[1].severity))
+
+
+def identities(findings: Sequence[Finding]) -> list[str]:
+    """For every finding a text that stays the same when lines move, or when the numbers in its message change.
+
+    Findings of one rule at one key are told apart by their turn, in the order given.
+    """
+    seen: Counter[tuple[str, str | None, str | None]] = Counter()
+    names = []
+    for finding in findings:
+        key = (finding.rule, finding.key, finding.file)
+        seen[key] += 1
+        names.append("\0".join((finding.rule, finding.key or "", finding.file or "", str(seen[key]))))
+    return names
+
+
+def turnless(identity: str) -> str:
+    """An identity without its turn: all findings of one rule at one key share it."""
+    return identity.rpartition("\0")[0]
+
+
+def fingerprint(*parts: str) -> str:
+    """Sixteen hexadecimal digits of the SHA-256 of some texts."""
+    import hashlib  # loads OpenSSL, which a plain check does not need
+
+    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from sitscad.finding import Finding, Ignored, Remedy
+from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
+from sitscad.measured import Closing, Measure, Reached, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
 from sitscad.version import __version__
-
-if TYPE_CHECKING:
-    from sitscad.measured import Reached, Signal
-
 
 BOARD = ("body_length_m", "body_width_m", "length_m", "width_m")
 """The keys of a board's size."""
@@ -34,10 +31,13 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "name": spec.name or None,
                 "ok": spec.ok,
                 "findings": [finding_json(finding) for finding in spec.findings],
-                "ignored": [_ignored_json(ignored) for ignored in spec.ignored],
+                "ignored": [
+                    {"reason": ignored.reason, "by": ignored.by, "finding": finding_json(ignored.finding)}
+                    for ignored in spec.ignored
+                ],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
-                "felt": [felt_json(reached) for reached in spec.reached],
-                "signal": [signal_json(signal) for signal in spec.signals],
+                "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
+                "signal": [{key: getattr(signal, field) for key, field in SIGNAL.items()} for signal in spec.signals],
                 "fit": _fit_json(spec),
                 "closing": _closing_json(spec),
                 "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=True)),
@@ -47,14 +47,10 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     }
 
 
-def _ignored_json(ignored: Ignored) -> dict[str, Any]:
-    return {"reason": ignored.reason, "by": ignored.by, "finding": finding_json(ignored.finding)}
-
-
 def _fit_json(spec: CheckedSpec) -> list[dict[str, Any]]:
     if not spec.fit:
         return []
-    from sitscad.report.fit import fit_json  # only where something was measured
+    from sitscad.report.measures import fit_json
 
     return [fit_json(measure) for measure in spec.fit]
 
@@ -62,7 +58,7 @@ def _fit_json(spec: CheckedSpec) -> list[dict[str, Any]]:
 def _closing_json(spec: CheckedSpec) -> dict[str, Any] | None:
     if spec.closing is None:
         return None
-    from sitscad.report.fit import closing_json  # only where there is a jaw
+    from sitscad.report.measures import closing_json
 
     return closing_json(spec.closing)
 
@@ -78,45 +74,20 @@ FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
 """What JSON says of what is felt beside what is asked."""
 
 SIGNAL = {
-    "coil": "coil",
-    "force_N": "force",
-    "rest_inductance_H": "rest",
-    "inductance_H_per_N": "per_newton",
-    "sigma_inductance_H_per_N": "sigma",
-    "frequency_Hz_per_N": "frequency_per_newton",
-    "sigma_frequency_Hz_per_N": "frequency_sigma",
-    "share": "share",
-    "frequency_share": "frequency_share",
+    "coil": "coil", "force_N": "force", "rest_inductance_H": "rest", "inductance_H_per_N": "per_newton",
+    "sigma_inductance_H_per_N": "sigma", "frequency_Hz_per_N": "frequency_per_newton",
+    "sigma_frequency_Hz_per_N": "frequency_sigma", "share": "share", "frequency_share": "frequency_share",
     "steps": "steps",
 }
 """What JSON says of a signal, and the fields of `Signal` that it stands for."""
 
 
-def felt_json(reached: Reached) -> dict[str, Any]:
-    """What is felt beside what is asked, as plain values for JSON."""
-    return {name: getattr(reached, name) for name in FELT}
-
-
-def signal_json(signal: Signal) -> dict[str, Any]:
-    """What one coil's reading does from rest to the required force, as plain values for JSON."""
-    return {key: getattr(signal, field) for key, field in SIGNAL.items()}
-
-
 def finding_json(finding: Finding) -> dict[str, Any]:
     """One finding as plain values for JSON."""
     entry: dict[str, Any] = {
-        "rule": finding.rule,
-        "name": finding.name,
-        "severity": finding.severity.value,
-        "message": finding.message,
-        "hint": finding.hint,
-        "key": finding.key,
-        "line": finding.line,
-        "column": finding.column,
-        "measured": finding.measured,
-        "limit": finding.limit,
-        "unit": finding.unit,
-        "source": finding.source,
+        "rule": finding.rule, "name": finding.name, "severity": finding.severity.value, "message": finding.message,
+        "hint": finding.hint, "key": finding.key, "line": finding.line, "column": finding.column,
+        "measured": finding.measured, "limit": finding.limit, "unit": finding.unit, "source": finding.source,
     }
     if finding.detail:
         entry["detail"] = finding.detail
@@ -148,3 +119,55 @@ def _finite(value: object) -> object:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
+    """The one spec of a ``findings.json``, at a path and with a text. None for what does not hold one spec."""
+    import json
+
+    try:
+        (spec,) = json.loads(content)["specs"]
+        ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
+        not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
+        findings = tuple(map(_finding, spec["findings"]))
+        return CheckedSpec(
+            path, text, findings, not_checked, signals=tuple(map(_signal, spec["signal"])), ignored=tuple(ignored),
+            fit=tuple(map(_measure, spec["fit"])), closing=_closing(spec["closing"]),
+            reached=tuple(Reached(**each) for each in spec["felt"]), name=spec["name"] or "",
+            board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
+        )
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _finding(entry: dict[str, Any]) -> Finding:
+    place = entry.get("place")
+    told = ("rule", "name", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+    return Finding(
+        **{name: entry[name] for name in told}, severity=Severity(entry["severity"]), sigma=entry.get("sigma"),
+        keeps_limit=entry.get("keeps_limit", False), detail=entry.get("detail", ""), file=entry.get("file"),
+        place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
+        fixes=tuple(_remedy(each) for each in entry.get("fixes", ())),
+    )
+
+
+def _remedy(entry: dict[str, Any]) -> Remedy:
+    edits = tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in entry["edits"])
+    return Remedy(edits, tuple(entry["brings"]))
+
+
+def _signal(entry: dict[str, Any]) -> Signal:
+    return Signal(**{field: entry[key] for key, field in SIGNAL.items()})
+
+
+def _measure(entry: dict[str, Any]) -> Measure:
+    from sitscad.report.measures import MEASURE, SHARE
+
+    parts = tuple(Share(**{field: each[key] for key, field in SHARE.items()}) for each in entry["parts"])
+    return Measure(**{field: entry[key] for key, field in MEASURE.items() if field != "margin"}, parts=parts)
+
+
+def _closing(entry: dict[str, Any] | None) -> Closing | None:
+    if entry is None:
+        return None
+    return Closing(entry["parallel_at_m"], entry["reach_m"], entry["opening_rad"], entry["pivot_offset_m"])

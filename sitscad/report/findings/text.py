@@ -7,16 +7,77 @@ that was not checked with its reason, and every figure.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
+from pathlib import Path, PurePosixPath
+from typing import Protocol
+from urllib.parse import quote
 
 from sitscad.finding import Finding, Ignored, Severity
+from sitscad.record import record
 from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, in_order
-from sitscad.report.findings.manner import Manner
 
 INDENT = 6
 """Columns by which what belongs to a finding stands in from its first line."""
+
+
+
+class RuleTexts(Protocol):
+    """What is said of a rule, whoever applies it."""
+
+    @property
+    def id(self) -> str: ...  # noqa: D102
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def severity(self) -> Severity: ...  # noqa: D102
+    @property
+    def summary(self) -> str: ...  # noqa: D102
+    @property
+    def why(self) -> str: ...  # noqa: D102
+    @property
+    def mend(self) -> str: ...  # noqa: D102
+    @property
+    def source(self) -> str: ...  # noqa: D102
+
+
+@record
+class Manner:
+    """How findings are told.
+
+    ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
+    ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
+    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone;
+    ``verbose`` makes the text tell all that there is, and ``width`` is the terminal's, at which its lines are folded.
+    """
+
+    colour: bool = False
+    rules: tuple[RuleTexts, ...] = ()
+    fail_on: Severity = Severity.ERROR
+    root: str = "."
+    named: bool = False
+    verbose: bool = False
+    width: int | None = None
+
+    def path_from_root(self, path: str) -> str:
+        """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""
+        try:
+            whole = Path(os.path.abspath(path))
+            return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
+        except ValueError:
+            return path.replace(os.sep, "/")
+
+    def uri_from_root(self, path: str) -> str:
+        """The same as a relative reference of RFC 3986, absolute where the path lies outside the root; the name's bytes
+        are written as they are on the disk, no UTF-8 though they be.
+        """
+        name = self.path_from_root(path)
+        if name.startswith(("/", "../")) or name == "..":
+            return "file://" + quote(os.fsencode(os.path.abspath(path)))
+        return quote(os.fsencode(name))
+
 
 _BRIEF = Manner()
 
@@ -131,7 +192,7 @@ def _folded(head: str, text: str, indent: int, manner: Manner) -> list[str]:
     lines = wrap(
         _UNIT.sub(_UNBROKEN, text), max(manner.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
         break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+    )
     return [line.replace(_UNBROKEN, " ") for line in lines] or [head]
 
 
@@ -198,20 +259,18 @@ def _figures_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]
         long, wide, *over_all = (f"{size * 1e3:.4g}" for size in spec.board)
         rows += [("board", [f"body {long} x {wide} mm, {' x '.join(over_all)} mm over all"])]
     if spec.signals or spec.reached:
-        from sitscad.report.signal import felt_words, headline  # only where something was estimated
+        from sitscad.report.measures import felt_words, headline
 
         rows += [("signal", headline(spec.signals)), ("felt", [felt_words(each) for each in spec.reached])]
     if spec.fit:
-        from sitscad.report.fit import closing_words, fit_words  # only where something was measured
+        from sitscad.report.measures import closing_words, fit_words
 
         rows += [("fit", fit_words(spec.fit, manner.verbose))]
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
     width = max((len(label) for label, words in rows if words), default=0) + 2
     labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
     name = _named(spec, name_it)
-    return [
-        line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, manner)
-    ]  # fmt: skip
+    return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, manner)]
 
 
 def _named(spec: CheckedSpec, name_it: bool) -> str:

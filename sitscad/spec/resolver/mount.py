@@ -170,7 +170,7 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
 
 def _step(part: MountDocument | JawDocument, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
     """The STEP file that is named in a section, with its datum and axes as written; None without one, or with its
-    faults noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imports`).
+    faults noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
     """
     name, key = part.step, f"{section}.step"
     if name is None:

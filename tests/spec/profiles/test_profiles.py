@@ -18,10 +18,10 @@ from sitscad.checks import check
 from sitscad.cli import cli
 from sitscad.data import FOLDER
 from sitscad.design import without_text
-from sitscad.formats.kicad import rules as kicad_rules
+from sitscad.formats.kicad import project as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
-from sitscad.papers.order import notes as fabrication_notes
+from sitscad.papers import order_notes as fabrication_notes
 from sitscad.report.findings import as_text, checked_spec
 from sitscad.spec import kinds, presets, profiles
 from sitscad.spec.design_rules import RulesDocument

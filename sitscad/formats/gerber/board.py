@@ -1,0 +1,125 @@
+"""Gerber X2 files of the board: every copper layer, coverlay openings, stiffener, extent of inner layers, outline."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from sitscad.fabrication.files import (
+    VENDOR,
+    drill_files,
+    drill_map_file,
+    drill_title,
+    drilled_to,
+    fabrication_path,
+    gerber_files,
+    layer_name,
+    plated_tools,
+    project_attributes,
+    project_guid,
+)
+from sitscad.fabrication.notes import copper_text, finish_name
+from sitscad.formats.gerber.holes import drill_text, map_text
+from sitscad.formats.gerber.image import document, layer_files
+from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout
+from sitscad.spec.source import UNNUMBERED, creation_date
+from sitscad.spec.stackup import MASK, LayerKind, StackLayer
+from sitscad.version import __version__
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    return layer_files(layout)
+
+
+def render_drills(layout: Layout) -> dict[str, bytes]:
+    """The drill files by their paths in the package; none where the layout has no hole.
+
+    The tools' diameters are the finished holes'.
+    """
+    return {
+        file.path: drill_text(
+            drill_title(layout, file.title), file.function, project_attributes(layout), drilled_to(layout, file.layer),
+            "ViaDrill",
+        )
+        for file in drill_files(layout)
+    }
+
+
+def render_drill_map(layout: Layout) -> dict[str, bytes]:
+    """The drill map by its path in the package; nothing where the layout has no hole."""
+    if not layout.vias:
+        return {}
+    file = drill_map_file(fabrication_path(layout, "Drill_Map.gbr"))
+    return {file.path: document(layout, file, map_text(layout.outline, plated_tools(layout)))}
+
+
+def render_job(layout: Layout) -> dict[str, bytes]:
+    """The job file by its path in the package."""
+    software = {"Vendor": VENDOR, "Application": VENDOR, "Version": __version__}
+    created = creation_date()
+    # Size is that of the outline's middle line, in millimetres; the thickness is without the stiffener
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    name, revision = layout.spec.name, layout.spec.issue.revision or UNNUMBERED
+    job: dict[str, Any] = {
+        "Header": {"GenerationSoftware": software, **({"CreationDate": created} if created else {})},
+        "GeneralSpecs": {
+            "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": revision},
+            "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
+            "LayerNumber": layout.copper_layers,
+            "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
+            "Finish": finish_name(layout),
+        },
+        "DesignRules": _rules(layout),
+        "FilesAttributes": [
+            {"Path": file.name, "FileFunction": file.function, "FilePolarity": file.polarity}
+            for file in (*gerber_files(layout), *drill_files(layout))
+        ],
+        "MaterialStackup": list(_stackup(layout)),
+    }
+    text = json.dumps(job, indent=2, ensure_ascii=True) + "\n"
+    return {fabrication_path(layout, "job.gbrjob"): text.encode("ascii")}
+
+
+def _rules(layout: Layout) -> list[dict[str, Any]]:
+    """The fabricator's smallest sizes that the layout was checked against."""
+    rules = layout.spec.fpc.rules
+    spacing, width = _mm(rules.trace_spacing), _mm(rules.trace_width)
+    groups = ["Outer", "Inner"] if layout.copper_layers > 2 else ["Outer"]
+    return [
+        {
+            "Layers": group, "PadToPad": spacing, "PadToTrack": spacing, "TrackToTrack": spacing, "MinLineWidth": width,
+        }
+        for group in groups
+    ]
+
+
+def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
+    """Every layer from the top; a coverlay is a solder mask in the job file's words, its material says what it is."""
+    copper = coverlay = 0
+    count = layout.copper_layers
+    for layer in layout.spec.fpc.stackup.layers:
+        if layer.kind is LayerKind.COPPER:
+            copper += 1
+            row = {"Type": "Copper", "Thickness": _mm(layer.thickness), "Name": layer_name(copper, count)}
+            yield {**row, "Notes": copper_text(layout.spec.fpc.stackup, layer)}
+        elif layer.kind is LayerKind.COVERLAY:
+            coverlay += 1
+            side = "Bottom" if copper else "Top"
+            notes = "" if layer.material == MASK else "Flexible coverlay, polyimide film and adhesive together"
+            yield _row("SolderMask", layer, f"{side} coverlay", notes)
+        else:
+            yield _row("Dielectric", layer, f"{layer_name(copper, count)}/{layer_name(copper + 1, count)}")
+
+
+def _row(kind: str, layer: StackLayer, name: str, notes: str = "") -> dict[str, Any]:
+    row: dict[str, Any] = {"Type": kind, "Thickness": _mm(layer.thickness), "Material": layer.material, "Name": name}
+    if kind == "Dielectric" and layer.relative_permittivity is not None:
+        row["DielectricConstant"] = layer.relative_permittivity
+    return {**row, "Notes": notes} if notes else row
+
+
+def _mm(length: float) -> float:
+    return round(length * 1e3, 6)

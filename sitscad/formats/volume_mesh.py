@@ -1,0 +1,342 @@
+"""Gmsh as the meshes here want it: every option that matters set, sizes that are small at edges, quality reported."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sitscad.formats.abaqus import input_deck
+from sitscad.geometry.path import Point, Region, circle
+from sitscad.layout.board import Coil, Layout
+from sitscad.parts.assembly import assemble
+from sitscad.parts.extras import require
+from sitscad.parts.pieces import elastomer
+from sitscad.parts.solid import MM, PartsError, Solid, of_role, prism
+from sitscad.parts.whole import LEAST_OPENING, glued, ring
+from sitscad.scene import bodies
+from sitscad.scene.bodies import BodyRole, target_gap
+from sitscad.spec.plates import ElastomerPad
+from sitscad.spec.sensor import SensorSpec
+
+DELAUNAY, HXT = 1, 10
+"""Gmsh's algorithms for tetrahedra: the first for single bodies, the second for many that share faces."""
+
+_OPTIONS = {
+    "General.Terminal": 0, "General.NumThreads": 1, "General.Verbosity": 0, "Geometry.OCCImportLabels": 0,
+    "Geometry.Tolerance": 1e-8, "Mesh.Algorithm": 6, "Mesh.Binary": 0, "Mesh.ElementOrder": 1,
+    "Mesh.MaxNumThreads1D": 1, "Mesh.MaxNumThreads2D": 1, "Mesh.MaxNumThreads3D": 1,
+    "Mesh.MeshSizeExtendFromBoundary": 0, "Mesh.MeshSizeFromCurvature": 0, "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MshFileVersion": 2.2, "Mesh.Optimize": 1, "Mesh.OptimizeNetgen": 0, "Mesh.RandomFactor": 1e-9,
+    "Mesh.RandomFactor3D": 1e-12, "Mesh.RandomSeed": 1, "Mesh.SaveAll": 0, "Mesh.SaveParametric": 0,
+    "Mesh.ScalingFactor": 1e-3,
+}
+
+Entity = tuple[int, int]
+"""A volume, face or curve of gmsh: its dimension and number."""
+
+
+@contextmanager
+def session(name: str, algorithm: int) -> Iterator[Any]:
+    """Gmsh in a model of its own, in millimetres; files are in metres. A session that the caller has open survives."""
+    gmsh = require("gmsh")
+    ours = not gmsh.isInitialized()
+    if ours:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    for option, value in {**_OPTIONS, "Mesh.Algorithm3D": algorithm}.items():
+        gmsh.option.setNumber(option, value)
+    gmsh.model.add(name)
+    try:
+        yield gmsh
+    finally:
+        gmsh.model.remove()
+        if ours:
+            gmsh.finalize()
+
+
+def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
+    """The volumes of a build123d shape, handed over as BREP text."""
+    path = folder / "shape.brep"
+    require("build123d").export_brep(shape, path)
+    found: list[Entity] = gmsh.model.occ.importShapes(str(path))
+    return found
+
+
+def faces(gmsh: Any, volumes: list[Entity]) -> set[int]:
+    """The numbers of all faces of volumes."""
+    return (
+        {abs(tag) for _, tag in gmsh.model.getBoundary(volumes, combined=False, oriented=False)} if volumes else set()
+    )
+
+
+def edges(gmsh: Any, surfaces: Iterable[int]) -> list[int]:
+    """The numbers of all curves that bound faces."""
+    around = gmsh.model.getBoundary([(2, tag) for tag in sorted(surfaces)], combined=False, oriented=False)
+    return sorted({abs(tag) for _, tag in around})
+
+
+def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float) -> None:
+    """Elements of the first size (mm) at curves that grow to the second one at a distance `reach` (mm)."""
+    field = gmsh.model.mesh.field
+    near, size = field.add("Distance"), field.add("Threshold")
+    field.setNumbers(near, "CurvesList", curves)
+    field.setNumber(near, "Sampling", SAMPLES)
+    values = {"InField": near, "SizeMin": sizes[0], "SizeMax": sizes[1], "DistMin": sizes[0] / 2, "DistMax": reach}
+    for name, value in values.items():
+        field.setNumber(size, name, value)
+    field.setAsBackgroundMesh(size)
+
+
+SAMPLES = 100
+"""Points on each curve that distances are taken from."""
+
+
+def written(gmsh: Any, path: Path) -> bytes:
+    """The mesh as the format that a file's ending names."""
+    gmsh.write(str(path))
+    return path.read_bytes()
+
+
+def as_abaqus(gmsh: Any, path: Path, title: str) -> bytes:
+    """The mesh as Abaqus' input file, which CalculiX and others read; gmsh's heading would name a folder of ours."""
+    return f"*Heading\n {title}, metres\n".encode("ascii") + written(gmsh, path).split(b"\n", 2)[2]
+
+
+def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
+    """How many nodes and tetrahedra there are, of all volumes or of some, and how good these are: 1 is regular, 0 flat,
+    less than 0 inside out (the signed inverse condition number, SICN).
+    """
+    places = [tag for _, tag in volumes] or [-1]
+    tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
+    worth = sorted(float(value) for value in gmsh.model.mesh.getElementQualities(tags, "minSICN"))
+    return {
+        "nodes": len({int(n) for p in places for n in gmsh.model.mesh.getNodes(3, p, includeBoundary=True)[0]}),
+        "tetrahedra": len(tags),
+        "least_quality": round(worth[0], 4),
+        "median_quality": round(worth[len(worth) // 2], 4),
+        "share_below_0.1": round(sum(value < 0.1 for value in worth) / len(worth), 6),
+    }
+
+
+ELEMENTS_THROUGH_THICKNESS = 5
+ELEMENTS_ACROSS = 10
+AT_EDGES = 0.5
+"""Size of the elements along the bonded edges over that of the others, which they grow to within two of these."""
+
+
+def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the deck ``.inp`` in second order with its named faces, its
+    rubber and a step, and their quality as ``.json``; nothing without an elastomer.
+    """
+    if not of_role(solids, BodyRole.ELASTOMER):
+        return {}
+    made = elastomer_meshes(solids, _pad_of(spec))
+    return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
+
+
+def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
+    """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` (CalculiX) in second order, ``json``
+    with what they are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half
+    of it along the edges of what is bonded.
+
+    Raises
+    ------
+    MissingExtra
+        without gmsh or a CAD kernel (`pip install 'sitscad[all]'`).
+    PartsError
+        without an elastomer.
+    ValueError
+        for a size that is no positive length.
+    """
+    from sitscad.parts.assembly import assemble
+
+    if size is not None and not 0.0 < size < float("inf"):
+        raise ValueError("the size of elements is a positive length in metres")
+    if elastomer(layout) is None:
+        raise PartsError("the spec has no elastomer to be meshed")
+    return elastomer_meshes(assemble(layout), _pad_of(layout.spec), size)
+
+
+def _pad_of(spec: SensorSpec) -> ElastomerPad:
+    assert spec.elastomer is not None  # there is a solid of it
+    return spec.elastomer
+
+
+def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None) -> dict[str, bytes]:
+    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
+    with TemporaryDirectory() as name, session("elastomer", DELAUNAY) as gmsh:
+        folder = FilePath(name)
+        pad, board, target = (
+            [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
+            for role in (BodyRole.ELASTOMER, BodyRole.BOARD, BodyRole.TARGET)
+        )
+        gmsh.model.occ.fragment(pad, board + target)
+        gmsh.model.occ.synchronize()
+        # The physical groups, by whose faces the pad shares; board and target themselves are not meshed. Those that are
+        # bonded.
+        around = faces(gmsh, pad)
+        bottom, top = around & faces(gmsh, board), around & faces(gmsh, target)
+        gmsh.model.removeEntities(board + target, recursive=False)
+        for tag, (name, group) in enumerate(
+            (("bonded_bottom", bottom), ("bonded_top", top), ("free", around - bottom - top)), start=1
+        ):
+            if group:
+                gmsh.model.addPhysicalGroup(2, sorted(group), tag, name)
+        gmsh.model.addPhysicalGroup(3, [tag for _, tag in pad], 4, "elastomer")
+        # Faces of board and target that the pad has no part in are not to be meshed
+        strays = [(2, tag) for _, tag in gmsh.model.getEntities(2) if tag not in around]
+        gmsh.model.removeEntities(strays, recursive=True)
+        bonded = bottom | top
+        edge = size * 1e3 if size else _element_size(gmsh, pad[0])
+        gmsh.option.setNumber("Mesh.MeshSizeMin", AT_EDGES * edge)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", edge)
+        grade(gmsh, edges(gmsh, bonded), (AT_EDGES * edge, edge), 2.0 * edge)
+        gmsh.model.mesh.generate(3)
+        found = {"msh": written(gmsh, folder / "elastomer.msh")}
+        first = quality(gmsh)
+        gmsh.model.mesh.setOrder(2)
+        found["inp"] = input_deck(gmsh, pad_of)
+        sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
+        document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
+        return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}
+
+
+def _element_size(gmsh: Any, pad: tuple[int, int]) -> float:
+    x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(*pad)
+    return round(min((z1 - z0) / ELEMENTS_THROUGH_THICKNESS, min(x1 - x0, y1 - y0) / ELEMENTS_ACROSS), 6)
+
+
+AIR, OUTER = "air", "outer"
+METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw"}
+COPPER = ("coils", "layers")
+"""A region for every coil, from its topmost to its lowest copper, or one for every layer of every coil."""
+
+PER_COIL = 25
+"""Elements across the smallest coil, along the edges of all pieces but the air."""
+
+ROOM = 1.5
+"""Air beyond the pieces on every side, over the largest coil's width."""
+
+
+def field_mesh(
+    layout: Layout, size: float | None = None, air: float | None = None, copper: str = "coils"
+) -> dict[str, bytes]:
+    """The mesh by the ending of its file: ``msh`` (MSH 2.2), ``inp`` (Abaqus' input file, which CalculiX and Elmer
+    read), ``json`` with every region's volume (m3), number of tetrahedra and their quality.
+
+    `size` (m) is that of the elements along all edges of coils, metal and pad, by default a twenty-fifth of the
+    smallest coil; away from them they grow. `air` (m) is how far the air reaches beyond all pieces, by default one and
+    a half times the largest coil's width. `copper` is ``coils``: each is a ring as high as its winding, to carry a
+    current that is spread evenly; or ``layers``: a ring for every layer (``coil_C1_1``). The other jaw is left out.
+    Regions and sizes are the spec's; the order of points and elements may differ between two calls, because
+    OpenCASCADE numbers shared edges by their addresses.
+
+    Raises
+    ------
+    MissingExtra
+        without gmsh or a CAD kernel (`pip install 'sitscad[all]'`).
+    PartsError
+        for a part that cannot exist.
+    ValueError
+        for lengths that are not positive, and another word for the copper.
+    """
+    for length in (size, air):
+        if length is not None and not 0.0 < length < float("inf"):
+            raise ValueError("sizes of elements and of the air are positive lengths in metres")
+    if copper not in COPPER:
+        raise ValueError(f"the copper is meshed as {' or '.join(COPPER)}, not {copper!r}")
+    widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]
+    fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
+    # The pieces by their regions' names, as build123d solids
+    found = {name: shape for coil in layout.coils for name, shape in _rings(layout, coil, copper)}
+    pieces = glued(layout, tuple(s for s in assemble(layout) if s.role in METALS))
+    found |= {METALS[solid.role]: solid.shape for solid in pieces}
+    pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
+    if pad is not None:
+        found["elastomer"] = prism(pad.outline(), 0.0, pad.upper if gap is None else gap)
+    return _meshed(found, fine * MM, room * MM)
+
+
+def _ring(layout: Layout, coil: Coil, number: int) -> Region:
+    """The ring of a layer: for round coils where its tracks are on the average over a turn, in which they go inwards by
+    a pitch; other shapes step in at one place, and cover what is drawn of them.
+    """
+    spec, drawn = layout.spec.coil, ring(layout, coil, number)
+    if not spec.outline.is_round:
+        return drawn
+    step = (spec.trace_width + spec.trace_spacing) / 2
+    order = [winding.layer for winding in coil.windings].index(number)
+    outer = spec.size[0] / 2 - step
+    inner = outer + spec.trace_spacing - 2.0 * step * spec.layer_turns[order]
+    holes = (circle(Point(*coil.centre), inner),) if inner > LEAST_OPENING else ()
+    return Region(circle(Point(*coil.centre), outer), holes)
+
+
+def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
+    """A coil's regions: the ring of its widest layer, or that of each."""
+    spans = [(w.layer, w.z - w.thickness / 2, w.z + w.thickness / 2) for w in coil.windings]
+    if copper == "layers":
+        return [(f"coil_{coil.name}_{n}", prism(_ring(layout, coil, n), low, high)) for n, low, high in spans]
+    low, high = min(span[1] for span in spans), max(span[2] for span in spans)
+    widest = max(spans, key=lambda span: _ring(layout, coil, span[0]).area)[0]
+    return [(f"coil_{coil.name}", prism(_ring(layout, coil, widest), low, high))]
+
+
+def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
+    """The files of regions (build123d solids) in air, lengths in millimetres."""
+    with TemporaryDirectory() as name, session("field", HXT) as gmsh:
+        folder = FilePath(name)
+        volumes = _fragmented(gmsh, regions, room, folder)
+        within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
+        # The physical groups: every region, every surface between two of them, and the end of the air
+        beside: dict[int, list[str]] = {}
+        for region, own in volumes.items():
+            gmsh.model.addPhysicalGroup(3, [tag for _, tag in own], name=region)
+            for entity in own:
+                for face in faces(gmsh, [entity]):
+                    beside.setdefault(face, []).append(region)
+        surfaces: dict[str, list[int]] = {}
+        for face, names in sorted(beside.items()):
+            if len(names) == 1 or names[0] != names[1]:
+                surfaces.setdefault("_".join(names) if len(names) > 1 else OUTER, []).append(face)
+        for name, tags in surfaces.items():
+            gmsh.model.addPhysicalGroup(2, tags, name=name)
+        grade(gmsh, edges(gmsh, within), (fine, max(fine, room / 2)), 2.4 * room)
+        gmsh.model.mesh.generate(3)
+        made = {
+            "msh": written(gmsh, folder / "field.msh"),
+            "inp": as_abaqus(gmsh, folder / "field.inp", "coils, metal, pad and air"),
+        }
+        worth = {region: {"volume_m3": _volume(gmsh, own), **quality(gmsh, own)} for region, own in volumes.items()}
+        document = {"size_at_edges_m": round(fine * 1e-3, 9), "air_m": round(room * 1e-3, 9), "all": quality(gmsh)}
+        return {**made, "json": (json.dumps({**document, "regions": worth}, indent=1) + "\n").encode("ascii")}
+
+
+def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: FilePath) -> dict[str, list[Entity]]:
+    """Every region's volumes with faces shared, the air's last; what two pieces share belongs to the first."""
+    bd = require("build123d")
+    bounds = bd.Compound(list(regions.values())).bounding_box()
+    size, low = bounds.size, bounds.min
+    corner = bd.Plane((low.X - room, low.Y - room, low.Z - room))
+    around = bd.Solid.make_box(size.X + 2 * room, size.Y + 2 * room, size.Z + 2 * room, corner)
+    pieces = {region: imported(gmsh, shape, folder) for region, shape in regions.items()}
+    air = imported(gmsh, around, folder)
+    ordered = [entity for own in pieces.values() for entity in own]
+    _, parts = gmsh.model.occ.fragment(air, ordered)
+    gmsh.model.occ.synchronize()
+    came = dict(zip(ordered, parts[len(air) :], strict=True))
+    found: dict[str, list[Entity]] = {}
+    taken: set[Entity] = set()
+    for region, own in pieces.items():
+        found[region] = sorted({part for entity in own for part in came[entity]} - taken)
+        taken |= set(found[region])
+    return {**found, AIR: sorted({part for each in parts[: len(air)] for part in each} - taken)}
+
+
+def _volume(gmsh: Any, volumes: list[Entity]) -> float:
+    """The exact volume (m3)."""
+    return float(f"{sum(gmsh.model.occ.getMass(3, tag) for _, tag in volumes) * 1e-9:.9g}")

@@ -1,0 +1,159 @@
+"""The archive that is sent: the files of the order under the names that the fabricator is used to, in one ZIP.
+
+Where the boards come in a panel, the archive holds the panel's images and not the single board's, so that nobody makes
+the wrong ones. Nothing is compressed and no date is kept: equal orders are equal bytes on any machine.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import zipfile
+from collections.abc import Iterator, Mapping
+from functools import cache
+
+from sitscad.data import FOLDER as DATA
+from sitscad.fabrication.files import FOLDER, fabrication_path
+from sitscad.layout.board import Layout
+from sitscad.layout.panel import Panel
+from sitscad.record import record
+from sitscad.spec.kinds import names
+
+_FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
+_COPPER = re.compile(r"Copper,L(\d+),Inr")
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The earliest date that a ZIP can hold; it stands for none."""
+
+NOTE = "FORCED.txt"
+
+
+def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The archive by its path in the package, out of the files that were written before it.
+
+    ``forced`` says why the order ought not to be placed; where it is not empty it is in the archive.
+    """
+    named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
+    contents = _members(files, named, panel is not None, forced)
+    return {fabrication_path(layout, "order.zip"): _zipped(contents)}
+
+
+@record
+class Naming:
+    """What names in the archive depend on: the design's name, the fabricator's way to call files, the copper layers."""
+
+    name: str
+    way: str
+    layers: int
+
+
+def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
+    """What of an archive is not as the files beside it (by their paths in the package) make it, under whatever names a
+    fabricator calls them; `forced` is the note that has to be in it. Only where `every` file has to be in it does one
+    that is missing count: plugins write files that are not sent.
+    """
+    layers = sum(_is_single_copper(path, files[path]) for path in files)
+    in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
+    ways = [_members(files, Naming(name, way, layers), in_panel, forced) for way in names("file naming")]
+    if any(_zipped(members) == content for members in ways):
+        return
+    try:
+        found = _unzipped(content)
+    except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
+        yield f"cannot be read as it is written here: {error}"
+        return
+    wanted = max(ways, key=lambda members: len(members.keys() & found.keys()))
+    wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
+    missing = [f"{each} is missing" for each in sorted(wanted.keys() - found.keys()) if every]
+    yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
+
+
+def _is_single_copper(path: str, content: bytes) -> bool:
+    found = _FUNCTION.search(content)
+    return path.endswith(".gbr") and "/panel/" not in path and found is not None and found[1].startswith(b"Copper,")
+
+
+def _unzipped(content: bytes) -> dict[str, bytes]:
+    """The files of an archive by their names; ValueError where one is compressed or there twice."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        entries = archive.infolist()
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
+            raise ValueError("a file in it is compressed")
+        found = {entry.filename: archive.read(entry) for entry in entries}
+    if len(found) != len(entries):
+        raise ValueError("two files in it have one name")
+    return found
+
+
+def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
+    """What is in the archive of some files, by name."""
+    chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
+    called = {path: archive_name(named, path, files[path]) for path in chosen}
+    contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
+    return {**contents, NOTE: forced.encode("utf-8")} if forced else contents
+
+
+def archive_name(named: Naming, path: str, content: bytes) -> str:
+    """What a file is called in the archive: by its X2 file function where it has one, else as in the package."""
+    own = path.rpartition("/")[2]
+    found = _FUNCTION.search(content)
+    if found is None or not path.endswith((".gbr", ".drl")):
+        return own
+    function = found[1].decode("ascii", errors="replace")
+    inner = _COPPER.match(function)
+    if inner:
+        function = "Copper,L{inner},Inr"
+    for pattern, ending in _endings(named.way):
+        if ending and function.startswith(pattern.replace("{last}", str(named.layers))):
+            stem = f"{named.name}-panel" if "/panel/" in path else named.name
+            return stem + ending.replace("{below}", str(int(inner[1]) - 1) if inner else "")
+    return own
+
+
+@cache
+def _endings(naming: str) -> tuple[tuple[str, str], ...]:
+    """X2 file functions (their beginnings) and endings of one way to call files."""
+    with (DATA / "archive_names.csv").open(encoding="utf-8", newline="") as stream:
+        return tuple((row["function"], row["ending"]) for row in csv.DictReader(stream) if row["naming"] == naming)
+
+
+def _is_sent(path: str, in_panel: bool) -> bool:
+    """Whether a file goes to the fabricator: no pictures, no lists for programs, and one set of images only."""
+    name = path.removeprefix(f"{FOLDER}/")
+    if name.endswith((".svg", ".json")):
+        return False
+    if name.startswith("panel/"):
+        return in_panel
+    return not (in_panel and name.endswith((".gbr", ".drl", ".gbrjob")))
+
+
+def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
+    """What names other files (the readmes, the job file) names them as in the archive."""
+    if not path.endswith((".txt", ".gbrjob")):
+        return content
+    for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
+        content = _called(content, old.rpartition("/")[2].encode("ascii"), new.encode("ascii"))
+    return content
+
+
+def _called(content: bytes, old: bytes, new: bytes) -> bytes:
+    """One file's name replaced by another; where a column follows it, that stays where it was."""
+    return re.sub(
+        re.escape(old) + rb"(?P<gap>  +)?",
+        lambda found: new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b""), content,
+    )
+
+
+def _zipped(contents: Mapping[str, bytes]) -> bytes:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as archive:
+        for entry, content in _entries(contents):
+            archive.writestr(entry, content)
+    return made.getvalue()
+
+
+def _entries(contents: Mapping[str, bytes]) -> Iterator[tuple[zipfile.ZipInfo, bytes]]:
+    for name in sorted(contents):
+        entry = zipfile.ZipInfo(name, _EPOCH)
+        entry.create_system, entry.external_attr = 3, 0o644 << 16
+        yield entry, contents[name]

@@ -1,0 +1,403 @@
+"""How the sensor is put together, step by step, with the height to be measured after each: ``mount/assembly.txt``."""
+
+from __future__ import annotations
+
+import json
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from sitscad.data import is_unverified
+from sitscad.drawing.frame import FORCED
+from sitscad.estimates.circuit.drive import bare_board_code
+from sitscad.estimates.uncertainty import direct_resistance_sigma
+from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
+from sitscad.layout.board import Layout
+from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
+from sitscad.papers.order_codes import order_of
+from sitscad.parts.tooling import pour, skin_pour
+from sitscad.scene.column import Levels, Toleranced, column, levels, plate_thickness
+from sitscad.scene.fit import measures
+from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.seating import retention, side_ledges, stop_place
+from sitscad.scene.state import FREE, REST
+from sitscad.spec.unverified import unverified_figures
+from sitscad.units import in_mm, show
+
+WIDTH = 96
+
+
+def render(
+    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, files: dict[str, bytes]
+) -> dict[str, bytes]:
+    """The text, numbered, and what the pieces weigh (out of ``mount/assembly.json``); nothing without a mount. It
+    begins with a warning where ``forced`` is not empty.
+    """
+    if layout.spec.mount is None:
+        return {}
+    content = files.get("mount/assembly.json")  # not there where pieces of a forced package cannot be put together
+    weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
+    stop = f"{FORCED}\n\n" if forced else ""
+    return {"mount/assembly.txt": (stop + text(layout, estimates, bench) + weighed).encode("utf-8")}
+
+
+def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+    """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
+    spec = layout.spec
+    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head(layout)), ""]
+    for number, step in enumerate(_steps(layout, estimates, bench), 1):
+        said, *lines = step.split("\n")
+        parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
+    return "\n".join([*parts, *_checks(layout)]).rstrip("\n") + "\n"
+
+
+def _wrapped(start: str, words: str) -> list[str]:
+    return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
+
+
+def _head(layout: Layout) -> str:
+    """What is needed, and where the pictures are."""
+    mount = layout.spec.mount
+    jaws = "" if mount is None or mount.jaw is None else f", mount/{layout.spec.name}-jaw-drawing.pdf the closed pair"
+    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""
+    return (
+        f"mount/assembly.svg shows the pieces apart{jaws}. "
+        "Parts and quantities are in bom.csv. Work under a microscope, with gloves; clean metal and plastic with "
+        f"isopropanol. {jig}Lengths are in mm."
+    )
+
+
+def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
+    """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
+    spec, at = layout.spec, levels(column(layout))
+    yield from _prepared(layout)
+    yield bare_board(layout, estimates, bench)
+    # Which faces get a primer; nothing where none is needed
+    glue = layout.spec.assembly.adhesive
+    if glue is not None and glue.primer and layout.spec.elastomer is not None:
+        yield (
+            f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (board, "
+            f"target and metal need none), and let it dry before gluing. How long it dries and how long {glue.product} "
+            "sets stands on their data sheets."
+        )
+    if spec.elastomer is not None or spec.target is not None:
+        slot = " and tail in the slot" if spec.fpc.tail is not None else ""
+        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
+    if spec.elastomer is not None:
+        yield _glued(layout, "elastomer", "the board", _above_board(at, "elastomer"))
+    if spec.target is not None:
+        under = "the elastomer" if spec.elastomer is not None else "the board"
+        yield _glued(layout, "target", under, _above_board(at, "target"))
+    is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
+    if is_cast:
+        yield from _sealed(layout)
+    if _has_jig(layout):
+        yield "Push the board out of the base from below, by the hole."
+    yield from _into_jaw(layout, at)
+    if not is_cast:
+        yield from _sealed(layout)
+    if said := plugged(layout):
+        yield said
+    yield assembled(
+        bench, _closing(layout),
+        [f.what.split()[1] for f in unverified_figures(layout.spec) if f.what.startswith("conductor ")],
+    )
+
+
+def _has_jig(layout: Layout) -> bool:
+    """Whether there is anything to glue on the board, and so a jig."""
+    return layout.spec.elastomer is not None or layout.spec.target is not None
+
+
+def _has_printed_mount(layout: Layout) -> bool:
+    """Whether the mount is made from the package: not one of the user's own, nor the jaw's metal itself."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind == "custom":
+        return False
+    return mount.jaw is None or any(layer.part.startswith("mount") for layer in column(layout))
+
+
+def _prepared(layout: Layout) -> Iterator[str]:
+    spec, mount, poured = layout.spec, layout.spec.mount, pour(layout)
+    assert mount is not None
+    counts = (
+        ""
+        if mount.jaw is None or not _has_printed_mount(layout)
+        else (
+            " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too thick."
+        )
+    )
+    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(layout)
+    if made:
+        yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
+    if cures_badly(layout) and (poured is not None or skin_pour(layout) is not None):
+        yield RAW_RESIN
+    if poured is not None and spec.elastomer is not None:
+        yield (
+            "Cut the elastomer by laser/, or cast it: mix "
+            f"{spec.elastomer.material.name} ({amount(poured)}), take the air out of it, fill the cavities of "
+            "mould-tray a little over, draw mould-lid over it from one side, weigh it down and let it cure as its "
+            "maker says. "
+            f"Choose a pad that is {_length(plate_thickness(spec, 'elastomer'))} thick."
+        )
+
+
+def _glued(layout: Layout, part: str, under: str, height: Toleranced | None) -> str:
+    assembly = layout.spec.assembly
+    line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
+    measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
+    return (
+        f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
+        f"{_glue(layout)}, drop the {part} into the well, and press with jig-{part}-press until its collar lies on the "
+        f"frame: the glue line is {line}. Let it set, lift press and frame.{measured}"
+    )
+
+
+def _glue(layout: Layout) -> str:
+    glue = layout.spec.assembly.adhesive
+    return glue.product if glue is not None else "glue"
+
+
+def _above_board(at: Levels, part: str) -> Toleranced | None:
+    """How high a piece's upper face is above the board's top face; None where no closed pair says it."""
+    return at[part][1] - at["board"][1] if part in at and "board" in at else None
+
+
+def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
+    """The steps on the jaw or the bench plate."""
+    mount = layout.spec.mount
+    assert mount is not None
+    glued = [layer for layer in column(layout) if layer.is_glue]
+    below = [layer.part.removeprefix("glue under the ") for layer in glued]
+    order = below[: below.index("board") + 1] if "board" in below else []
+    if not order:
+        yield from fastened(layout, _glue(layout))
+        return
+    yield from jaw_cut(layout)
+    metal = at["jaw"][1]
+    heights = ", ".join(f"{part} {_length(at[part][1] - metal)}" for part in order)
+    yield (
+        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}"
+        f"{_against(layout, order)}; press each until it is as high above the jaw's metal as this: {heights}."
+        f"{_squared(layout)}"
+    )
+    if layout.spec.fpc.tail is not None:
+        yield tail_held(layout, _glue(layout))
+
+
+def _against(layout: Layout, order: list[str]) -> str:
+    """By what of the mount the board is placed on it; empty where it lies on metal or shield alone."""
+    if "mount" not in order:
+        return ""
+    between = " between the ledges" if side_ledges(layout) is not None else ""
+    if stop_place(layout) is None:
+        return f", the board{between} with its end flush with the mount's end at the tip"
+    return f", the board{between} against the stop at the tip"
+
+
+def _squared(layout: Layout) -> str:
+    """Where on the jaw the mount is glued, and how it is kept straight; empty where pocket or joint place it."""
+    jaw, mount = fitted_jaw(layout), layout.spec.mount
+    if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
+        return ""
+    away = layout.body[0] - jaw_range(layout, jaw)[0]
+    return (
+        f" The board's end lies {in_mm(away, 2)} mm behind the jaw's tip, its middle on the jaw's: clamp two straight "
+        "strips against the jaw's sides and set the mount between them with feeler gauges alike on both sides, until "
+        "the glue has set. What it is turned by is read as force."
+    )
+
+
+def _sealed(layout: Layout) -> Iterator[str]:
+    film = layout.spec.encapsulation
+    if film is not None:
+        yield skin(layout, film)
+
+
+def _closing(layout: Layout) -> str:
+    """What the jaws are tried for, before the figures; empty without jaws."""
+    mount = layout.spec.mount
+    if mount is None or mount.jaw is None:
+        return ""
+    return "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
+
+
+OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
+"""The pieces of the closed pair that are the instrument's, and the key of the jaw that says how thick each is."""
+
+
+def _checks(layout: Layout) -> list[str]:
+    pair = next(iter(measures(layout)), None)
+    if pair is None:
+        return []
+    words = (
+        f"Closed without force, the pair needs a circle of {pair.nominal * 1e3:.3f} mm as drawn, of "
+        f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
+        "back to back before you order many."
+    )
+    unseen = {f.what.split()[-1] for f in unverified_figures(layout.spec) if f.what.startswith("jaw ")}
+    words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
+    rows = [
+        f"  {layer.part:<28}{_length(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
+        for layer in column(layout)
+    ]
+    return [*_wrapped("", words), "", "From the jaw's back to the other jaw's:", *rows]
+
+
+def _length(size: Toleranced) -> str:
+    return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
+
+
+HEAVIEST = 6
+"""Pieces whose weight the notes name."""
+
+
+def _grams(mass: float) -> str:
+    """A mass (kg) in grams, or in milligrams below one."""
+    return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
+
+
+def _weights(content: bytes) -> list[str]:
+    """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
+    document = json.loads(content)
+    found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
+    x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
+    lines = [
+        f"The sensor without what carries it weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f},",
+        f"z {z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):",
+    ]
+    heaviest = sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]
+    for each in heaviest:
+        material = each["material"] + (", copper" if each["copper_m3"] else "")
+        unseen = "  *" if is_unverified(each["density_source"]) else ""
+        lines.append(f"   {each['name']:<18} {material:<18} {_grams(each['mass_kg'] or 0.0):>10}{unseen}")
+    if any(is_unverified(each["density_source"]) for each in heaviest):
+        lines.append("   * by a density that is unverified")
+    if found["not_weighed"]:
+        lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
+    return lines
+
+
+UNKNOWN = "nothing estimated"
+
+READ = "inductance (in brackets what a meter at the tank's frequency reads, the coil's own capacitance across it)"
+"""What the first figure of each coil's line is."""
+
+
+def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+    """What a bare board shows at the contacts at 20 degrees Celsius (``bench``), a line a coil, and its drive code."""
+    relative = direct_resistance_sigma(layout.spec)
+    lines = []
+    for coil in bench.coils:
+        direct = _with_sigma(coil.terminal_resistance_dc, relative * coil.terminal_resistance_dc, "ohm")
+        inductance, frequency = _readings(coil, FREE)
+        figures = [inductance, direct, frequency, *_metered(bench, coil.name)]
+        lines.append(f"{coil.name} ({_contacts(layout, coil.name)}): {', '.join(figures)}")
+    said = (
+        f"Test the bare board before any glue, at 20 degC, far from metal. Between the contacts of each coil: {READ}, "
+        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
+        f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
+        "+- is one sigma of manufacture: a coil "
+        f"three and more off is not worth gluing.{_drive(layout, estimates, bench)}"
+    )
+    return "\n".join([said, *lines])
+
+
+def _metered(bench: Estimates, coil: str) -> list[str]:
+    """What a usual meter reads of a coil of the bare board, with one sigma."""
+    return [
+        f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
+        f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
+        for read in bench.metered
+        if read.coil == coil
+    ]
+
+
+def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
+    """What the finished sensor shows at rest at 20 degrees Celsius, a line a coil; with the names of the metals about
+    it whose figures are unverified.
+    """
+    lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}" for coil in bench.coils if REST in coil.states]
+    if not lines:
+        return f"{closes}Measure each coil again."
+    said = (
+        f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
+        f"capacitor; +- is one sigma of manufacture.{_leaning(unseen)}"
+    )
+    return "\n".join([said, *lines])
+
+
+def _leaning(unseen: Sequence[str]) -> str:
+    """That the figures at rest lean on metals that nobody has verified; empty where they do not."""
+    if not unseen:
+        return ""
+    return f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}."
+
+
+def plugged(layout: Layout) -> str:
+    """Which face the contacts are on, where contact 1 is, and what the tail goes into; empty without contacts."""
+    if not layout.pads:
+        return ""
+    first = min(layout.pads, key=lambda pad: pad.number)
+    name = "unused" if first.is_unused else first.pin
+    where = (
+        "The contacts are on the face with the coils. Seen on that face, along the tail to its end, contact 1 "
+        f"({name}) is at the left edge; which contact goes to which pin of the converter is in fpc/readme.txt."
+    )
+    return f"{_into(layout)} {where}"
+
+
+def _into(layout: Layout) -> str:
+    tail = layout.spec.fpc.tail
+    if tail is None or tail.connector.insertion_thickness == 0.0:
+        return "Solder wires to the contacts."
+    order = order_of("connector", tail.connector.name, contacts=len(layout.pads))
+    doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
+    code = f"; {order.maker} {order.code}{doubt}" if order is not None else ""
+    return (
+        f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "
+        "push the tail in straight, close the latch. The connector's springs have to be on the contacts' side."
+    )
+
+
+def _contacts(layout: Layout, coil: str) -> str:
+    nets = {each.net for each in layout.coils if each.name == coil}
+    numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
+    return f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
+
+
+def _readings(coil: CoilEstimate, state: str) -> tuple[str, str]:
+    """Inductance at the contacts, with what a meter there reads, and the tank's frequency, each with one sigma."""
+    found = coil.states.get(state)
+    if found is None:
+        return UNKNOWN, UNKNOWN
+    spread, meter = found.spread, found.apparent_inductance
+    inductance = _with_sigma(found.inductance, None if spread is None else spread.inductance, "H")
+    read = f" ({show(meter, 'H', 4)})" if meter is not None and math.isfinite(meter) else ""
+    return inductance + read, _with_sigma(found.frequency, None if spread is None else spread.frequency, "Hz")
+
+
+def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
+    if not math.isfinite(value):
+        return UNKNOWN
+    scatter = f" +- {show(sigma, unit, 2)}" if sigma is not None and math.isfinite(sigma) else ""
+    return f"{show(value, unit, 4)}{scatter}"
+
+
+def _drive(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+    """With which drive code the converter reads a bare board; empty where no code is chosen."""
+    device, used = layout.spec.readout.device, _code_in_use(estimates)
+    code = bare_board_code(bench)
+    if code is None or not used:
+        return ""
+    if used == str(code):
+        return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
+    return f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
+
+
+def _code_in_use(estimates: Estimates) -> str:
+    """The drive code of the assembled sensor, or the codes of its channels; empty where there is none."""
+    readout = estimates.readout
+    if readout.high_current or readout.drive_code is None:
+        return ""
+    return ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))

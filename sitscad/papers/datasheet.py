@@ -1,0 +1,375 @@
+"""``datasheet.html`` and ``datasheet.pdf``: the same tables, drawings and plots for a screen and for paper; and
+``datasheet.json``, the figures for programs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from html import escape
+from typing import Any
+
+from sitscad.calibration.calibrate import Calibration, foretell
+from sitscad.calibration.working_range import working_range
+from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
+from sitscad.drawing.pdf import pdf
+from sitscad.drawing.plotted import plot
+from sitscad.drawing.sheet import Sheet
+from sitscad.drawing.svg import svg
+from sitscad.drawing.web_page import figure, page, part
+from sitscad.drawing.web_page import table as html_table
+from sitscad.estimates.performance.bench import held_shear
+from sitscad.estimates.performance.curves import curves
+from sitscad.estimates.performance.reach import INSTABILITY
+from sitscad.estimates.performance.values import Performance, largest_lasting
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import NoResponse
+from sitscad.estimates.values import Estimates
+from sitscad.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.layout.tail_tracks import contacts, head
+from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Figure, figures
+from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
+from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.units import show
+
+ROOM = (170.0, 96.0, 112.0, 96.0)
+"""Of the drawing on the first page: left, low, width, height (mm)."""
+
+TOP, LEFT = 192.0, 14.0
+
+
+def render(
+    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance], forced: str,
+    bench: Estimates,
+) -> dict[str, bytes]:
+    """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
+    degrees Celsius). Raises `MissingExtra` without the plotting library.
+    """
+    if not performance:
+        return {}
+    plots, found = figures(curves(response), performance), _calibration(response)
+    whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
+    if found is not None:
+        known = found.document()
+        whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
+        whole["unit_to_unit"]["in_words"] = found.error_rows
+    rounded = json.loads(json.dumps(whole), parse_float=_plain)
+    return {
+        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
+        "datasheet.json": (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii"),
+        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
+    }
+
+
+def _calibration(response: ResponseModel) -> Calibration | None:
+    """What a calibration of the design is foretold to do, its target kept level as all here; None without one."""
+    try:
+        return foretell(response)
+    except NoResponse:
+        return None
+
+
+def _plain(text: str) -> float:
+    """A figure to six digits, and what rounding leaves of a zero as that: the last bits of a sum differ between
+    machines, and with the number of threads.
+    """
+    value = float(text)
+    return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
+
+
+def _sheets(
+    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    plots: Sequence[Figure], forced: bool, bench: Estimates,
+) -> list[Sheet]:
+    between = from_unit_to_unit(found)
+    first = _new(layout, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
+    low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
+    if found is not None:
+        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
+        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
+    plan(first, layout, ROOM)
+    fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
+    assembly = drawing(layout, forced)
+    curved = _new(layout, "data sheet, curves", forced)
+    for plotted, low in zip(plots[:2], (126.0, 46.0), strict=True):
+        plot(curved, (LEFT, low, *plotted.size), plotted.draw)
+        curved.text(LEFT, low - 3.5, plotted.caption, 2.2)
+    beyond = _new(layout, "data sheet, working range and errors", forced)
+    for plotted, left in zip(plots[2:], (LEFT, 152.0), strict=False):
+        plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
+        fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
+    table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
+    last = _new(layout, "data sheet, contacts and limits", forced)
+    own = _new(layout, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
+    if own is not None:
+        table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
+    low = TOP
+    for rows in (errors(felt), production(felt), [] if own is not None else incoming(bench), pinning(layout)):
+        low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
+    fitting_paragraph(
+        last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
+    )
+    return [sheet for sheet in (first, assembly, curved, beyond, last, own) if sheet is not None]
+
+
+MOST_BESIDE = 4
+"""Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own."""
+
+
+def _new(layout: Layout, what: str, forced: bool, scale: str = "") -> Sheet:
+    return new_sheet(layout.spec, what, scale, "the whole package", forced)
+
+
+def _widths(rows: Rows, first: float, whole: float) -> list[float]:
+    """Widths of columns (mm): the first, and equal ones for the rest; of many columns equal ones for all."""
+    count = len(rows[0]) if rows else 1
+    if count > 4:
+        return [whole / count] * count
+    return [first, *[(whole - first) / (count - 1)] * (count - 1)]
+
+
+def _about(layout: Layout, felt: Sequence[Performance]) -> str:
+    """What the sensor is and tells, in two sentences."""
+    full, coils = felt[-1], f"{len(layout.coils)} coil{'s' if len(layout.coils) > 1 else ''}"
+    axes = " and ".join(name.replace("_", " along ") for name in full.axes)
+    return (
+        f"Soft inductive tactile sensor: {coils} under a metal target on a silicone pad. "
+        f"It tells {axes}, after a tare at rest. x runs along the board towards the tail, y across, normal towards the "
+        "board. Drawing: target and elastomer over the coils."
+    )
+
+
+def _page(
+    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    plots: Sequence[Figure], forced: bool, bench: Estimates,
+) -> str:
+    spec = layout.spec
+    banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
+    assembly = drawing(layout, forced)
+    shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    parts = [
+        f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
+        part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates))),
+        part("Drawing", shown),
+        part("Curves", "".join(map(_plotted, plots))),
+        part("Errors", _unit_part(found) + _table(errors(felt)) + _table(drift(felt))),
+        part("Contacts", _table(pinning(layout))),
+        part("Production", _table(production(felt)) + _table(incoming(bench))
+              + "<p class='soft'>Three sigma of manufacture: a coil outside is "
+              "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
+              "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
+              "one sigma of manufacture.</p>"),
+        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
+    ]
+    return page(f"{spec.name}: data sheet", parts)
+
+
+def _unit_part(found: Calibration | None) -> str:
+    return "" if found is None else f"{_table(from_unit_to_unit(found))}<p class='soft'>{escape(found.errors_are)}</p>"
+
+
+def _plotted(plotted: Figure) -> str:
+    sheet = Sheet(plotted.caption, plotted.size, decimals=3)
+    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+    return figure(svg(sheet), plotted.caption)
+
+
+def _table(rows: Rows) -> str:
+    """A table with its first row as the heading, and numbers in all columns but the first."""
+    head, *lines = rows or [()]
+    return html_table(head, lines, [k > 0 for k in range(len(head))])
+
+
+Rows = list[tuple[str, ...]]
+
+
+def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
+    """What every axis can do."""
+    rest, half, full = felt
+    names = list(full.axes)
+    rows: Rows = [("characteristic", *(NAMES[name] for name in names))]
+
+    def row(what: str, *texts: str) -> None:
+        rows.append((what, *texts))
+
+    axes, held = [full.axes[name] for name in names], held_shear(layout.spec)
+    row("full scale", *(_newtons(axis.full_scale) for axis in axes))
+    together = working_range(layout.spec)
+    if together.is_round:
+        limit = _newtons(together.shear)
+        row("calibrated for both shears together up to", *(NONE if name == "normal" else limit for name in names))
+    row("range, kept level, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in names if name != "normal"):
+        row("extrapolated by the pad's law beyond", *(NONE if name == "normal" else _newtons(held) for name in names))
+    for point in (rest, half, full):
+        row(f"resolution {point.at}: the noise alone", *(_newtons(point.axes[name].resolution) for name in names))
+    lasting = [largest_lasting(axis.errors) for axis in axes]
+    row("largest error that lasts, full load", *(f"{_newtons(error)}, {cause}" for error, cause in lasting))
+    row(
+        "largest sensitivity of a coil at half load",
+        *(f"{show(max(map(abs, half.axes[name].sensitivity)), 'Hz', 3)}/N" for name in names),
+    )
+    row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
+    row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
+    row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    for angle in ("rx", "ry"):
+        row(f"error by {_degrees(full.tilt)} of {angle}, either way",
+            *(_newtons(full.tilt_error[name][angle]) for name in names))
+    row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
+    row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
+    return rows
+
+
+NONE = "-"
+"""In place of a figure that there is not."""
+
+LEAST_TOLD = 1e-4
+"""Crosstalk of a noiseless map below which its digits mean nothing."""
+
+BESIDE = "contact 0.1 mm beside the middle"
+
+
+def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) -> Rows:
+    """What belongs to the sensor as a whole."""
+    full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
+    assert pad is not None and target is not None
+    friction = (
+        "-"
+        if full.friction_error is None or not math.isfinite(full.friction_error)
+        else f"+-{full.friction_error:.2g} (one sigma)"
+    )
+    return [
+        ("sensor", ""),
+        *_overloads(full),
+        ("error of shear over normal, full load", friction),
+        (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
+        ("resonance of target and pad, nothing on it", _resonances(full)),
+        ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
+        ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
+        ("converter", f"{readout.device.part}, {len(estimates.coils)} channel{'s' * (len(estimates.coils) > 1)}"),
+        *([("its result", readout.result_in_words)] if readout.result_in_words else []),
+        ("tank capacitor", show(readout.capacitance, "F", 3)),
+        ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
+        ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
+        ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
+                                f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
+    ]
+
+
+def _overloads(full: Performance) -> Rows:
+    """The normal force that the target bears, and how it is held where that matters."""
+    gives_way = full.axes["normal"].limited_by == INSTABILITY
+    ends = SIDEWAYS if gives_way else "30 % strain of the pad"
+    if full.free_overload is None:
+        return [(f"overload ({ends})", _newtons(full.overload))]
+    return [(f"overload, kept level ({ends})", _newtons(full.overload)),
+            (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]
+
+
+SIDEWAYS = "the pad gives way sideways"
+"""Why a normal force is too large before the pad is strained too far."""
+
+
+def _resonances(full: Performance) -> str:
+    """By axis in words, a dash where no density is known."""
+    return ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items()) or "-"
+
+
+def errors(felt: Sequence[Performance]) -> Rows:
+    """One sigma by cause at full load, of every unit alike."""
+    full = felt[-1]
+    names = list(full.axes)
+    rows: Rows = [("one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names))]
+    for cause in full.axes[names[0]].errors:
+        if cause in FROM_UNIT_TO_UNIT:
+            continue
+        rows.append((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)))
+    return rows
+
+
+def from_unit_to_unit(found: Calibration | None) -> Rows:
+    """What forces are off by on any unit, and on one that is calibrated: as calibration/ states it."""
+    return [] if found is None else list(found.error_rows)
+
+
+def drift(felt: Sequence[Performance]) -> Rows:
+    """What a kelvin does, by what warms, with its sign where that is known."""
+    full = felt[-1]
+    names = list(full.axes)
+    rows: Rows = [("by a kelvin after the tare", *(NAMES[name] for name in names))]
+    for cause, row in full.temperature_causes.items():
+        sign = "+-" if cause == "capacitors" else ""
+        rows.append((cause, *(sign + _newtons(row[name]) for name in names)))
+    return rows
+
+
+def production(felt: Sequence[Performance]) -> Rows:
+    """Between which limits a bare coil is sound."""
+    rows: Rows = [("bare coil, before assembly", "L from", "L to", "f from", "f to")]
+    for coil, limits in felt[0].production.items():
+        low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))
+        slow, fast = (show(limits[f"frequency_{end}_Hz"], "Hz", 4) for end in ("min", "max"))
+        rows.append((coil, low, high, slow, fast))
+    return rows
+
+
+def incoming(bench: Estimates) -> Rows:
+    """What a usual meter reads of the bare board at 20 degrees Celsius; nothing where no coil was asked."""
+    if not bench.metered:
+        return []
+    at = show(bench.metered[0].frequency, "Hz")
+    rows: Rows = [("bare coil, on an LCR meter", f"L at {at}", f"R at {at}", "R, direct current")]
+    for read in bench.metered:
+        pairs = ((read.inductance, read.inductance_sigma, "H"), (read.resistance, read.resistance_sigma, "ohm"),
+                 (read.direct, read.direct_sigma, "ohm"))
+        rows.append((read.coil, *(f"{show(value, unit, 4)} +- {show(sigma, unit, 2)}" for value, sigma, unit in pairs)))
+    return rows
+
+
+def pinning(layout: Layout) -> Rows:
+    """Where every contact leads."""
+    found = contacts(layout)
+    return [head(layout.spec.readout.device.part), *(contact.cells for contact in found)] if found else []
+
+
+def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
+    """What to know before the figures are used."""
+    full = felt[-1]
+    yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
+    if full.ambiguous is not None:
+        one, other = (", ".join(_newtons(force) for force in load) for load in full.ambiguous)
+        yield f"Two loads (normal, shear along x, along y) read alike: {one}; and {other}. No map tells them apart."
+    said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
+            *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
+              if note.startswith("made for"))]
+    yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
+
+
+def _degrees(angle: float) -> str:
+    degrees = f"{math.degrees(angle):.3g}"
+    return "one degree" if degrees == "1" else f"{degrees} degrees"
+
+
+def _newtons(force: float) -> str:
+    if math.isinf(force):
+        return "no reading tells it"
+    return show(force, "N", 3) if abs(force) >= 1e-6 else "0 N"
+
+
+def _share(part: float) -> str:
+    return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
+
+
+def _crosstalk(table: object, name: str) -> str:
+    row = table[name]  # type: ignore[index]
+    if not row:
+        return "-"
+    worst = max(row.values())
+    return _share(worst) if worst >= LEAST_TOLD else f"below {_share(LEAST_TOLD)}"
+
+
+def _size(plate: Target | ElastomerPad) -> str:
+    return f"{PLATES[plate.shape].size_in_words(plate.size)} mm"

@@ -1,0 +1,132 @@
+"""What a shop has to know that cuts elastomer and target: ``laser/readme.txt``."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from functools import cache
+
+from sitscad.data import rows
+from sitscad.drawing.frame import FORCED
+from sitscad.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet
+from sitscad.papers.order_codes import order_of
+from sitscad.scene.stack import sheets
+from sitscad.units import in_mm, parse_quantity
+
+WIDTH = 96
+SILICONE = "silicone"
+
+
+def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
+    """The text; it begins with a warning where ``forced`` is not empty. Raises ValueError where a sheet cannot be laid
+    out.
+    """
+    found = sheets(layout)
+    return {"laser/readme.txt": text(layout, found, bool(forced)).encode("utf-8")} if found else {}
+
+
+def text(layout: Layout, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
+    """The whole page."""
+    boards = layout.spec.fpc.boards or 1
+    lines = [FORCED, ""] if forced else []
+    lines += [f"{layout.spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
+    for sheet in sheets:
+        lines += [*_sheet(layout, sheet), ""]
+    lines += [*_wrapped("Colours and order", ""), *_order(), ""]
+    for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
+        lines += [*_lasers(material), ""]
+    if any(sheet.part == "shield" for sheet in sheets):
+        lines += [*_wrapped(SHIELD), ""]
+    if any(sheet.part == "target" for sheet in sheets):
+        lines += [*_wrapped(WITHOUT_LASER.format(name=layout.spec.name)), ""]
+    if (bought := _bought(layout)) is not None:
+        lines += [*_wrapped(bought), ""]
+    return "\n".join([*lines, *_wrapped(KERF)]) + "\n"
+
+
+WITHOUT_LASER = (
+    "Metal without a laser. Etched: send laser/{name}-target.dxf to a maker of photochemically etched parts with "
+    "target.kerf 0, so that the drawing is nominal (they allow for their own undercut, about the foil's thickness on "
+    "each side); tabs of 0.2 mm hold the pieces in their frame. Punched: for many pieces a punch of the nominal size; "
+    "corners then have a radius of 0.1 to 0.3 mm, and a burr on one side, which goes away from the elastomer. By hand: "
+    "cut with a scalpel along a printed copy, and rub the edge flat. (Unverified, from memory: ask the shop.)"
+)
+
+SHIELD = (
+    "The shield lies hidden under the board, so its edges need not be fine. A flexible ferrite sheet is cut with a "
+    "scalpel along a printed copy, its carrier foil still on; foil of metal by scissors, and pressed flat. Sintered "
+    "ferrite breaks: buy it in its size. (Unverified, from memory: ask the maker of the sheet.)"
+)
+
+KERF = (
+    "The kerf. Outlines are drawn half a kerf outside the part, holes half a kerf inside, so that the beam runs along "
+    "the line and no tool compensation is to be set. Cut the coupon first, measure it, and mend elastomer.kerf, "
+    "target.kerf or shield.kerf as the sheet's notes say, where it is not as wide as it should be."
+)
+
+
+def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
+    nest, name = sheet.nest, f"laser/{layout.spec.name}-{sheet.name}"
+    yield f"{name}.dxf and .svg (the same, in mm, full size)"
+    yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
+    yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
+    yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
+    yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
+    # The least feature (m) that a laser which cuts it leaves; None where nothing is known
+    material = _kind(sheet)
+    found = [parse_quantity(row["least"], "length") for row in _table() if row["material"] == material and row["least"]]
+    least = max(found) if found else None
+    if least is not None:
+        beside = [layout.spec.cutting.gap] if nest.count > 1 else []
+        narrow = max(0.0, min(*sheet.size, *beside) - sheet.kerf)
+        verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
+        yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
+
+
+def _order() -> Iterator[str]:
+    for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
+        look = LOOKS[layer]
+        yield f"   {number}. {look.colour:<8} {look.rgb}  layer {layer:<10} {look.work}"
+    yield f"   -  {LOOKS[CutLayer.REF].colour:<8} {LOOKS[CutLayer.REF].rgb}  layer {CutLayer.REF:<10} not cut"
+
+
+def _lasers(material: str) -> Iterator[str]:
+    known = [row for row in _table() if row["material"] == material]
+    yield f"Lasers for {material}" + ("" if known else ": nothing is known; ask the shop")
+    for row in known:
+        words = "cuts" if row["cuts"] == "yes" else "does NOT cut"
+        doubt = "" if row["status"] == "verified" else " (unverified)"
+        yield from _wrapped(f"{row['laser']} {words}: {row['source']}{doubt}", "   ")
+
+
+def _kind(sheet: LaserSheet) -> str:
+    return SILICONE if sheet.part == "elastomer" else sheet.material
+
+
+def _bought(layout: Layout) -> str | None:
+    """How the elastomer's sheet is come by."""
+    pad = layout.spec.elastomer
+    order = None if pad is None else order_of("elastomer", pad.material.name)
+    if pad is None or order is None:
+        return None
+    moulded = (
+        "or cast single pads in the mould of mount/, which need no laser"
+        if layout.spec.mount is not None
+        else "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
+    )
+    return (
+        f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "
+        f"of {in_mm(pad.thickness)} mm between two plates with spacers, {moulded}. Cured sheet of the same hardness is "
+        "sold by others: measure its modulus before you trust the estimate."
+    )
+
+
+def _wrapped(words: str, start: str = "") -> list[str]:
+    return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=start)
+
+
+@cache
+def _table() -> tuple[dict[str, str], ...]:
+    return rows("laser_cutting")

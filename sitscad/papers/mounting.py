@@ -1,0 +1,158 @@
+"""Steps of the assembly that depend on what carries the sensor and on how it is sealed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.fabrication.notes import bend_words
+from sitscad.layout.board import Layout
+from sitscad.parts.tooling import LEAST_MIX, Pour, skin_pour
+from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.plate import adapter_needed
+from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
+from sitscad.spec.plates import Encapsulation
+from sitscad.units import in_mm
+
+LEAST_FIXED = 3e-3
+"""How much of a tail (m) is glued to the jaw where nothing else holds it."""
+
+
+def jaw_cut(layout: Layout) -> Iterator[str]:
+    """What is cut into the jaw for a dovetail or pins."""
+    found, mount = retention(layout), layout.spec.mount
+    if found is not None and mount is not None and mount.jaw is not None:
+        room = joint_clearance(layout)
+        if found.kind == "dovetail":
+            bottom, top, depth = tongue_across(found, room)
+            yield (
+                f"Mill the dovetail's groove into the jaw's face, open at the tip: {2e3 * bottom:.2f} mm wide at its "
+                f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, as far as the jaw's STEP file has "
+                "it. The mount slides in from the tip up to the groove's end."
+            )
+        else:
+            yield (
+                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, "
+                f"{in_mm(found.spacing or 0.0)} mm apart along its middle, where the STEP file of the jaw has them."
+            )
+
+
+def tail_held(layout: Layout, glue: str) -> str:
+    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
+    said, tongue, edge = bent(layout), relief(layout), lip(layout)
+    if tongue is not None:
+        end = tongue.along[1] if edge is None else edge.start
+        upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
+        return (
+            f"Glue the tail down with {glue} on the mount's tongue behind the body, over "
+            f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+        )
+    # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
+    path, jaw = tail_path(layout), fitted_jaw(layout)
+    assert path is not None and jaw is not None
+    here = path.start
+    for stretch in path.stretches[:-1]:
+        here = here.after(stretch)
+    begin, room = here.x, jaw_range(layout, jaw)[1] - here.x
+    if room >= LEAST_FIXED:
+        return (
+            f"{said} Fix the tail with {glue} to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind the "
+            f"body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
+            "sensor (the mount has no tongue for it)."
+        )
+    return (
+        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
+        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
+        "shaft, so that a pull on it does not reach the glue of the sensor."
+    )
+
+
+def bent(layout: Layout) -> str:
+    """Where, how far and how sharply the tail is bent, from the body on."""
+    found, mount = bends(layout), layout.spec.mount
+    if not found:
+        return "Do not bend the tail."
+    lines = [
+        f"by {bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the body"
+        f"{f' ({bend.why})' if bend.why else ''}"
+        for bend in found
+    ]
+    radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
+    said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
+    own = own_bend(layout)
+    if mount is None or mount.jaw is None or mount.jaw.hinge is None or own is None or own.is_dynamic:
+        return said
+    return (
+        f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "
+        "dynamic."
+    )
+
+
+def fastened(layout: Layout, glue: str) -> Iterator[str]:
+    """How a plate, a cap or a part of the user's own is put on, and how the tail is bent over it."""
+    mount = layout.spec.mount
+    if mount is None:
+        return
+    has_tail = layout.spec.fpc.tail is not None
+    slot = ", tail in the slot" if has_tail else ""
+    glued = f"Glue the board's whole body with a thin film of {glue} into the mount's recess{slot}"
+    if mount.finger is not None:
+        screw = f"M{in_mm(mount.finger.screw)}"
+        yield (
+            f"Tap both holes in the cap's sides {screw}. {glued}. Slip the cap over the finger and clamp it by two "
+            f"{screw} set screws of plastic or brass: steel is seen."
+        )
+    elif mount.kind == "custom":
+        yield f"Put the board on your own mount, and glue its whole body down with a thin film of {glue}."
+    elif mount.holes is not None and adapter_needed(layout):
+        yield (
+            f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
+            "M2 nuts into it from below first; they hold the mount's four screws."
+        )
+        yield f"Screw the mount on the adapter. {glued}."
+    elif mount.holes is not None:
+        screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
+        yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}."
+    if has_tail:
+        yield bent(layout)
+
+
+def skin(layout: Layout, film: Encapsulation) -> str:
+    """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
+    poured = skin_pour(layout)
+    if poured is None:
+        return (
+            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
+            "dipped, the contacts masked; no copper may be left open. Let it cure. Measure the sensor's height before "
+            "and after: a coat that is too thin is given another, of silicone thinned as its maker says."
+        )
+    sealed = " (its print sealed as said above)" if cures_badly(layout) else ""
+    return (
+        f"Cast the skin: mix {film.material.name} ({amount(poured)}), fill mould-skin{sealed} lying open, take the "
+        "air out, and put the jig's base with the sensor on it face down, so that its pins go into the cup; weigh it "
+        "down. What is too much leaves by the grooves. Let it cure, lift the cup off, cut the flash at the grooves."
+    )
+
+
+def cures_badly(layout: Layout) -> bool:
+    """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
+    return layout.spec.mount is not None and layout.spec.mount.process == "resin"
+
+
+RAW_RESIN = (
+    "Moulds printed in resin, before anything is cast in them: platinum-cure silicones (Ecoflex, Dragon Skin) may not "
+    "cure on raw photopolymer. Wash the print, cure it fully under UV and then with heat, seal it (clear acrylic "
+    "lacquer, or the barrier coat that the silicone's maker names), let that dry, and try a drop first; or print the "
+    "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
+    "practice, unverified.)"
+)
+"""What a mould of resin needs before silicone is poured into it."""
+
+
+def amount(poured: Pour) -> str:
+    """How much is mixed, and how much of it the pieces are."""
+    pieces = "the pads'" if poured.pads > 1 else "the piece's"
+    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    if poured.mixed < LEAST_MIX:
+        return f"{1e6 * LEAST_MIX:g} ml, for less cannot be weighed out well; {own}"
+    return f"{1e6 * poured.mixed:.2g} ml; {own}"

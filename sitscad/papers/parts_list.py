@@ -1,0 +1,319 @@
+"""What has to be ordered, made or bought for one sensor and its converter (``bom.csv``), and where the tank capacitors
+on the tail stand (``placement.csv``): a table for whoever places them, in the coordinates of all files.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator
+from dataclasses import astuple, fields, replace
+
+from sitscad.data import is_unverified
+from sitscad.drawing.frame import FORCED
+from sitscad.estimates.values import Estimates
+from sitscad.fabrication.board_end import contact_text
+from sitscad.fabrication.files import fabrication_path
+from sitscad.fabrication.notes import stiffener_text
+from sitscad.geometry.path import bounding_box
+from sitscad.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.papers.mounting import cures_badly
+from sitscad.papers.order_codes import Order, capacitor, order_of
+from sitscad.parts.tooling import pour, skin_pour
+from sitscad.record import record
+from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
+from sitscad.scene.column import column
+from sitscad.scene.plate import adapter_needed
+from sitscad.scene.stack import shield
+from sitscad.spec.mount import HolePattern, Mount
+from sitscad.spec.places import place_in_words
+from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import in_mm, show
+
+USUAL_CHIP = "chip-0603"
+"""What a tank capacitor is where the spec names no package: it can still be soldered by hand."""
+
+LIQUIDS = "two liquids"
+
+
+@record
+class Item:
+    """One row: what is needed for one sensor, and (``for_boards``) for as many as `fpc.boards` asks; maker and order
+    code where the data have them.
+    """
+
+    item: str
+    quantity: int
+    part: str
+    material: str
+    size: str
+    note: str
+    maker: str = ""
+    order_code: str = ""
+    for_boards: int = 0
+
+
+def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
+    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor and for all; the first row is a
+    warning, of quantity 0, where ``forced`` is not empty.
+    """
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow([field.name for field in fields(Item)])
+    stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
+    found = (*stop, *items(layout, estimates))
+    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in found])
+    return {"bom.csv": text.getvalue().encode("utf-8")}
+
+
+def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
+    """The rows, in the order in which the sensor is put together; only what the spec contains."""
+    boards = layout.spec.fpc.boards or 1
+    found = (*_circuit(layout), *_converter(layout, estimates), *_soft_parts(layout), *_carriers(layout))
+    return tuple(
+        replace(each, for_boards=each.quantity if each.item in SHARED else boards * each.quantity) for each in found
+    )
+
+
+SHARED = ("adhesive", "primer", "jig", "mould", "skin mould", "sealer", "mould release", "cleaner")
+"""What one of serves for many sensors."""
+
+
+def _ordered(item: Item, order: Order | None) -> Item:
+    """A row with maker and code, and in its note what is not sure of them."""
+    if order is None:
+        return item
+    size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
+    doubt = "; order code unverified: compare with the maker's list" if is_unverified(order.source) else ""
+    return replace(item, maker=order.maker, order_code=order.code, size=size, note=item.note + doubt)
+
+
+def _inert(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
+
+
+def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
+    return f"{PLATES[shape].size_in_words(size)} x {in_mm(thickness)} mm"
+
+
+def _circuit(layout: Layout) -> Iterator[Item]:
+    fpc = layout.spec.fpc
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    count = layout.copper_layers
+    note = "order from fpc/"
+    if layout.spec.issue.rows:
+        note += f"; {layout.spec.issue.words}"
+    if layout.stiffener is not None:
+        note += f"; with a stiffener of {stiffener_text(layout)}"
+    if layout.pads:
+        note += f"; {contact_text(layout)}"
+    yield Item(
+        "flexible printed circuit", 1, layout.spec.name,
+        f"{fpc.stackup.name}, {count} copper layer{'s' if count > 1 else ''}",
+        f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(fpc.stackup.thickness)} mm", note,
+    )
+    if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
+        yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
+        return
+    connector = fpc.tail.connector
+    order = order_of("connector", connector.name, contacts=len(layout.pads))
+    width = in_mm(connector.width(len(layout.pads)))
+    thickness = f"{in_mm(connector.insertion_thickness)} +-{in_mm(connector.insertion_thickness_tolerance)} mm"
+    item = Item(
+        "connector", 1, f"{connector.name}, {len(layout.pads)} contacts", "",
+        f"pitch {in_mm(connector.pitch)} mm, for a tail {width} mm wide and {thickness} thick",
+        "on the converter's board; compare its drawing with the tail before ordering",
+    )
+    yield _ordered(item, order)
+
+
+def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
+    readout, coils = layout.spec.readout, len(layout.coils)
+    chosen = estimates.readout.capacitance
+    chip = readout.chip.name if layout.capacitors and readout.chip else ""
+    if chip:
+        references = ", ".join(each.reference for each in layout.capacitors)
+        place = f"soldered to the tail: {references}, places in fpc/{layout.spec.name}-placement.csv"
+    else:
+        place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
+    reason = estimates.readout.capacitance_reason
+    item = Item(
+        "capacitor", coils, capacitance_text(chosen), "C0G", chip,
+        f"one a coil, {place}" + (f"; {reason}" if reason else ""),
+    )
+    yield _ordered(item, capacitor(chip or USUAL_CHIP, chosen) if chosen else None)
+    device = readout.device
+    used = f"{device.channels} channels each, {coils} used"
+    item = Item("converter", device.needed(coils), device.part, "", device.package, used)
+    yield _ordered(item, order_of("converter", device.name))
+    oscillator = f"{show(readout.clock, 'Hz')} oscillator"
+    yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
+    if readout.cable is not None:
+        size = f"{in_mm(readout.cable.length)} mm"
+        yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
+
+
+def _soft_parts(layout: Layout) -> Iterator[Item]:
+    """What lies on the board: elastomer, target, film."""
+    spec = layout.spec
+    if spec.elastomer is not None:
+        pad, name = spec.elastomer, spec.elastomer.material.name
+        hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
+        size = _plate_size(pad.shape, pad.size, pad.thickness)
+        note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
+        mixed = pour(layout)
+        if mixed is not None and spec.mount is not None:
+            taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
+            note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
+            note += ", sealed first (mount/assembly.txt)" if cures_badly(layout) else ""
+        item = Item("elastomer", 1, pad.shape, name, size, note + _bought_as(name) + _place(pad))
+        yield _ordered(item, order_of("elastomer", name))
+    if spec.target is not None:
+        target = spec.target
+        size = _plate_size(target.shape, target.size, target.thickness)
+        note = f"cut with laser/{spec.name}-target.dxf{_place(target)}"
+        yield Item("target", 1, target.shape, target.material.name, size, note)
+    if spec.encapsulation is not None:
+        film = spec.encapsulation
+        x, y = layout.body_size
+        size = f"over {in_mm(x)} x {in_mm(y)} mm, {in_mm(film.thickness)} mm thick"
+        yield Item(
+            "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
+        )
+
+
+def _bought_as(material: str) -> str:
+    """How a silicone is bought; nothing where the data do not say."""
+    order = order_of("elastomer", material)
+    if order is None or order.words != LIQUIDS:
+        return ""
+    return f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone sheet"
+
+
+def _place(plate: Target | ElastomerPad) -> str:
+    """Where a plate is to be mounted, if it does not stand straight over the mean of the coils."""
+    place = place_in_words(plate)
+    return f"; {place}" if place else ""
+
+
+def _carriers(layout: Layout) -> Iterator[Item]:
+    """What lies behind the board: shield, mount, jaw."""
+    spec = layout.spec
+    sheet = shield(layout)
+    if spec.shield is not None and sheet is not None:
+        x0, y0, x1, y1 = bounding_box((sheet.outline(),))
+        size = f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(spec.shield.thickness)} mm"
+        narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
+        note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
+        note += f"; cut with laser/{spec.name}-shield.dxf"
+        yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
+    yield from _glue(layout)
+    if spec.mount is None:
+        return
+    yield from _mount(layout, spec, spec.mount)
+    if spec.mount.jaw is not None:
+        jaw = spec.mount.jaw
+        size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
+        yield Item(
+            "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
+        )
+    if spec.target is not None or spec.elastomer is not None:
+        yield Item(
+            "jig", 1, "jig-*", "printed", "", "print from mount/: aligns the pieces while the glue sets; reusable"
+        )
+    poured, cast = pour(layout), skin_pour(layout)
+    if poured is not None:
+        yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
+    if cast is not None:
+        yield Item("skin mould", 1, "mould-skin", "printed", "", "print from mount/; where the encapsulation is cast")
+    if cures_badly(layout) and (poured is not None or cast is not None):
+        yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
+    yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
+    yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
+
+
+def _glue(layout: Layout) -> Iterator[Item]:
+    spec, lines = layout.spec, [layer for layer in column(layout) if layer.is_glue]
+    adhesive = spec.assembly.adhesive
+    if adhesive is None or not (lines or spec.elastomer is not None or spec.target is not None):
+        return
+    size = f"lines of {in_mm(spec.assembly.glue_line)} +-{in_mm(spec.assembly.glue_tolerance)} mm"
+    count = f"{len(lines)} lines: {', '.join(line.part for line in lines)}" if lines else "between all pieces"
+    yield Item("adhesive", 1, adhesive.product, adhesive.name, size, count)
+    if adhesive.primer and spec.elastomer is not None:
+        yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
+
+
+def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
+    """The printed pieces, named and measured as in the drawing of the assembly."""
+    note = "print from mount/"
+    if mount.kind != "grasper-pad":
+        yield from _not_in_a_jaw(layout, mount, note)
+        return
+    sheet = shield_heights(spec)
+    whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
+    spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
+    for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
+        yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
+
+
+def _not_in_a_jaw(layout: Layout, mount: Mount, note: str) -> Iterator[Item]:
+    """A plate, a cap or a part of the user's own, and the screws for it."""
+    standoff = f"standoff {in_mm(mount.standoff)} mm"
+    if mount.kind == "custom":
+        if mount.step is not None:
+            yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
+        return
+    yield Item("mount", 1, mount.kind, "printed", standoff, note)
+    if mount.finger is not None:
+        thread = f"M{in_mm(mount.finger.screw)}"
+        yield Item("set screw", 2, thread, "plastic or brass", "", "tap the cap's holes for them; clamp the finger")
+    if mount.holes is not None:
+        yield from _screws(layout, mount.holes)
+
+
+def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
+    corner, below = "M2", adapter_needed(layout)
+    if below:
+        yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
+        words = f"heads sunk in the adapter ({pattern.name})"
+        yield Item("screw", len(below), pattern.thread or f"for {in_mm(below[0].diameter)} mm holes", "", "", words)
+        yield Item("screw and nut", 4, corner, "", "", "plate on adapter; nuts let in from below")
+        return
+    own = [hole for hole in pattern.holes if pattern.name not in ("corners-m2",)]
+    count = 4 if pattern.grid is not None or not own else len(own)
+    thread = pattern.thread or f"for {in_mm(pattern.holes[0].diameter)} mm holes"
+    yield Item("screw", count, thread, "", "", f"of the plate ({pattern.name})")
+
+
+PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
+
+
+def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
+    """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part.
+
+    The rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance
+    that ``estimates`` chose, as in ``bom.csv``.
+    """
+    if not layout.capacitors:
+        return {}
+    value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(PLACEMENT_HEADER)
+    for each in layout.capacitors:
+        one, other = (pad.centre for pad in each.pads)
+        dx, dy = other.x - one.x, other.y - one.y
+        turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
+        at = tuple(in_mm(place, 4, 4) for place in each.centre)
+        rows.writerow([each.reference, value, each.package, *at, turned, "top"])
+    return {fabrication_path(layout, "placement.csv"): text.getvalue().encode("ascii")}
+
+
+def capacitance_text(chosen: float | None) -> str:
+    """The tank capacitor's value (F) for people, where one was found."""
+    return show(chosen, "F") if chosen is not None and math.isfinite(chosen) else "none found"

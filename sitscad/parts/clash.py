@@ -1,0 +1,261 @@
+"""What stands where it must not, as bodies to be looked at: the pieces where they are then, cut open at the place, and
+the volume that is too much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.geometry.path import Path
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.mesh import manifold, seen, tessellate
+from sitscad.parts.proof import (
+    BULGE,
+    INTERFERENCE,
+    NO_SUPPORT,
+    OPENING,
+    PORT,
+    SUPPORT,
+    TRAVEL,
+    Load,
+    Measured,
+    Proof,
+    bulged,
+    posed,
+    turned,
+)
+from sitscad.parts.solid import MM, Solid
+from sitscad.record import record
+from sitscad.scene.bodies import BodyRole, board_heights
+from sitscad.scene.fit import closed_section
+from sitscad.scene.hinge import PinGap
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.stack import ground
+from sitscad.scene.support import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on
+from sitscad.units import show
+
+RED = "#d00000"
+"""What is too much."""
+PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
+BOARD = "board"
+BEFORE, BEHIND = 11.0, 4.0
+"""What is shown of the tail before and behind the pin (mm)."""
+MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
+MOST = 4
+"""Clashes that are drawn of one sensor: the gravest of each pair, and no more pictures than anybody looks at."""
+ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+"""Normals of the cuts: across the jaw, and along it."""
+
+
+@record(eq=False)
+class Shown:
+    """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), its colour, and whether it is one of those that clash."""
+
+    name: str
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    colour: str
+    clashes: bool = False
+
+
+@record(eq=False)
+class Clash:
+    """A clash in words, the bodies to be drawn, cut open along a plane with the `normal`, the port's circle there
+    (x, y, z of its middle and its radius in mm), where the port is what is too narrow, and by how much it fails in
+    words with figures.
+    """
+
+    words: str
+    bodies: tuple[Shown, ...]
+    normal: tuple[float, float, float]
+    port: tuple[float, float, float, float] | None = None
+    figure: str = ""
+
+
+@record(eq=False)
+class Piece:
+    """A piece or several films as one, and its mesh (mm) where it is while it clashes."""
+
+    name: str
+    role: BodyRole
+    colour: str
+    body: Any
+
+
+def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[Load, ...]) -> tuple[Clash, ...]:
+    """What `sitscad.parts.proof` has found wrong, the largest of each kind and pair first; none where it fits."""
+    worst: dict[tuple[str, str, str], Measured] = {}
+    for each in proof.faults:
+        worst.setdefault((each.what, each.first, each.second), each)
+    return tuple(_clash(layout, whole, each, loads) for each in list(worst.values())[:MOST])
+
+
+def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
+    """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
+    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    assert jaw is not None and jaw.hinge is not None and pair is not None
+    x, y = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, axis(layout).y * MM
+    z = (pair.axis - jaw.pivot_offset) * MM
+    across = 0.5 * jaw.width * MM
+    m3 = require("manifold3d")
+    pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
+    near = [
+        replace(piece, body=piece.body.trim_by_plane(ACROSS, x - BEFORE).trim_by_plane((-1.0, 0.0, 0.0), -x - BEHIND))
+        for piece in _pieces(whole, set())
+    ]
+    shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
+    shown = _shown(near, {BOARD}, shared, ALONG, y)
+    pin = (pin - shared).trim_by_plane(ALONG, y)
+    figure = f"the tail's face is {show(gap.away, 'm', 3)} from the pivot; the pin takes {show(gap.pin, 'm', 3)}"
+    bodies = (*shown, _as_shown("pin", pin, PIN_COLOUR, True))
+    return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
+
+
+def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[Piece]:
+    """Every solid's mesh, glue left out; the board's films are one piece, but for those that are named."""
+    meshes = list(zip(whole, seen(whole), strict=True))
+    films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
+    found = [
+        Piece(solid.name, solid.role, solid.colour, manifold(mesh))
+        for solid, mesh in meshes
+        if solid.role is not BodyRole.GLUE and (solid, mesh) not in films
+    ]
+    if films:
+        m3 = require("manifold3d")
+        body = m3.Manifold.batch_boolean([manifold(mesh) for _, mesh in films], m3.OpType.Add)
+        found.append(Piece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
+    return found
+
+
+def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[Load, ...]) -> Clash:
+    """One fault, with every piece where it is then."""
+    pieces = _pieces(whole, {fault.first, fault.second})
+    there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
+    if fault.what == PORT:
+        # What of the closed pair, between tip and heel, lies beyond the port's circle
+        jaw, pair = fitted_jaw(layout), closed_section(layout)
+        assert jaw is not None and pair is not None
+        x0, x1 = (x * MM for x in jaw_range(layout, jaw))
+        y, z, radius = axis(layout).y * MM, pair.axis * MM, fault.limit * MM
+        m3 = require("manifold3d")
+        port = (
+            m3.Manifold.cylinder(x1 - x0 + 2.0, radius, -1.0, 180).rotate((0.0, 90.0, 0.0)).translate((x0 - 1.0, y, z))
+        )
+        between = [p.body.trim_by_plane(ACROSS, x0).trim_by_plane((-1.0, 0.0, 0.0), -x1) for p in there]
+        outside = [body - port for body in between]
+        names = {p.name for p, out in zip(there, outside, strict=True) if float(out.volume()) > 1e-4}
+        red = m3.Manifold.compose([body for body in outside if not body.is_empty()])
+        x = _middle(red) if not red.is_empty() else fault.where[0] * MM
+        reach, room = (show(length, "m", 4) for length in (fault.value, fault.limit))
+        beyond = show(fault.value - fault.limit, "m", 3)
+        figure = f"{fault.first} reaches {reach} from the axis, {beyond} farther than the port ({room})"
+        shown = _shown(there, names, red, ACROSS, x)
+        return Clash("the closed pair and its port", shown, ACROSS, (x, y, z, radius), figure)
+    bodies = {piece.name: piece.body for piece in there}
+    shared = bodies[fault.first] ^ bodies[fault.second]
+    x = _middle(shared if not shared.is_empty() else bodies[fault.first])
+    when = f", {fault.when}" if fault.when else ""
+    return Clash(
+        f"{fault.first} and {fault.second}{when}", _shown(there, {fault.first, fault.second}, shared, ACROSS, x),
+        ACROSS, figure=_figure(fault, shared),
+    )
+
+
+def _figure(fault: Measured, shared: Any) -> str:
+    """By how much a fault misses what is allowed, in words."""
+    both = f"both take {float(shared.volume()):.3g} mm3"
+    if fault.unit == "m":  # a gap that has to be left
+        return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
+    return both
+
+
+def _moved(layout: Layout, piece: Piece, fault: Measured, loads: tuple[Load, ...]) -> Any:
+    """A piece where it is when the fault shows."""
+    role, body = piece.role, piece.body
+    if fault.what in (INTERFERENCE, PORT):
+        return body
+    if fault.what == OPENING:
+        return turned(layout, body, fault.angle) if role in MOVING else body
+    load = next(each for each in loads if each.name == fault.when)
+    if role is BodyRole.ELASTOMER:
+        return bulged(body, load)
+    if role is BodyRole.TARGET:
+        return posed(layout, body, load.pose)
+    if role in MOVING and fault.what in (BULGE, TRAVEL):
+        return body.translate((0.0, 0.0, load.pose.z * MM))
+    return body
+
+
+def _shown(
+    pieces: list[Piece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
+) -> tuple[Shown, ...]:
+    """Every piece and the red volume, what lies before the cut (a place in mm along its normal) taken away."""
+    away = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
+    offset = -at if normal == ACROSS else at
+    found = []
+    for piece in pieces:
+        clashes = piece.name in names
+        body = (piece.body - red if clashes and not red.is_empty() else piece.body).trim_by_plane(away, offset)
+        if not body.is_empty():
+            found.append(_as_shown(piece.name, body, piece.colour, clashes))
+    kept = red.trim_by_plane(away, offset)
+    return (*found, *([] if kept.is_empty() else [_as_shown("too much", kept, RED, True)]))
+
+
+def _as_shown(name: str, body: Any, colour: str, clashes: bool) -> Shown:
+    mesh = body.to_mesh64()
+    points = np.round(np.asarray(mesh.vert_properties)[:, :3], 6) + 0.0
+    return Shown(name, points, np.asarray(mesh.tri_verts).astype(np.int64), colour, clashes)
+
+
+def _middle(body: Any) -> float:
+    """The middle (mm) of a mesh along the jaw."""
+    box = body.bounding_box()
+    return float(box[0] + box[3]) / 2
+
+
+CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
+HOLLOW = 0.1
+"""How far (mm) below a carrier's face glue still fills a groove or a dent."""
+BELOW = 5e-3
+"""How far (mm) below a face it is cut, so that its own plane is not: flat faces are exact, round ones within 5 um."""
+CARRIER = "what carries the board"
+
+
+def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+    """The area under what is pressed on, and under the whole body, that has a carrier's face a glue line below the
+    board; nothing where the carrier is no solid: without a mount, or on a finger itself.
+    """
+    mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
+    if mount is None or not solids or (mount.finger is not None and not mount.standoff):
+        return ()
+    under = board_heights(layout.spec)[0] * MM
+    # What of the carriers lies below a plane (mm), as a section from above
+    height = under - (layout.spec.assembly.glue_line * MM if mount.jaw is not None else 0.0)
+    m3 = require("manifold3d")
+    faces = m3.CrossSection()
+    for solid in solids:
+        body = manifold(tessellate(solid))
+        for level in (height - BELOW, height - HOLLOW - BELOW):
+            faces = faces + body.slice(level)
+    (name, path), middle = pressed_on(layout), axis(layout)
+    where = (middle.x, middle.y, under / MM)
+    found = [_measured(name, path, faces, where, MOST_OF_IT)]
+    if name != BODY:
+        found.append(_measured(BODY, ground(layout), faces, where, HALF_OF_IT))
+    return tuple(found)
+
+
+def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:
+    """The area (m2) of what lies above the carriers, against the share of it that has to."""
+    points = path.flattened(1e-6)[:-1]
+    region = require("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
+    of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
+    what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
+    return Measured(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)
+

@@ -1,0 +1,148 @@
+"""Solids out of STEP files that a spec names: read in a process of its own, and laid where their datum says.
+
+A CAD kernel in C++ may crash, hang or eat memory on a file that was made to do so. The process that reads has limits of
+time and memory, and hands back what it read in OpenCASCADE's own form, so that only its death is seen here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sitscad.geometry.path import Point
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.solid import MM, PartsError
+from sitscad.spec.mount import StepPart
+
+SECONDS = 120
+LARGEST = 1000.0
+"""A part's longest side at most (mm)."""
+
+_NAME = r"'((?:[^']|''){0,80})'"
+_PLACEMENT = re.compile(
+    rf"#\d+\s*=\s*AXIS2_PLACEMENT_3D\s*\(\s*{_NAME}\s*,\s*(#\d+)\s*,\s*(#\d+|\$)\s*,\s*(#\d+|\$)\s*\)"
+)
+_TRIPLE = r"{}\s*=\s*{}\s*\(\s*'[^']*'\s*,\s*\(([^()]*)\)\s*\)"
+
+Vector = tuple[float, float, float]
+AXES: dict[str, Vector] = {
+    f"{sign}{name}": (scale * (name == "x"), scale * (name == "y"), scale * (name == "z"))
+    for name in "xyz"
+    for sign, scale in (("", 1.0), ("-", -1.0))
+}
+
+
+def imported(layout: Layout, part: StepPart, at: Point, height: float) -> Any:
+    """The solid of a file, its datum at a point and a height (m) of the sensor, its axes turned to the sensor's.
+
+    Raises `PartsError` where the file is not with the spec, is no single closed solid, or has no such coordinate
+    system.
+    """
+    content = layout.spec.source.files.get(part.file)
+    if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
+        raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
+    brep, unit = _converted(content, part.file)
+    origin, along, up = _frame(content.decode("latin-1"), part, unit)
+    # A copy with its datum and axes brought to the sensor's; raises `PartsError` for axes that are none
+    axes = (along, up)
+    bd, gp = require("build123d"), require("OCP.gp")
+    turn = gp.gp_Trsf()
+    try:
+        frame = gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*axes[1]), gp.gp_Dir(*axes[0]))
+    except Exception as error:  # of the kernel: parallel or vanishing axes
+        raise PartsError("the coordinate system's axes do not stand on each other") from error
+    turn.SetDisplacement(
+        frame, gp.gp_Ax3(gp.gp_Pnt(*(at.x * MM, at.y * MM, height * MM)), gp.gp_Dir(0, 0, 1), gp.gp_Dir(1, 0, 0))
+    )
+    # a copy whose very points are moved: a shape that carries a location gets a running number for a name in STEP
+    moved = require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(bare(_solid(brep, part.file)), turn, True)
+    return bd.Solid(moved.Shape())
+
+
+@lru_cache(maxsize=4)
+def _converted(content: bytes, name: str) -> tuple[bytes, float]:
+    """A STEP file in OpenCASCADE's own form, and the file's unit of length in millimetres."""
+    require("build123d")  # a missing kernel is said as such
+    with TemporaryDirectory() as folder:
+        source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
+        source.write_bytes(content)
+        reader = [sys.executable, "-m", "sitscad.parts.step_reader", str(source), str(target)]
+        try:
+            ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            raise PartsError(f"{name} could not be read in {SECONDS} s") from None
+        if ran.returncode or not target.is_file():
+            raise PartsError(f"{name} cannot be read: {_last_line(ran.stderr)}")
+        said = json.loads(ran.stdout.splitlines()[-1])
+        return target.read_bytes(), float(said["unit_mm"])
+
+
+def _last_line(text: bytes) -> str:
+    lines = text.decode("utf-8", "replace").strip().splitlines()
+    return lines[-1][:200] if lines else "the CAD kernel gave up on it"
+
+
+def _solid(brep: bytes, name: str) -> Any:
+    from io import BytesIO
+
+    bd = require("build123d")
+    shape = require("OCP.TopoDS").TopoDS_Shape()
+    require("OCP.BinTools").BinTools.Read_s(shape, BytesIO(brep))
+    found = bd.Compound(shape).solids()
+    if len(found) != 1:
+        raise PartsError(f"{name} holds {len(found)} solids, where one is wanted: export the part alone")
+    (solid,) = found
+    if not solid.is_valid or solid.volume <= 0.0:
+        raise PartsError(f"{name} is no closed solid: mend it in the program that wrote it")
+    if max(solid.bounding_box().size) > LARGEST:
+        raise PartsError(f"{name} is larger than {LARGEST:g} mm: is its unit right?")
+    return solid
+
+
+def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
+    """The datum (mm, in the file's axes) and the directions that become the sensor's x and z."""
+    if not isinstance(part.datum, str):
+        x, y, z = (value * MM for value in part.datum)
+        return (x, y, z), AXES[part.along], AXES[part.up]
+    found = [match for match in _PLACEMENT.finditer(text) if match[1].replace("''", "'") == part.datum]
+    if len(found) != 1:
+        named = sorted({match[1] for match in _PLACEMENT.finditer(text) if match[1].strip()})[:6]
+        there = f"; there are: {', '.join(named)}" if named else ""
+        how = "has no" if not found else f"has {len(found)}"
+        raise PartsError(f"{part.file} {how} coordinate system named {part.datum}{there}")
+    _, place, up, along = found[0].groups()
+    x, y, z = (value * unit for value in _triple(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
+    return (
+        (x, y, z), _triple(text, along, "DIRECTION", (1.0, 0.0, 0.0), part),
+        _triple(text, up, "DIRECTION", (0.0, 0.0, 1.0), part),
+    )
+
+
+def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPart) -> Vector:
+    if number == "$":
+        return left_out
+    found = re.search(_TRIPLE.format(re.escape(number), entity), text)
+    try:
+        numbers = [float(value) for value in found[1].split(",")] if found else []
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3:
+        raise PartsError(f"{part.file}: the coordinate system {part.datum} is not whole")
+    return numbers[0], numbers[1], numbers[2]
+
+
+def bare(solid: Any) -> Any:
+    """The kernel's shape with its location worked into its points."""
+    where = solid.wrapped.Location()
+    if where.IsIdentity():
+        return solid.wrapped
+    still = solid.wrapped.Located(require("OCP.TopLoc").TopLoc_Location())
+    return require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(still, where.Transformation(), True).Shape()

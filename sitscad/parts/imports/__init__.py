@@ -1,1 +1,0 @@
-"""Solids out of STEP files that a spec names."""

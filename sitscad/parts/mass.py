@@ -1,0 +1,118 @@
+"""What every piece weighs and where its middle is, from its exact volume and its material's density."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from sitscad.data import cited, rows
+from sitscad.layout.board import Layout
+from sitscad.parts.solid import Solid
+from sitscad.parts.whole import copper_in_films
+from sitscad.record import record
+from sitscad.scene.bodies import BodyRole
+from sitscad.spec.materials import ElastomerMaterial
+
+Vector = tuple[float, float, float]
+
+CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
+"""What the sensor is put into, and is no part of."""
+
+
+@record
+class Weight:
+    """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m); mass and density None where no density
+    is known. ``share`` is how much of the volume is the material: a coil's ring is tracks and gaps. ``copper`` (m3) is
+    what of it is copper in a film of another material, leads and contacts; it is in the mass.
+    """
+
+    name: str
+    material: str
+    volume: float
+    density: float | None
+    mass: float | None
+    centre: Vector
+    source: str
+    share: float = 1.0
+    is_carrier: bool = False
+    copper: float = 0.0
+
+
+@record
+class Balance:
+    """Mass (kg) and centre (m) of several pieces, and the names of those that could not be weighed."""
+
+    mass: float
+    centre: Vector
+    unknown: tuple[str, ...]
+
+
+def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
+    """Every piece of the whole assembly, in its order."""
+    # Densities (kg/m3) of the spec's silicones, with their sources
+    spec = layout.spec
+    parts = (spec.elastomer, spec.encapsulation)
+    silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
+    known, drawn = (
+        {each.name: (each.density, each.source) for each in silicones if each.density is not None},
+        frozenset(s.name for s in solids if s.role is BodyRole.COPPER),
+    )
+    leads = copper_in_films(layout, drawn)
+    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids)
+
+
+def balance(weights: tuple[Weight, ...]) -> Balance:
+    """All of them together."""
+    known = [(w, w.mass) for w in weights if w.mass is not None]
+    mass = math.fsum(m for _, m in known)
+    centre = [math.fsum(m * w.centre[axis] for w, m in known) / mass if mass else 0.0 for axis in range(3)]
+    return Balance(mass, (centre[0], centre[1], centre[2]), tuple(w.name for w in weights if w.mass is None))
+
+
+def density(material: str) -> tuple[float, str] | None:
+    """A material's density (kg/m3) and its source; None where the data have none."""
+    row = _table().get(material)
+    if row is None:
+        return None
+    source = cited(row)
+    return float(row["density"]), source
+
+
+def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
+    """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no
+    mass, and why.
+    """
+    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(_centre_of_mass()))
+    share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
+    found = own.get(solid.material) or density(solid.material)
+    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * _copper_density()
+    value, source = found or (None, "no density is known: weigh it")
+    is_carrier = solid.role in CARRIERS
+    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
+
+
+def _copper_density() -> float:
+    """Copper's density (kg/m3)."""
+    found = density("copper")
+    assert found is not None
+    return found[0]
+
+
+def track_share(layout: Layout, solid: Solid) -> float:
+    """How much of a coil's ring its tracks fill: their length times their width over its area."""
+    _, number, name = solid.name.split("-", 2)
+    coil = next(coil for coil in layout.coils if coil.name == name)
+    winding = next(winding for winding in coil.windings if winding.layer == int(number))
+    tracks = winding.path.length * layout.spec.coil.trace_width * winding.thickness
+    return min(1.0, tracks / solid.volume)
+
+
+def _centre_of_mass() -> object:
+    from sitscad.parts.extras import require
+
+    return require("build123d").CenterOf.MASS
+
+
+@cache
+def _table() -> dict[str, dict[str, str]]:
+    return {row["material"]: row for row in rows("densities")}

@@ -1,0 +1,200 @@
+"""The body of the flexible circuit, its stiffener and the shield behind it. Copper is not modelled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from sitscad.geometry.path import Point, bounding_box, rounded
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.imported import imported
+from sitscad.parts.seat import cut_for
+from sitscad.parts.solid import MM, Solid, box, one_solid, prism, top_edges
+from sitscad.scene import bodies, stack
+from sitscad.scene.bodies import Body, BodyRole, seat_heights, top_height
+from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
+from sitscad.spec.mount import Jaw
+from sitscad.spec.presets import metal_colour
+
+
+def board_body(layout: Layout) -> Solid:
+    """The board's outline with its tail held straight, up to z = 0: the body of all layers, beyond it the tail of those
+    that run down it.
+    """
+    board, under = stack.board(layout), stack.tail_heights(layout)[0]
+    whole = _drawn_out(board, "#c8821e")
+    if under - board.lower < 1e-9:
+        return whole
+    _, y0, x1, y1 = bounding_box((layout.outline,))
+    below = box(layout.body[2], y0 - 1e-3, board.lower - 1e-3, x1 + 1e-3, y1 + 1e-3, under)
+    return replace(whole, shape=one_solid(whole.shape - below, "board"))
+
+
+def stiffener(layout: Layout) -> Solid | None:
+    """The plate under the contacts, bonded to the board's bottom face."""
+    plate = stack.stiffener(layout)
+    return None if plate is None else _drawn_out(plate, "#8c6a3f")
+
+
+def shield(layout: Layout) -> Solid | None:
+    """The sheet between coil and jaw, as large as the board's body, narrower where the port asks for it."""
+    sheet = stack.shield(layout)
+    return None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
+
+
+def _drawn_out(body: Body, colour: str) -> Solid:
+    return Solid(body.name, prism(body.region, *body.heights), body.material, colour, body.role)
+
+
+def elastomer(layout: Layout) -> Solid | None:
+    """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place."""
+    return _solid(bodies.elastomer(layout.spec), "#e8d8c8")
+
+
+def target(layout: Layout) -> Solid | None:
+    """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
+    plate = bodies.target(layout.spec)
+    return _solid(plate, metal_colour(plate.material) if plate else "")
+
+
+def _solid(body: Body | None, colour: str) -> Solid | None:
+    if body is None:
+        return None
+    return Solid(body.name, prism(body.outline(), *body.heights), body.material, colour, body.role)
+
+
+def encapsulation(layout: Layout) -> Solid | None:
+    """The film over the board's body, round the elastomer and over the target, its outer edges rounded.
+
+    It is nowhere thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the
+    board's own edges and its bottom face are not covered.
+    """
+    film = layout.spec.encapsulation
+    if film is None:
+        return None
+    shape = _board_film(layout, film.thickness)
+    for cover in _covers(layout):
+        shape = one_solid(shape + cover, "encapsulation")
+    for inside in (elastomer(layout), target(layout)):
+        if inside is not None:
+            shape = one_solid(shape - inside.shape, "encapsulation")
+    return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
+
+
+def _board_film(layout: Layout, thickness: float) -> Any:
+    """The film on the body's top face, cut back to the body where the tail leaves it and open over contacts."""
+    x0, y0, x1, y1 = layout.body
+    film = prism(layout.outline, 0.0, thickness) & box(x0, y0, 0.0, x1, y1, thickness)
+    for opening in layout.top_openings:
+        film = film - prism(opening, -thickness, 2 * thickness)
+    return one_solid(film, "encapsulation")
+
+
+def _covers(layout: Layout) -> list[Any]:
+    """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
+    spec = layout.spec
+    pad, plate, film = bodies.elastomer(spec), bodies.target(spec), bodies.film_thickness(spec)
+    if pad and plate and pad.footprint == plate.footprint:
+        return [_rounded_block(plate, 0.0, bodies.top_height(spec), film)]
+    blocks = []
+    if pad:
+        blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
+    if plate:
+        blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
+    return blocks
+
+
+def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
+    block = prism(body.outline(film), lower, upper)
+    return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))
+
+
+TIP_ROUNDING = 0.5e-3
+
+
+def jaw(layout: Layout) -> Solid | None:
+    """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
+    fitted, seat, mount = fitted_jaw(layout), seat_heights(layout.spec), layout.spec.mount
+    if seat is None or mount is None or mount.metal is None:
+        return None
+    metal = mount.metal.name
+    if mount.is_jaw_unmeasured and mount.step is not None:
+        shape = imported(layout, mount.step, axis(layout), seat[0])
+    elif fitted is None:
+        return None
+    elif fitted.step is not None:
+        shape = imported(layout, fitted.step, axis(layout), seat[0])
+    else:
+        bar = _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
+        shape = cut_for(layout, _pocketed(layout, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
+    return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
+
+
+def opposing(layout: Layout) -> tuple[Solid, ...]:
+    """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
+    that only a STEP file describes it is that file's mirror image, without a pad.
+    """
+    fitted, mount = fitted_jaw(layout), layout.spec.mount
+    bd = require("build123d")
+    if fitted is None:
+        if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
+            return ()
+        shape = imported(layout, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
+        name = mount.metal.name
+        return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
+    pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    mirrored, metal = _other(layout, fitted, -(top + pad)).mirror(bd.Plane.XY), fitted.material.name
+    found = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
+    if pad > 0.0:
+        half, along = section(fitted).face / 2, (x1 - x0) / 2
+        if fitted.opposing_pocket is not None and fitted.opposing_recess:
+            along, half = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
+        middle = (x0 + x1) / 2
+        sheet = box(middle - along, y - half, top, middle + along, y + half, top + pad)
+        found.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
+    return tuple(found)
+
+
+def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
+    """The other jaw lying face up, its face at a height (m): the file's again where the jaw is one, as its mirror
+    image; else the jaw's section with a pocket of its own.
+    """
+    if fitted.step is not None:
+        return imported(layout, fitted.step, axis(layout), floor)
+    recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
+    tall = replace(fitted, height=fitted.height + recess)
+    return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
+
+
+def _pocketed(
+    layout: Layout, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float]
+) -> Any:
+    """The bar with a pad pocket (its size, and how high its rims stand, m) and the window through it."""
+    (x0, x1), y, (pad, recess) = jaw_range(layout, fitted), axis(layout).y, pocket
+    middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
+    for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
+        if size is not None:
+            along, across = size[0] / 2, size[1] / 2
+            block = box(middle - along, y - across, bottom, middle + along, y + across, high)
+            bar = one_solid(bar - block, "jaw")
+    return bar
+
+
+def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:
+    """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
+    bd = require("build123d")
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    upright = prism(section(fitted).outline, 0.0, x1 - x0)
+    # the section's x becomes the jaw's y, its y the jaw's z, and the prism's height runs along x
+    stand = bd.Location(bd.Plane((x0 * MM, y * MM, height * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0)))
+    return one_solid(upright.moved(stand) & _plan(layout, fitted, height), "jaw")
+
+
+def _plan(layout: Layout, fitted: Jaw, height: float) -> Any:
+    """A block with the jaw's outline seen from above: the two corners of the tip are rounded."""
+    (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
+    cut = min(TIP_ROUNDING, fitted.width / 4)
+    corners = [Point(x0, y - half), Point(x1, y - half), Point(x1, y + half), Point(x0, y + half)]
+    return prism(rounded(corners, [cut, 0.0, 0.0, cut]), height - 2 * fitted.height, height + fitted.height)

@@ -1,0 +1,234 @@
+"""A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
+
+Where a load cell's holes lie under the board they are in a second piece, `mount-adapter`: that is screwed on the cell
+first, its screws' heads sunk, and the plate on it by four screws with nuts; so every screw can be reached, and no steel
+is near the coils.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sitscad.geometry.path import Point, Region, circle, rectangle
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised
+from sitscad.scene.bodies import Heights, board_heights, film_thickness
+from sitscad.scene.column import print_limit
+from sitscad.scene.jaws import axis, shield_that_fits
+from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
+from sitscad.scene.seating import cap_end, clearance, ledge
+from sitscad.scene.tail_path import Lip, lip, round_edge
+from sitscad.spec.mount import Finger, Hole
+
+FLOOR = 2.0e-3
+CORNER = 2.0e-3
+EDGE = 0.5e-3
+"""Rounding of the plate's upper edge (m)."""
+
+TAIL_RELIEF = 0.5e-3
+LEFT = 0.3
+"""Share of the plastic under the tail that the round lip leaves at the plate's end."""
+
+Box = tuple[float, float, float, float]
+
+
+def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
+    """The plate, and the spacer over a shield."""
+    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    used = under - (shield[0] if shield else under)
+    floor = max(standoff - used, _floor(layout))
+    bottom = under - used - floor
+    plan = plate_plan(layout, film_thickness(layout.spec))
+    # The plate with its upper edge rounded all round
+    plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
+    edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
+    plate = plate.fillet(EDGE * MM, edges)
+    for cut in (*recess(layout, shield), *_tail_relief(layout, plan, floor)):
+        plate = one_solid(plate - cut, "mount")
+    for hole in holes_in_plate(layout, plan):
+        shaft = circle(Point(*hole.at), hole.diameter / 2)
+        plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
+    return (plate, *spacer(layout, shield))
+
+
+def _floor(layout: Layout) -> float:
+    """The least plastic below the board (m): screws of half its thickness more bend it."""
+    mount = layout.spec.mount
+    holes = mount.holes.holes if mount is not None and mount.holes is not None else ()
+    return max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if not adapter_needed(layout) and holes else FLOOR
+
+
+def adapter(layout: Layout, standoff: float) -> Any | None:
+    """The piece between load cell and plate; None where the plate's own holes serve."""
+    holes = adapter_needed(layout)
+    if not holes:
+        return None
+    plan = plate_plan(layout, film_thickness(layout.spec))
+    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    used = under - (shield[0] if shield else under)
+    top = under - used - max(standoff - used, _floor(layout))
+    head = max(hole.diameter for hole in holes)
+    bottom = top - head - FLOOR
+    body = prism(rectangle(*plan, CORNER), bottom, top)
+    for hole in holes:
+        body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
+        sink = circle(Point(*hole.at), hole.head / 2 + clearance(layout.spec.mount))
+        body = one_solid(body - prism(sink, top - head, top + 1e-3), "adapter")
+    for corner in corner_holes(plan):
+        body = one_solid(body - _nut_and_shaft(corner, bottom, top), "adapter")
+    return body
+
+
+def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
+    """What a screw with a nut, let in from below, takes out of the adapter."""
+    bd = require("build123d")
+    shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
+    outline = bd.Face(bd.Wire.make_polygon([bd.Vector(*corner) for corner in _hexagon(hole.at)], close=True))
+    return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
+
+
+def _hexagon(at: tuple[float, float]) -> list[tuple[float, float]]:
+    """The corners (mm) of a nut's pocket about a point (m)."""
+    radius = CORNER_SCREW.nut_across / math.sqrt(3.0)
+    turns = [math.pi / 3 * i for i in range(6)]
+    return [((at[0] + radius * math.cos(t)) * MM, (at[1] + radius * math.sin(t)) * MM) for t in turns]
+
+
+def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """The slab that keeps the shield at its gap below the board."""
+    under = board_heights(layout.spec)[0]
+    if shield is None or under - shield[1] < 1e-9:
+        return ()
+    x0, y0, x1, y1 = layout.body
+    return (box(x0, y0, shield[1], x1, y1, under),)
+
+
+def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
+    under, room = board_heights(layout.spec)[0], clearance(layout.spec.mount)
+    cuts = [raised(grown(layout), under, 1e-3)]
+    if shield is not None:
+        x0, y0, x1, y1 = layout.body
+        cuts.append(prism(rectangle(x0 - room, y0 - room, x1 + room, y1 + room), shield[0], 1e-3))
+    if layout.stiffener is not None:
+        x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
+        deep = under - layout.stiffener.thickness - room
+        cuts.append(box(x0 - room, y0 - room, deep, x1 + room, y1 + room, 1e-3))
+    return tuple(cuts)
+
+
+def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
+    """A deeper slot under the tail from the body to the plate's edge, round where the tail leaves it, so that the tail
+    may bend down freely over no sharp edge.
+    """
+    start = layout.body[2] + clearance(layout.spec.mount)
+    depth = min(TAIL_RELIEF, floor / 2)
+    beyond = grown(layout) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
+    if not beyond:
+        return ()
+    x0, y0, x1, y1 = _box_of(beyond)
+    if x1 < plan[2] - 1e-9:
+        return ()
+    deep = board_heights(layout.spec)[0] - depth
+    edge = round_edge(layout.spec, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
+    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
+
+
+def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
+    """What rounds the upper edge of a face at a height (m), from where to where across (m)."""
+    bd = require("build123d")
+    deep = edge.radius * (1.0 - math.cos(edge.turn))
+    corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
+    lie = bd.Plane((edge.start * MM, across[0] * MM, (height - edge.radius) * MM), z_dir=(0, 1, 0))
+    return corner - bd.Solid.make_cylinder(edge.radius * MM, (across[1] - across[0]) * MM, lie)
+
+
+def grown(layout: Layout) -> Any:
+    """The board's outline grown by the clearance, as a face."""
+    bd = require("build123d")
+    room = clearance(layout.spec.mount)
+    return bd.offset(face(Region(layout.outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
+
+
+def _box_of(shape: Any) -> Box:
+    bounds = shape.bounding_box()
+    return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM
+
+
+FRONT = 2.0e-3
+"""Plastic before the finger's end (m)."""
+
+ENGAGED = 1.5
+"""Length of thread over the screw's diameter, in plastic."""
+
+TAPPED = 0.82
+"""Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)."""
+
+TOUCHED = 1.5e-3
+"""Radius of the edges that are touched (m)."""
+
+LEAST_GRIP = 3e-3
+
+
+def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
+    """The cap, and the spacer over a shield. Raises `PartsError` where the tail's stiffener leaves no room to grip."""
+    mount = layout.spec.mount
+    assert mount is not None and mount.finger is not None
+    finger, shield = mount.finger, shield_that_fits(layout.spec)
+    under, room = board_heights(layout.spec)[0], clearance(mount)
+    x0, y0, x1, y1 = layout.body
+    # Where the cap ends towards the hand (m)
+    end = cap_end(layout)
+    if end is None or end - layout.body[2] < LEAST_GRIP:
+        raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
+    end = end
+    side = max(ENGAGED * finger.screw, ledge(mount))
+    half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
+    top, y = under - standoff, axis(layout).y
+    floor = print_limit(mount.process, "free_wall").value
+    bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)
+    # The block with all edges rounded but those of its open end
+    block = box(x0 - room - 2.0 * FRONT, y - half, bottom, end, y + half, 0.0)
+    last = block.bounding_box().max.X
+    edges = [edge for edge in block.edges() if last - 1e-6 > edge.bounding_box().min.X]
+    radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
+    cap = block.fillet(radius, edges)
+    cap = one_solid(cap - _bore(layout, finger, top, x0 - room, end + 1e-3), "cap")
+    for cut in (*recess(layout, shield), *_leaving(layout, end, standoff)):
+        cap = one_solid(cap - cut, "cap")
+    # The holes of the clamping screws, one from each side at the finger's half height
+    x = (x1 + end) / 2
+    z = top - finger.size[1] / 2
+    bd, y = require("build123d"), axis(layout).y
+    found = []
+    for side in (-1.0, 1.0):
+        lie = bd.Plane((x * MM, y * MM, z * MM), z_dir=(0, side, 0))
+        found.append(bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie))
+    for screw in tuple(found):
+        cap = one_solid(cap - screw, "cap")
+    return (cap, *spacer(layout, shield))
+
+
+def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) -> Any:
+    """The finger's end with its clearance, its upper face at a height (m)."""
+    bd, room = require("build123d"), clearance(layout.spec.mount)
+    y, (width, height) = axis(layout).y, finger.size
+    if finger.outline.is_round:
+        radius = width / 2 + room
+        lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+        return bd.Solid.make_cylinder(radius * MM, (end - start) * MM, lie)
+    half = width / 2 + room
+    return box(start, y - half, top - height - 2.0 * room, end, y + half, top)
+
+
+def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
+    """The round lip over which the tail leaves the cap, as wide as the tail's slot there."""
+    low, high = layout.reach_at(end)
+    if low == high or standoff <= 0.0:
+        return ()
+    room, under = clearance(layout.spec.mount), board_heights(layout.spec)[0]
+    edge = lip(layout) or round_edge(layout.spec, end, standoff / 2, 0.0)
+    return (rounding(edge, (low - room, high + room), under),)
+

@@ -1,0 +1,291 @@
+"""The proof that it fits, on the solids themselves: what the plane tier says of figures, measured on meshes of the
+pieces as they are glued together, closed, opened about their hinge, and with the pad under its load.
+
+The two know nothing of each other but the spec: `sitscad.scene.fit` adds figures up, this measures triangles.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from sitscad.layout.board import Layout
+from sitscad.parts.assembly import assemble
+from sitscad.parts.extras import require
+from sitscad.parts.mesh import CHORD, Clearance, interferences, manifold, shared_volume, tessellate
+from sitscad.parts.solid import MM, PartsError, Solid
+from sitscad.record import record
+from sitscad.scene.bodies import BodyRole, target_gap
+from sitscad.scene.fit import closed_section
+from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.state import Pose
+
+TIP_STEP = 0.5e-3
+"""How far (m) the other jaw's tip goes between two positions that it is tried in."""
+SEARCH = 2.0
+"""Gaps (mm) are looked for up to here: what is farther apart is said to be this far."""
+SLIVER = 1e-12
+"""Volumes (m3) below this are where two chord meshes of one touching round face overlap: 10 um by 0.3 mm by 0.3 mm."""
+
+INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
+SUPPORT, NO_SUPPORT = "support", "no support"
+"""What is measured."""
+
+GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
+"""Pieces that gaps are told of together; all others go by their names."""
+
+
+@record
+class Measured:
+    """One measurement of the solids: which of the kinds above, of which pieces, the value and its limit (m, or m3 of
+    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle or the load in
+    words, ``angle`` how far (rad) the jaws are open then.
+    """
+
+    what: str
+    first: str
+    second: str
+    value: float
+    limit: float
+    unit: str
+    is_kept: bool
+    where: tuple[float, float, float]
+    when: str = ""
+    angle: float = 0.0
+
+
+@record
+class Proof:
+    """What was measured of the closed pair as it is glued: the radius (m) of the circle about its axis that holds it,
+    by meshes and by the plane tier, the port's; all measurements; the least gap (m) of every two pieces or groups of
+    pieces; how far (rad) the jaws were opened (None: the hinge is not known).
+    """
+
+    radius: float
+    plane_radius: float
+    port_radius: float
+    measured: tuple[Measured, ...]
+    clearances: tuple[Clearance, ...]
+    opened: float | None
+
+    @property
+    def faults(self) -> tuple[Measured, ...]:
+        """What is not kept."""
+        return tuple(each for each in self.measured if not each.is_kept)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the pair passes its port, within the meshes' chord error, and nothing stands in anything."""
+        return not self.faults
+
+
+@record(eq=False)
+class Meshed:
+    """A solid and its mesh as a manifold (mm)."""
+
+    solid: Solid
+    body: Any
+
+    @property
+    def group(self) -> str:
+        """What its gaps are told of."""
+        return GROUPS.get(self.solid.role, self.solid.name)
+
+
+def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[Load, ...] = ()) -> Proof | None:
+    """Measure the solids of `sitscad.parts.whole.whole`; None without a jaw. Raises `MissingExtra`, and `PartsError`
+    where the shield does not fit.
+    """
+    jaw, plane = fitted_jaw(layout), closed_section(layout)
+    if jaw is None or plane is None:
+        return None
+    meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
+    opened = jaw.opening if jaw.hinge is not None else None
+    port = _in_port(layout, meshed, jaw.port_diameter / 2)
+    # Every two pieces that share a volume; one measurement that nothing does where there are none
+    found = [
+        Measured(INTERFERENCE, one.solid.name, other.solid.name, volume, 0.0, "m3", False, _middle(shared))
+        for one, other in combinations(meshed, 2)
+        if _boxes_meet(one.body, other.body)
+        for shared in [one.body ^ other.body]
+        if float(shared.volume()) * 1e-9 > 1e-15
+        for volume in [shared_volume(one.solid, other.solid)]
+        if volume > 1e-15
+    ]
+    found = [*(found or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]), port]
+    if opened is not None:
+        found += _while_opening(layout, meshed, opened)
+    for load in loads:
+        found += _under_load(layout, meshed, load)
+    return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(found), _gaps(meshed), opened)
+
+
+def require_clear(layout: Layout) -> None:
+    """Raise `PartsError` where a piece stands in a solid that came from a file and that no figures describe."""
+    mount = layout.spec.mount
+    if mount is None or mount.step is None:
+        return
+    roles = (BodyRole.JAW, BodyRole.MOUNT)
+    solids = assemble(layout)
+    for found in interferences(solids):
+        if any(solid.role in roles and solid.name in (found.first, found.second) for solid in solids):
+            raise PartsError(
+                f"{found.first} and {found.second} stand in each other: {found.volume * 1e9:.3g} mm3 of "
+                f"{mount.step.file} (is its datum the middle of the face?)"
+            )
+
+
+def _in_port(layout: Layout, meshed: tuple[Meshed, ...], radius: float) -> Measured:
+    """How far anything between tip and heel reaches from the closed pair's axis, the port swept along it."""
+    jaws = [m.body.bounding_box() for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
+    x0, x1 = min(b[0] for b in jaws), max(b[3] for b in jaws)
+    y, z = axis(layout).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
+    reaches = []
+    for each in meshed:
+        part = each.body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
+        points = np.asarray(part.to_mesh64().vert_properties)
+        if len(points):
+            reach = np.hypot(points[:, 1] - y, points[:, 2] - z)
+            worst = int(reach.argmax())
+            at = tuple(float(value) / MM for value in points[worst, :3])
+            reaches.append((float(reach[worst]) / MM, each.solid.name, at))
+    value, name, where = max(reaches)
+    is_kept = value <= radius + CHORD / MM
+    return Measured(PORT, name, "port", value, radius, "m", is_kept, (where[0], where[1], where[2]))
+
+
+def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -> list[Measured]:
+    """What the other jaw, turned about the hinge up to `opening` (rad) against this one, runs into: in steps of
+    `TIP_STEP` at its tip, so that nothing thicker can lie between two of them.
+    """
+    moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
+    still = [m for m in meshed if m not in moving]
+    around = require("manifold3d").Manifold.compose([each.body for each in still])
+    # From the pivot to the jaw's tip (m)
+    jaw = fitted_jaw(layout)
+    assert jaw is not None and jaw.hinge is not None
+    steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
+    worst: dict[tuple[str, str], Measured] = {}
+    for step in range(1, steps + 1):
+        angle = opening * step / steps
+        for one in moving:
+            there = turned(layout, one.body, angle)
+            if not _boxes_meet(there, around) or float((there ^ around).volume()) * 1e-9 <= SLIVER:
+                continue
+            for hit in _hits(one.solid.name, there, still, angle):
+                if (hit.first, hit.second) not in worst or hit.value > worst[hit.first, hit.second].value:
+                    worst[hit.first, hit.second] = hit
+    if worst:
+        return [worst[key] for key in sorted(worst)]
+    when = f"in {steps} steps to {math.degrees(opening):.3g} deg"
+    return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
+
+
+def _hits(name: str, there: Any, still: list[Meshed], angle: float) -> list[Measured]:
+    """Every piece that a turned jaw stands in, with the volume (m3) that both take."""
+    shared = [(other, there ^ other.body) for other in still if _boxes_meet(there, other.body)]
+    when = f"open by {math.degrees(angle):.3g} deg"
+    return [
+        Measured(OPENING, other.solid.name, name, volume, 0.0, "m3", False, _middle(body), when, angle)
+        for other, body in shared
+        for volume in [float(body.volume()) * 1e-9]
+        if volume > SLIVER
+    ]
+
+
+def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: Load) -> list[Measured]:
+    """The gap that is left to what does not give way: of the loaded target, of the pad with its sides bulged, and of
+    the other jaw, which comes down with the target where nothing is grasped.
+    """
+    rigid = [m for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)]
+    found = []
+    for each in meshed:
+        if each.solid.role is BodyRole.TARGET:
+            moved = posed(layout, each.body, load.pose)
+            found.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
+        if each.solid.role is BodyRole.ELASTOMER:
+            found.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
+        if each.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD):
+            closer = each.body.translate((0.0, 0.0, load.pose.z * MM))
+            found.append(_nearest(TRAVEL, each.solid.name, closer, rigid, load.name))
+    return [each for each in found if each is not None]
+
+
+def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -> Measured | None:
+    """The least gap between a moved piece and rigid ones; None where there are none."""
+    gaps = [(float(moved.min_gap(other.body, SEARCH)) / MM, other) for other in rigid]
+    if not gaps:
+        return None
+    gap, other = min(gaps, key=lambda entry: (entry[0], entry[1].solid.name))
+    return Measured(what, name, other.solid.name, gap, 0.0, "m", gap > 0.0, _middle(moved), when)
+
+
+def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
+    """The least gap of every two groups of pieces, glue left out."""
+    m3 = require("manifold3d")
+    names = [name for name in dict.fromkeys(each.group for each in meshed) if name != GROUPS[BodyRole.GLUE]]
+    bodies = {
+        name: m3.Manifold.compose([each.body for each in meshed if each.group == name])
+        if sum(each.group == name for each in meshed) > 1
+        else next(each.body for each in meshed if each.group == name)
+        for name in names
+    }
+    return tuple(
+        Clearance(one, other, float(bodies[one].min_gap(bodies[other], SEARCH)) / MM)
+        for one, other in combinations(names, 2)
+    )
+
+
+def _boxes_meet(one: Any, other: Any) -> bool:
+    a, b = one.bounding_box(), other.bounding_box()
+    return all(a[k] < b[k + 3] and b[k] < a[k + 3] for k in range(3))
+
+
+def _middle(body: Any) -> tuple[float, float, float]:
+    """The middle (m) of a mesh's box, to a micrometre."""
+    x0, y0, z0, x1, y1, z1 = body.bounding_box()
+    x, y, z = (round((low + high) / 2 / MM, 6) + 0.0 for low, high in ((x0, x1), (y0, y1), (z0, z1)))
+    return x, y, z
+
+
+@record
+class Load:
+    """The pad under the forces that the spec asks it to bear: in words, where the target has gone, and how far the
+    elastomer's sides bulge (m).
+    """
+
+    name: str
+    pose: Pose
+    bulge: float
+
+
+def turned(layout: Layout, body: Any, angle: float) -> Any:
+    """A mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
+    jaw, plane = fitted_jaw(layout), closed_section(layout)
+    assert jaw is not None and jaw.hinge is not None and plane is not None
+    x, z = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, (plane.axis - jaw.pivot_offset) * MM
+    y = axis(layout).y * MM
+    return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
+
+
+def posed(layout: Layout, body: Any, pose: Pose) -> Any:
+    """A mesh (mm) moved as the target is: turned about its near face's centre, then displaced."""
+    bounds = body.bounding_box()
+    gap = target_gap(layout.spec)
+    assert gap is not None
+    centre = np.array([(bounds[0] + bounds[3]) / 2, (bounds[1] + bounds[4]) / 2, gap * MM])
+    turn = np.array(pose.rotation)
+    shift = centre - turn @ centre + np.array([pose.x, pose.y, pose.z]) * MM
+    return body.transform(np.column_stack([turn, shift]))
+
+
+def bulged(body: Any, load: Load) -> Any:
+    """The pad (mm) lower by the press and wider by its bulge, its upper half drawn along with the target."""
+    x0, y0, z0, x1, y1, z1 = body.bounding_box()
+    grow, m3 = load.bulge * MM, require("manifold3d")
+    size = (x1 - x0 + 2 * grow, y1 - y0 + 2 * grow, max(1e-6, z1 - z0 + load.pose.z * MM))
+    drawn = (load.pose.x * MM / 2, load.pose.y * MM / 2)
+    return m3.Manifold.cube(size).translate((x0 - grow + drawn[0], y0 - grow + drawn[1], z0))

@@ -1,0 +1,307 @@
+"""The mould for the elastomer: cast it, where it is not bought as sheet and cut.
+
+An open tray with cavities of the pad's outline, as deep as the pad is thick, their walls leaning outwards by the draft
+so that the cured pad comes out; a groove round each takes what runs over, and a lid drawn across from one side leaves
+the face flat. Its vents let air out. Each pad has its nominal size at half its height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from sitscad.geometry.convex import within_box
+from sitscad.geometry.path import Path, Point, Region, circle, rectangle
+from sitscad.layout.board import Layout
+from sitscad.parts.extras import require
+from sitscad.parts.plates import grown
+from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised
+from sitscad.record import record
+from sitscad.scene.bodies import Body, BodyRole, above_board, board_heights, elastomer, target, top_height
+from sitscad.scene.column import mount_tolerance, print_limit
+from sitscad.scene.plate import plate_plan
+from sitscad.scene.stack import ground
+
+MATERIAL, COLOUR = "printed resin", "#c9b8a9"
+DRAFT = math.radians(3.0)
+FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
+GROOVE, RIM = 1.0e-3, 1.0e-3
+VENT = 1.0e-3
+CAVITIES = 4
+"""A bad pad of four is a pad to throw away, not an afternoon."""
+SPILL = 1.3
+"""What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)."""
+
+
+LEAST_MIX = 5e-6
+"""Two liquids of less than this (m3) cannot be weighed out well on a laboratory balance (from memory)."""
+
+
+@record
+class Pour:
+    """How much silicone a mould takes: how many pads, the volume (m3) of one, and what is to be mixed for all."""
+
+    pads: int
+    pad: float
+    mixed: float
+
+
+def pour(layout: Layout) -> Pour | None:
+    """What is mixed for one mould; None without an elastomer."""
+    body = elastomer(layout.spec)
+    if body is None:
+        return None
+    x, y = body.footprint.size
+    area = math.pi * x * y / 4 if body.footprint.is_round else x * y
+    volume = area * body.thickness
+    return Pour(CAVITIES, volume, SPILL * CAVITIES * volume)
+
+
+def mould(layout: Layout) -> tuple[Solid, ...]:
+    """Tray and lid, each lying as it is printed, beside the sensor's place; none without an elastomer."""
+    pad = elastomer(layout.spec)
+    if pad is None:
+        return ()
+    # The diameter (m) of the lid's vents: as small as the process that prints it makes holes
+    mount = layout.spec.mount
+    tray = prism(_plan(pad), -pad.thickness - FLOOR, 0.0)
+    for centre in _centres(pad):
+        # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
+        bd = require("build123d")
+        lean = math.tan(DRAFT) * pad.thickness / 2
+        ends = [
+            face(Region(_outline(pad, centre, room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
+            for room, height in ((-lean, -pad.thickness), (lean, 0.0))
+        ]
+        tray = one_solid(tray - bd.Solid.make_loft(ends, ruled=True), "mould")
+        # A ditch round the cavity, half as deep, behind a rim
+        inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
+        tray = one_solid(tray - prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3), "mould")
+    # A flat plate with vents over the grooves, where they leave no mark on a pad
+    size = max(VENT, print_limit(mount.process if mount is not None else "resin", "hole").value)
+    lid = prism(_plan(pad), 0.0, LID)
+    for centre in _centres(pad):
+        beside = _size(pad)[1] / 2 + RIM + GROOVE / 2
+        for side in (-1.0, 1.0):
+            vent = circle(Point(centre.x, centre.y + side * beside), size / 2)
+            lid = one_solid(lid - prism(vent, -1e-3, LID + 1e-3), "mould")
+    pieces = (("mould-tray", tray), ("mould-lid", lid))
+    return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
+
+
+def _size(pad: Body) -> tuple[float, float]:
+    """The pad's own sides, unturned (m)."""
+    return pad.footprint.size
+
+
+def _pitch(pad: Body) -> float:
+    return _size(pad)[0] + 2 * (RIM + GROOVE) + RIM
+
+
+def _centres(pad: Body) -> list[Point]:
+    return [Point((i - (CAVITIES - 1) / 2) * _pitch(pad), 0.0) for i in range(CAVITIES)]
+
+
+def _plan(pad: Body) -> Path:
+    half_x = CAVITIES * _pitch(pad) / 2 + BORDER
+    half_y = _size(pad)[1] / 2 + RIM + GROOVE + BORDER
+    return rectangle(-half_x, -half_y, half_x, half_y, 2e-3)
+
+
+def _outline(pad: Body, centre: Point, room: float) -> Path:
+    """The pad's outline about a point, so much larger on each side (m)."""
+    x, y = (side / 2 + room for side in _size(pad))
+    if pad.footprint.is_round:
+        return circle(centre, x)
+    return rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y)
+
+
+JIG_MATERIAL, JIG_COLOUR = "printed resin", "#b8c9a9"
+JIG_FLOOR = 2.0e-3
+PINS = (3.0e-3, 2.0e-3)
+PIN_INSET = 3.0e-3
+PIN_HEIGHT = 1.8e-3
+PUSH_HOLE = 2.5e-3
+CORNER_RELIEF = 0.5e-3
+ROOM_ROUND_PAD = 1.0e-3
+WELL = 1.5e-3
+"""How deep a well is above its piece, so that the press is guided; frames are higher than the pins therefore."""
+COLLAR = 4.0e-3
+Box = tuple[float, float, float, float]
+
+
+def jig(layout: Layout) -> tuple[Solid, ...]:
+    """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
+    pad, plate = elastomer(layout.spec), target(layout.spec)
+    if pad is None and plate is None:
+        return ()
+    plan = plate_plan(layout, 0.0)
+    found = [("jig-base", _base(layout, plan))]
+    for lines, (body, under) in enumerate(((pad, None), (plate, pad)), 1 if pad is not None else 0):
+        if body is not None:
+            # A piece's frame: a well of its outline, and below it room for the one that is glued already
+            height = body.upper + WELL
+            cuts = [(body, clearance(layout), body.lower, height)]
+            if under is not None:
+                cuts.append((under, ROOM_ROUND_PAD, 0.0, body.lower))
+            # A plate on the base with windows: each a body, what is left free round it, and from where to where (m)
+            frame = prism(rectangle(*plan, 2e-3), 0.0, height)
+            gap = clearance(layout)
+            for at, size in pins(plan):
+                frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
+            for piece, room, lower, upper in tuple(cuts):
+                lower, upper = (lower if lower > 0.0 else -1e-3), (upper if upper < height else height + 1e-3)
+                for outline in (piece.outline(room), *_reliefs(piece)):
+                    frame = one_solid(frame - prism(outline, lower, upper), "jig")
+            found.append((f"jig-{body.name}", frame))
+            top = body.upper + WELL
+            foot = prism(body.outline(), body.upper + (max(1, lines) * layout.spec.assembly.glue_line), top)
+            x0, y0, x1, y1 = body.footprint.box
+            collar = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), top, top + COLLAR)
+            turned = one_solid(foot + collar, "press").rotate(require("build123d").Axis.X, 180.0)
+            found.append((f"jig-{body.name}-press", one_solid(turned, "press")))
+    return tuple(Solid(name, shape, JIG_MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+
+
+def clearance(layout: Layout) -> float:
+    """Between a piece and what guides it, on each side (m): the least that the mount's process can make."""
+    mount = layout.spec.mount
+    return print_limit(mount.process if mount is not None else "resin", "clearance").value
+
+
+def _base(layout: Layout, plan: Box) -> Any:
+    """The jig's base: a block with the board's outline sunk in, a hole to push it out, and pins."""
+    under = board_heights(layout.spec)[0]
+    body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
+    near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
+    if near is not None:  # a longer tail makes the same jig, to the last digit
+        layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
+    body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
+    for solid in _stiffener_room(layout, plan, under):
+        body = one_solid(body - solid, "jig")
+    middle = Point((layout.body[0] + layout.body[2]) / 2, (layout.body[1] + layout.body[3]) / 2)
+    body = one_solid(body - prism(circle(middle, PUSH_HOLE / 2), under - JIG_FLOOR - 1e-3, 1e-3), "jig")
+    for at, size in pins(plan):
+        body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
+    return body
+
+
+def _stiffener_room(layout: Layout, plan: Box, under: float) -> tuple[Any, ...]:
+    """What a stiffener that lies over the base takes out of it."""
+    plate, gap = layout.stiffener, clearance(layout)
+    if plate is None:
+        return ()
+    points = [point for segment in plate.outline.outline for point in (segment.start, segment.end)]
+    x0, x1 = min(p.x for p in points) - gap, max(p.x for p in points) + gap
+    y0, y1 = min(p.y for p in points) - gap, max(p.y for p in points) + gap
+    if x0 >= plan[2]:
+        return ()
+    return (prism(rectangle(x0, y0, x1, y1), under - plate.thickness - gap, 1e-3),)
+
+
+def _reliefs(body: Body) -> tuple[Path, ...]:
+    """Holes in a window's corners; none for a disc."""
+    if body.footprint.is_round:
+        return ()
+    return tuple(circle(corner, CORNER_RELIEF) for corner in [segment.start for segment in body.outline()])
+
+
+def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
+    """Where the pins stand, and how thick they are: in two corners, clear of board and tail."""
+    low = Point(plan[0] + PIN_INSET, plan[1] + PIN_INSET)
+    high = Point(plan[2] - PIN_INSET, plan[3] - PIN_INSET)
+    return (low, PINS[0]), (high, PINS[1])
+
+
+ROOF = 2.5e-3
+"""Plastic over the highest point of the skin (m)."""
+
+SKIN_VENT = (1.0e-3, 0.5e-3)
+"""Width and depth of the grooves that let air and silicone out (m)."""
+
+LEAST_OVER_TOLERANCE = 2.0
+"""A skin thinner than so many tolerances of the printed cup would come out with holes in it."""
+
+
+def skin_mould(layout: Layout) -> Solid | None:
+    """The cup as it is printed, open side up; None without a film, or where the film is too thin to be cast."""
+    if not is_cast(layout):
+        return None
+    plan, film = plate_plan(layout, 0.0), layout.spec.encapsulation
+    assert film is not None
+    height = max(top_height(layout.spec), PIN_HEIGHT) + ROOF
+    cup = prism(rectangle(*plan, 2e-3), 0.0, height)
+    x0, y0, x1, y1 = layout.body
+    flange = prism(layout.outline, -1e-3, film.thickness) & box(x0, y0, -1e-3, x1, y1, film.thickness)
+    cup = one_solid(cup - flange, "mould")
+    for body in _blocks(layout):
+        # What a piece with its skin takes out of the cup: narrowest at the top, wider at the parting face by the draft
+        top = top_height(layout.spec)
+        bd = require("build123d")
+        lean = math.tan(DRAFT) * top
+        ends = [
+            face(Region(body.outline(film.thickness + room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
+            for room, height in ((lean + math.tan(DRAFT) * 1e-3, -1e-3), (0.0, top))
+        ]
+        cup = one_solid(cup - bd.Solid.make_loft(ends, ruled=True), "mould")
+    # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
+    width, depth = SKIN_VENT
+    found = []
+    for x in (x0 + width / 2, x1 - width / 2):
+        found.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
+        found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
+    for vent in found:
+        cup = one_solid(cup - vent, "mould")
+    gap = clearance(layout)
+    for at, size in pins(plan):
+        cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
+    turned = one_solid(cup.rotate(require("build123d").Axis.X, 180.0), "mould")
+    return Solid("mould-skin", turned, MATERIAL, COLOUR, BodyRole.MOULD)
+
+
+def is_cast(layout: Layout) -> bool:
+    """Whether the film is cast in a mould: there is one, thick enough for the process that prints the cup, and no
+    contacts lie under it.
+    """
+    film = layout.spec.encapsulation
+    if film is None or not above_board(layout.spec):
+        return False
+    body_end = layout.body[2]
+    has_contacts = any(
+        point.x < body_end - 1e-9
+        for opening in layout.top_openings
+        for segment in opening.outline
+        for point in (segment.start, segment.end)
+    )
+    return film.thickness >= LEAST_OVER_TOLERANCE * mount_tolerance(layout.spec).band - 1e-12 and not has_contacts
+
+
+def skin_pour(layout: Layout) -> Pour | None:
+    """How much silicone the skin takes, and what is mixed for it; None where it is not cast."""
+    film = layout.spec.encapsulation
+    if film is None or not is_cast(layout):
+        return None
+    thick, top = film.thickness, top_height(layout.spec)
+    inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
+    blocks = max(_area(body, thick + math.tan(DRAFT) * top / 2) for body in above_board(layout.spec))
+    flange = max(0.0, Region(ground(layout)).area - blocks) * thick
+    volume = flange + blocks * top - inside
+    return Pour(1, volume, SPILL * volume)
+
+
+def _area(body: Body, room: float) -> float:
+    """A piece's area from above, so much larger all round (m), its corners rounded by that."""
+    x, y = body.footprint.size
+    if body.footprint.is_round:
+        return math.pi * (x / 2 + room) ** 2
+    return (x + 2.0 * room) * (y + 2.0 * room) - (4.0 - math.pi) * room**2
+
+
+def _blocks(layout: Layout) -> list[Body]:
+    """The pieces that the skin goes round; one where the other lies within it."""
+    bodies = list(above_board(layout.spec))
+    if len({body.footprint for body in bodies}) == 1:
+        return bodies[:1]
+    return bodies
+

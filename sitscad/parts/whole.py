@@ -1,0 +1,416 @@
+"""The board film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail.
+
+Copper is drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside
+the rings is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads and contacts are too fine to be
+drawn; `sitscad.parts.mass` weighs their copper with the film that it lies in.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+from sitscad.geometry.path import Path, Region, bounding_box, rectangle
+from sitscad.layout.bending import bend_stretch
+from sitscad.layout.board import Coil, Layout, Role
+from sitscad.layout.thickness import tail_layers
+from sitscad.parts.assembly import assemble
+from sitscad.parts.extras import require
+from sitscad.parts.pieces import encapsulation, opposing
+from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised
+from sitscad.record import record
+from sitscad.scene import stack
+from sitscad.scene.bodies import (
+    MOUNT_PIECES,
+    BodyRole,
+    Heights,
+    board_heights,
+    seat_spans,
+    shield_heights,
+    target_lines,
+)
+from sitscad.scene.column import GLUE, column, levels
+from sitscad.scene.jaws import shield_that_fits
+from sitscad.scene.tail_path import Station, Stretch, TailPath, tail_path
+from sitscad.spec.stackup import LayerKind, StackLayer
+
+COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
+FILL = "adhesive"
+LEAST_OPENING = 50e-6
+"""Openings inside a coil narrower than this (m) are filled in."""
+
+
+def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
+    """The board's films from the top down, those of its body and, along `path`, those of its tail."""
+    found: list[Solid] = []
+    upper, number = 0.0, 0
+    # The board's outline up to the body's end, as a face in the plane z = 0
+    x0, y0, x1, y1 = layout.body
+    body = (face(Region(layout.outline)) & face(Region(rectangle(x0, y0, x1, y1)))).faces()[0]
+    for index, layer in enumerate(layout.spec.fpc.stackup.layers):
+        number += layer.kind is LayerKind.COPPER
+        heights = upper - layer.thickness, upper
+        found += _of_body(layout, body, layer, index, number, heights)
+        upper = heights[0]
+    if path is None:
+        return tuple(found)
+    upper = 0.0
+    flat = plan(layout, path, Region(layout.outline))
+    for index, layer in enumerate(tail_layers(layout)):
+        shape = flat.laid(upper - layer.thickness, upper)
+        kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
+        found.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
+        upper -= layer.thickness
+    return tuple(found)
+
+
+def ring(layout: Layout, coil: Coil, number: int) -> Region:
+    """The ring that a coil's tracks cover on one of its layers, seen from above."""
+    spec = layout.spec.coil
+    order = [winding.layer for winding in coil.windings].index(number)
+    depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
+    outer = _turned(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
+    if min(spec.size) / 2 - depth < LEAST_OPENING:
+        return Region(outer)
+    return Region(outer, (_turned(spec.outline.boundary(spec.size, -depth), coil),))
+
+
+def _turned(path: Path, coil: Coil) -> Path:
+    return path.rotated(coil.placement.rotation).shifted(*coil.centre)
+
+
+def _of_body(
+    layout: Layout, body: Any, layer: StackLayer, index: int, number: int, heights: Heights
+) -> Iterator[Solid]:
+    """One film of the body; of a copper layer the rings of its coils and what fills the rest."""
+    kind = layer.kind.value
+    if layer.kind is not LayerKind.COPPER:
+        name, shape = f"board-{index + 1}-{kind}", raised(body, *heights)
+        yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
+        return
+    coils = [c for c in layout.coils if any(w.layer == number for w in c.windings)]
+    rings = [(coil, ring(layout, coil, number)) for coil in coils]
+    rings = [(coil, plate) for coil, plate in rings if _inside(plate.outline, layout.body)]
+    holes = tuple(plate.outline for _, plate in rings)
+    name = f"board-{index + 1}-fill"
+    yield Solid(name, raised(_with_holes(body, holes), *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
+    for coil, plate in rings:
+        yield Solid(
+            f"copper-{number}-{coil.name}", prism(plate, *heights), "copper", COLOURS["copper"], BodyRole.COPPER
+        )
+        if plate.holes:
+            middle = prism(plate.holes[0], *heights)
+            yield Solid(f"{name}-{coil.name}", middle, FILL, COLOURS["fill"], BodyRole.BOARD)
+
+
+def _with_holes(body: Any, holes: tuple[Path, ...]) -> Any:
+    bd = require("build123d")
+    return bd.Face(body.outer_wire(), [face(Region(hole)).outer_wire() for hole in holes]) if holes else body
+
+
+def _inside(outline: Path, body: tuple[float, float, float, float]) -> bool:
+    x0, y0, x1, y1 = bounding_box((outline,))
+    return x0 > body[0] and y0 > body[1] and x1 < body[2] and y1 < body[3]
+
+
+def _material(layer: StackLayer) -> str:
+    return FILL if layer.kind is LayerKind.COPPER else layer.material
+
+
+CHORD = 1e-5
+"""Arcs of tracks count as chords within this (m)."""
+
+
+def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
+    """Volume (m3) of copper in the films that fill copper layers, by the film's name; `drawn` are the names of the
+    rings that are solids of their own. What lies beyond the body's end is the tail's.
+    """
+    stack = layout.spec.fpc.stackup
+    body = dict(_copper("board", stack.layers))
+    tail = dict(_copper("tail", tail_layers(layout)))
+    names = {net: coil.name for coil in layout.coils for net in (coil.net,)}
+    found: defaultdict[str, float] = defaultdict(float)
+    for number, layer in enumerate(stack.copper, 1):
+        for area, x in _areas(layout, number, drawn, names):
+            film = body[number] if x <= layout.body[2] else tail.get(number)
+            if film is not None:
+                found[film] += area * layer.thickness
+    return dict(found)
+
+
+def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
+    """The numbers of the copper layers of a part of the board, and the names of the films that fill them."""
+    number = 0
+    for index, layer in enumerate(layers):
+        if layer.kind is LayerKind.COPPER:
+            number += 1
+            yield number, f"{part}-{index + 1}-fill"
+
+
+def _areas(layout: Layout, number: int, drawn: frozenset[str], names: dict[str, str]) -> Iterator[tuple[float, float]]:
+    """Areas (m2) of copper on a layer that no ring has, each with its place along the board (m)."""
+    for trace in layout.on_layer(number):
+        ring = f"copper-{number}-{names.get(trace.net, '')}"
+        if trace.role is not Role.WINDING or ring not in drawn:
+            # A track's area (m2), cut at the body's end
+            end = layout.body[2]
+            for a, b in pairwise(trace.path.flattened(CHORD)):
+                cut = (end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
+                places = (0.0, cut, 1.0) if 0.0 < cut < 1.0 else (0.0, 1.0)
+                for first, last in pairwise(places):
+                    yield (last - first) * a.distance(b) * trace.width, a.x + 0.5 * (first + last) * (b.x - a.x)
+    for via in layout.vias_on(number):
+        yield math.pi / 4 * (via.pad**2 - via.drill**2), via.centre.x
+    for pad in layout.all_pads:
+        if pad.layer == number:
+            yield pad.size[0] * pad.size[1], pad.centre.x
+
+
+BEYOND = 1e-3
+
+
+@record(eq=False)
+class Part:
+    """A part of a flat region on one stretch of the tail's way: where that begins, flat (x, m) and laid, and for a
+    straight one its faces (build123d, in the plane z = 0).
+    """
+
+    first: float
+    here: Station
+    stretch: Stretch
+    faces: tuple[Any, ...] = ()
+
+
+@record(eq=False)
+class Plan:
+    """A flat region, cut into the stretches of the tail's way; ``width`` is from where to where across (m) it is
+    bent.
+    """
+
+    parts: tuple[Part, ...]
+    middle: float
+    width: tuple[float, float]
+
+    def laid(self, lower: float, upper: float) -> Any:
+        """It from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in millimetres.
+
+        Raises `PartsError` where nothing of the region is there, or it falls apart.
+        """
+        pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
+        if not pieces:
+            raise PartsError("the tail has no part beyond the board's body")
+        found = pieces[0].fuse(*pieces[1:]).solids() if len(pieces) > 1 else pieces
+        if len(found) != 1:
+            raise PartsError(f"the tail falls into {len(found)} pieces along its way")
+        return found[0]
+
+    def _pieces(self, part: Part, lower: float, upper: float) -> list[Any]:
+        if part.stretch.turn:
+            # A bent stretch: the tail's section there, drawn out round the bend's axis
+            bd, here, (low, high) = require("build123d"), part.here, (lower - self.middle, upper - self.middle)
+            normal = (-math.sin(here.angle), math.cos(here.angle))
+            corners = [
+                (y, h)
+                for y, h in ((self.width[0], low), (self.width[1], low), (self.width[1], high), (self.width[0], high))
+            ]
+            points = [((here.x + h * normal[0]) * MM, y * MM, (here.z + h * normal[1]) * MM) for y, h in corners]
+            section = bd.Face(bd.Wire.make_polygon([bd.Vector(*point) for point in points]))
+            radius = part.stretch.length / part.stretch.turn
+            centre = ((here.x + radius * normal[0]) * MM, 0.0, (here.z + radius * normal[1]) * MM)
+            return [bd.Solid.revolve(section, math.degrees(part.stretch.turn), bd.Axis(centre, (0, -1, 0)))]
+        return [_moved(raised(each, lower, upper), part, self.middle) for each in part.faces]
+
+
+def plan(layout: Layout, path: TailPath, region: Region) -> Plan:
+    """What of a flat region lies beyond the body, cut into the stretches of the tail's way."""
+    x0, y0, x1, y1 = bounding_box((region.outline,))
+    whole, here, first, parts = face(region), path.start, path.start.x, []
+    for stretch in path.stretches:
+        end = x1 + BEYOND if stretch is path.stretches[-1] else first + stretch.length
+        if end > x0 and first < x1 and stretch.length > 0.0:
+            room = face(Region(rectangle(first, y0 - BEYOND, end, y1 + BEYOND)))
+            cut = () if stretch.turn else tuple((whole & room).faces())
+            parts.append(Part(first, here, stretch, cut))
+        here, first = here.after(stretch), first + stretch.length
+    # From where to where across (m) the tail reaches where it may be bent; nothing where it may not
+    bent = bend_stretch(layout)
+    return Plan(tuple(parts), path.start.z, (0.0, 0.0) if bent is None else layout.reach_at(sum(bent) / 2))
+
+
+def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
+    """The plate under the contacts, where the tail's end has gone."""
+    plate = stack.stiffener(layout)
+    if plate is None:
+        return None
+    flat = raised(face(plate.region), *plate.heights)
+    shape = flat if path is None else plan(layout, path, plate.region).laid(*plate.heights)
+    return Solid(plate.name, shape, plate.material, "#8c6a3f", BodyRole.STIFFENER)
+
+
+def _moved(flat: Any, part: Part, middle: float) -> Any:
+    """A flat piece, its middle at height `middle` (m), moved to its station."""
+    bd = require("build123d")
+    to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
+    to_place = bd.Location((part.here.x * MM, 0, part.here.z * MM), (0, -math.degrees(part.here.angle), 0))
+    return flat.moved(to_place * to_origin)
+
+
+COLOUR = "#b6d7a8"
+SAME_LEVEL = 1e-6  # mm
+
+
+@record(eq=False)
+class Plate:
+    """A piece that glue lies under or on: its level faces (build123d), and the heights (mm) of its lowest and highest
+    planes.
+    """
+
+    faces: list[Any]
+    low: float
+    high: float
+
+    def at(self, height: float) -> list[Any]:
+        """The faces in a level plane (mm)."""
+        return [each for each in self.faces if abs(each.center().Z - height) < SAME_LEVEL]
+
+
+def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0."""
+    line, glue = layout.spec.assembly.glue_line, layout.spec.assembly.adhesive
+    if not line or glue is None:
+        return ()
+    # The board's body, whose films are pieces of their own
+    bd, (x0, y0, x1, y1) = require("build123d"), layout.body
+    low, high = (height * MM for height in board_heights(layout.spec))
+    body = (face(Region(layout.outline)) & face(Region(rectangle(x0, y0, x1, y1)))).faces()[0]
+    plates = {solid.name: _plate(solid.shape) for solid in pieces} | {
+        "board": Plate([body.moved(bd.Location((0, 0, height))) for height in (low, high)], low, high)
+    }
+    found = []
+    # The pieces that have glue under them
+    named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
+    wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
+    for part in [name for name in wanted if name in plates]:
+        shape = _line(part, plates, line * MM)
+        if shape is not None:
+            found.append(Solid(f"glue-{part}", shape, glue.name, COLOUR, BodyRole.GLUE))
+    return tuple(found)
+
+
+def _line(part: str, plates: dict[str, Plate], line: float) -> Any | None:
+    """The glue (thickness in mm) under a piece: its lower face as far as what is below reaches; None over nothing."""
+    bd, over = require("build123d"), plates[part]
+    height = over.low - line
+    below = [each for name, plate in plates.items() if name != part for each in plate.at(height)]
+    if not below:
+        return None
+    bounds = [each.bounding_box() for each in below]
+    x0, y0 = min(b.min.X for b in bounds), min(b.min.Y for b in bounds)
+    x1, y1 = max(b.max.X for b in bounds), max(b.max.Y for b in bounds)
+    widest = max(over.at(over.low), key=lambda each: float(each.area))
+    upright = widest if widest.normal_at().Z > 0 else -widest
+    reach = face(Region(rectangle(x0 / MM, y0 / MM, x1 / MM, y1 / MM)))
+    plan = (upright.moved(bd.Location((0, 0, -over.low))) & reach).faces()
+    if not plan:
+        return None
+    return raised(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
+
+
+def _plate(shape: Any) -> Plate:
+    bounds = shape.bounding_box()
+    level = [each for each in shape.faces() if each.bounding_box().size.Z < SAME_LEVEL]
+    return Plate(level, float(bounds.min.Z), float(bounds.max.Z))
+
+
+def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """The solids lifted by the glue lines below them, the board staying where it is."""
+    bd = require("build123d")
+    lifts = _lifts(layout)
+    return tuple(
+        replace(s, shape=s.shape.moved(bd.Location((0, 0, lifts.get(s.name, 0.0) * MM)))) if lifts.get(s.name) else s
+        for s in solids
+    )
+
+
+def _lifts(layout: Layout) -> dict[str, float]:
+    """By how much glue lifts every piece (m): its lower face in the plane tier, less that of the solids."""
+    at = levels(column(layout))
+    if not at:
+        # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
+        spec = layout.spec
+        line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
+        above = all_lines or line * (spec.elastomer is not None)
+        below = 0 if sheet is None else 1 + (board_heights(spec)[0] - sheet[1] > SPACED)
+        found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
+        spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
+        return found | dict.fromkeys(("mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
+    board = at["board"][0].nominal - board_heights(layout.spec)[0]
+    stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
+    bare = _bare_heights(layout)
+    found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
+    return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}
+
+
+SPACED = 1e-9
+"""A shield farther from the board than this (m) has a spacer on it."""
+
+
+def _bare_heights(layout: Layout) -> dict[str, float]:
+    """The lower faces (m) of the pieces alone."""
+    spec = layout.spec
+    bottom, here = board_heights(spec)[0], 0.0
+    found = {"board": bottom}
+    mount = spec.mount
+    assert mount is not None and mount.jaw is not None
+    sheet = shield_that_fits(spec)
+    for name, (lower, _) in zip(MOUNT_PIECES, seat_spans(bottom, mount.standoff, sheet), strict=False):
+        found[name] = lower
+    levels_of_sheet = shield_heights(spec)
+    if levels_of_sheet is not None:
+        found["shield"] = levels_of_sheet[0]
+    found["jaw"] = bottom - mount.standoff - mount.jaw.height
+    above = (
+        ("elastomer", spec.elastomer.thickness if spec.elastomer else None),
+        ("target", spec.target.thickness if spec.target else None),
+        ("encapsulation", spec.encapsulation.thickness if spec.encapsulation else None),
+        ("opposing-pad", mount.jaw.opposing_pad_thickness or None), ("opposing-jaw", mount.jaw.height),
+    )
+    for name, thickness in above:
+        if thickness is not None:
+            found[name] = here
+            here += thickness
+    return found
+
+
+def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:
+    """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
+    ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed.
+
+    `pieces` are those of `sitscad.parts.assembly.assemble` where somebody has them already. Heights are those of the
+    glued assembly, z = 0 the board's top face. Raises `PartsError` where a part cannot exist,
+    `MissingExtra` without a CAD kernel.
+    """
+    alone = assemble(layout) if pieces is None else pieces
+    pieces = glued(layout, (*alone, *opposing(layout)))
+    path = tail_path(layout)
+    cover = _film(layout)
+    board = films(layout, path)
+    plate = stiffener_on(layout, path)
+    kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
+    glue = glue_lines(layout, tuple(kept))
+    found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
+    return tuple(sorted(found, key=lambda s: round(s.shape.bounding_box().min.Z, 6)))
+
+
+def _film(layout: Layout) -> Solid | None:
+    """The encapsulation over pieces that glue lifts: that of a pad so much thicker."""
+    pad, lines = layout.spec.elastomer, target_lines(layout.spec)
+    if pad is None or not lines:
+        return encapsulation(layout)
+    return encapsulation(
+        replace(layout, spec=replace(layout.spec, elastomer=replace(pad, thickness=pad.thickness + lines)))
+    )

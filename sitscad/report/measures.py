@@ -1,0 +1,250 @@
+"""What a check measures beside its findings (fit, closing jaws, signal), in words, rows and JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sitscad.scene.state import titled
+from sitscad.units import show
+
+NONE = "-"
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """A number with its unit, or a dash for what is absent or not finite."""
+    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
+def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
+    """A number and one sigma of it, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
+    shown = quantity(value, unit, digits)
+    if sigma is None or not math.isfinite(sigma) or shown == NONE:
+        return shown + (per if shown != NONE else "")
+    number, _, name = shown.partition(" ")
+    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
+    if name == other:
+        return f"{number} +- {scatter} {name}{per}"
+    if sigma < 0.01 * abs(value) or not float(number):
+        return f"{shown}{per} +- {scatter} {other}{per}"
+    scale = 10.0 ** round(math.log10(float(number) / value))
+    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
+
+
+if TYPE_CHECKING:
+    from sitscad.measured import Closing, Measure
+
+FIT_TITLE = "Fit in the jaw, as glued together"
+FIT_HEAD = ("measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by")
+PARTS_TITLE = "What the closed pair is made of"
+PARTS_HEAD = ("part", "size", "tolerance", "where that comes from")
+
+
+def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
+    """A line a measure: at worst, or in all three cases."""
+    if not whole:
+        return [f"{m.name} at worst {_mm(m.worst)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
+    return [f"{m.name} {_cases(m)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
+
+
+def _side(measure: Measure) -> str:
+    """What a figure below zero means: only the board beside the face has such."""
+    return " (below zero: back from the face's edge)" if measure.nominal < 0.0 else ""
+
+
+def _cases(measure: Measure) -> str:
+    nominal, likely, worst = map(_mm, (measure.nominal, measure.root_sum_square, measure.worst))
+    return f"{nominal}, by root-sum-square {likely}, at worst {worst}"
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1e3:.3f}".rstrip("0").rstrip(".")
+
+
+def _spare(measure: Measure) -> str:
+    if measure.margin >= 0.0:
+        return f"{_length(measure.margin, 3)} to spare"
+    likely = "" if measure.likely_margin >= 0.0 else f" ({_length(-measure.likely_margin, 3)} by root-sum-square)"
+    return f"{_length(-measure.margin, 3)} short{likely}"
+
+
+def fit_rows(fit: Sequence[Measure]) -> list[list[str]]:
+    """One row a measure."""
+    return [
+        [
+            m.name, *(_length(value) for value in (m.nominal, m.root_sum_square, m.worst, m.limit, m.margin)),
+            m.decided_by,
+        ]
+        for m in fit
+    ]
+
+
+def part_rows(fit: Sequence[Measure]) -> list[list[str]]:
+    """What the first measure, the closed pair, is made of, from the jaw upwards."""
+    return [
+        [share.part, _length(share.nominal) if share.nominal else "", f"+-{_length(share.tolerance)}", share.source]
+        for measure in fit[:1]
+        for share in measure.parts
+    ]
+
+
+MEASURE = {
+    "name": "name", "nominal_m": "nominal", "root_sum_square_m": "root_sum_square", "worst_m": "worst",
+    "limit_m": "limit", "margin_m": "margin", "decided_by": "decided_by",
+}
+"""What JSON says of a measure beside its parts, and the fields of `Measure` that it stands for (the margin follows)."""
+
+SHARE = {"part": "part", "nominal_m": "nominal", "tolerance_m": "tolerance", "source": "source"}
+"""The same of a part and `Share`."""
+
+
+def fit_json(measure: Measure) -> dict[str, Any]:
+    """One measure as plain values for JSON."""
+    told = {key: getattr(measure, field) for key, field in MEASURE.items()}
+    return told | {"parts": [{key: getattr(s, field) for key, field in SHARE.items()} for s in measure.parts]}
+
+
+CLOSING_TITLE = "The jaws about their hinge, on tissue between them at the sensor's middle"
+CLOSING_HEAD = ("tissue", "angle between the faces", "touches first", "faces slide until parallel")
+_TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
+
+
+def closing_words(closing: Closing) -> str:
+    """At which grasped thickness the faces are parallel, and how much they tilt on thicker tissue, in one line."""
+    tilt = closing.tilt(closing.parallel_at + 1e-3)
+    leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
+    if closing.parallel_at < 0.0:
+        return f"the sensor is {_length(-closing.parallel_at, 3)} too thick for faces that are ever parallel{leans}"
+    return f"the faces are parallel on {_length(closing.parallel_at, 3)} of tissue{leans}"
+
+
+def closing_rows(closing: Closing | None) -> list[list[str]]:
+    """Thicknesses of tissue, and how the faces stand on them; nothing without a jaw or its hinge."""
+    if closing is None:
+        return []
+    at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
+    most = closing.most
+    angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
+    return [
+        [_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", _first(angle), _length(abs(closing.slide(t) or 0.0), 3)]
+        for t, angle in angles
+        if angle is not None
+    ]
+
+
+def _first(angle: float) -> str:
+    if abs(angle) < 1e-6:
+        return "the whole face"
+    return "the heel" if angle > 0.0 else "the tip"
+
+
+def closing_json(closing: Closing) -> dict[str, Any]:
+    """How the jaws close, as plain values for JSON."""
+    return {
+        "parallel_at_m": closing.parallel_at, "reach_m": closing.reach, "opening_rad": closing.opening,
+        "most_m": closing.most, "pivot_offset_m": closing.offset,
+        "tilt": [{"thickness_m": t, "tilt_rad": closing.tilt(t), "slide_m": closing.slide(t)} for t in _TISSUE],
+    }
+
+
+def _length(value: float, digits: int = 4) -> str:
+    return show(round(value, 9) + 0.0, "m", digits)
+
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+    from sitscad.measured import Most, Reached, Signal
+
+SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
+
+NO_SIGNAL = (
+    "none yet: with a target, an elastomer under it and requirements.normal_force the change per newton stands here"
+)
+
+
+def headline(signals: Iterable[Signal]) -> list[str]:
+    """The inductance's change per newton, and how much of it that is over the required force; alike coils together."""
+    named: dict[str, list[str]] = {}
+    for s in signals:
+        change = plus_minus(s.per_newton, s.sigma, "H", "/N")
+        words = f"{change}, {_percent(s.by_inductance)} of the inductance over {show(s.force, 'N')}"
+        if s.has_loss_in_it:
+            words += f" (of the reading {_percent(s.share)}: it follows losses, too)"
+        named.setdefault(words, []).append(s.coil)
+    return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
+
+
+def felt_words(reached: Reached) -> str:
+    """What is felt beside what is required: the figure, what is asked, and where the figure is."""
+    if reached.limit is None:
+        return f"temperature moves zero by {show(reached.measured, reached.unit, 2)} ({reached.axis}) {reached.at}"
+    found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
+                    for value in (reached.measured, reached.limit))
+    name = reached.requirement.replace("_", " ")
+    name += " by noise alone" if name.endswith("resolution") else ""
+    return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
+
+
+def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[str]]:
+    """Each quantity of the signal with one value a coil; what is missing for it where there is none."""
+    if not signals:
+        return [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
+    by_name = {s.coil: s for s in signals}
+    found = [by_name.get(coil.name) for coil in estimates.coils]
+    rows: list[tuple[str, Callable[[Signal], str]]] = [
+        ("inductance at rest", lambda s: quantity(s.rest, "H")),
+        ("change per newton", lambda s: plus_minus(s.per_newton, s.sigma, "H", "/N")),
+        (f"of the reading, over {show(signals[0].force, 'N')}", lambda s: _percent(s.share)),
+        ("steps of the converter in that", lambda s: quantity(s.steps, "", 3)),
+        ("frequency per newton", lambda s: plus_minus(s.frequency_per_newton, s.frequency_sigma, "Hz", "/N")),
+    ]
+    if any(s.has_loss_in_it for s in signals):
+        alone = "by the inductance alone: the reading follows losses, too"
+        rows.insert(4, (alone, lambda s: _percent(s.by_inductance)))
+    return [[name, *(value(s) if s else NONE for s in found)] for name, value in rows]
+
+
+OTHERS_TITLE = "The same inductance as others see it: to compare with, not to judge by"
+
+OTHERS_HEAD = ("coil", "state", "on an LCR meter", "by the firmware's formula")
+
+OTHERS_MEANING = (
+    "at the contacts (all tables above): the coil with its leads; rules, limits and the change per newton are about it",
+    "on an LCR meter: the coil's own capacitance lies across it, and so it reads more; for testing a board, at the "
+    "sensor frequency",
+    "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
+    "as coil; for comparing with what the header's formula makes of a reading",
+)
+"""What each of the three inductances is for."""
+
+
+def other_rows(estimates: Estimates) -> list[list[str]]:
+    """What a meter at the contacts reads in every state, and what the firmware's formula gives there."""
+    found = ((coil.name, coil.converter_sensitivity(estimates.normal_force)) for coil in estimates.coils)
+    return [
+        [
+            coil.name, titled(state.state), quantity(state.apparent_inductance, "H"),
+            quantity(state.converter_inductance, "H"),
+        ]
+        for coil in estimates.coils
+        for state in coil.states.values()
+        if state.quantum is not None
+    ] + [[name, "per newton", NONE, plus_minus(pair[0], pair[1], "H", "/N")] for name, pair in found if pair]
+
+
+MOST_TITLE = "Most signal per newton, all else as it is (within a few per cent: the target as an endless plate's share)"
+
+MOST_HEAD = ("part", "thickness", "change per newton", "thickness now", "now", "ended by")
+
+
+def most_rows(found: Iterable[Most]) -> list[list[str]]:
+    """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them."""
+    return [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
+             f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NONE]
+            for one in found]
+
+
+def _percent(share: float) -> str:
+    percent = 100.0 * share
+    return f"{percent:+.1f} %" if abs(percent) >= 0.995 else f"{percent:+.2g} %"  # 0.995 is 1.0 in two digits
