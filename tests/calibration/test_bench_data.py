@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.calibration.bench_data import BenchError, points_of, read_table
+from sitscad.calibration.bench_data import BenchError, frequencies_of, points_of, read_table
 from sitscad.calibration.suspicion import require_plausible
+from sitscad.readout.conversion import Conversion
+from sitscad.spec import presets
 
 COILS = ("C1", "C2")
 
@@ -47,6 +51,19 @@ def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words
         _read(tmp_path, text)
     assert str(error.value).startswith(f"{tmp_path / 'bench.csv'}:{place} ")
     assert words in str(error.value)
+
+
+def test_counts_that_no_result_makes_are_refused(tmp_path):
+    """Results of twelve bits as they are read, instead of counts, were taken for a tank at half its frequency."""
+    conversion = Conversion(presets.converter("ldc1314"), 40e6, 2, 9471, 3, (5443, 5510))
+    readout = SimpleNamespace(conversion_capacitance=104e-12)
+    model = SimpleNamespace(estimates=SimpleNamespace(readout=readout))
+    sensors = SimpleNamespace(conversion=conversion, coils=COILS, model=model)
+    table = _read(tmp_path, HEAD + "0,0,7500,7600\n1,0,7600,2090\n")
+    first, second = table.columns[-2:]
+    assert frequencies_of(table, sensors, first) == approx([80e6 * 7500 / 2**16, 80e6 * 7600 / 2**16], rel=1e-12)
+    with pytest.raises(BenchError, match=r":3:4 C2: counts of the LDC1314 as it is set lie above 5510 and below 9605"):
+        frequencies_of(table, sensors, second)
 
 
 @pytest.mark.parametrize("said", ["# rotation = held", "#Rotation: HELD, see note", '"# rotation: held",,,'])
