@@ -199,7 +199,6 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
 
 
 def _write(mended: MendedSpec) -> None:
-    """Write a mended spec over its file, and say what was mended."""
     if mended.after == mended.before:
         return
     if mended.path != "-":

@@ -114,7 +114,6 @@ def build(
 
 
 def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress) -> BuildResult:
-    """The package as it is asked for; as `build`."""
     directory = asked.directory
     before = _require_ours(directory)
     key = asked.made_from(before)

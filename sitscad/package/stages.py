@@ -98,7 +98,6 @@ def make_all(
 
 
 def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
-    """Every stage, once."""
     results: list[StageResult] = []
     files: dict[str, bytes] = {}
     entries: dict[str, Entry] = {}

@@ -129,7 +129,6 @@ def _figure(value: Any) -> float | None:
 
 
 def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
-    """The findings known of a spec by their identities."""
     told = [*spec["findings"], *(entry["finding"] for entry in spec["ignored"])]
     findings = [
         Finding(str(entry["rule"]), "", Severity(entry["severity"]), "", key=entry["key"], file=entry.get("file"))

@@ -136,7 +136,6 @@ def _content(path: Path) -> bytes:
 
 
 def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
-    """The configuration in a file; None where a pyproject.toml has none."""
     import tomllib  # only where there is a file
 
     try:

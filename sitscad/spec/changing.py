@@ -111,7 +111,6 @@ def flow(value: Any) -> str:
 
 
 def _escaped(letter: str) -> str:
-    """A letter as it stands in double quotes."""
     if letter in '"\\':
         return f"\\{letter}"
     code = ord(letter)

@@ -44,7 +44,6 @@ def _step_name(value: Any) -> str:
 
 
 def _datum(value: Any) -> str | tuple[float, ...]:
-    """The name of a coordinate system, or three coordinates (m)."""
     if isinstance(value, str):
         return str(Label.read(value))
     if not isinstance(value, list) or len(value) != 3:

@@ -292,7 +292,6 @@ class _Profile:
         )
 
     def _whole_source(self, base: DesignRules) -> str:
-        """Where the whole profile comes from."""
         if self.place.installed:
             return f"design rules {self.name}, each figure with its own source"
         is_said = not self.place.chain or "source" in self.place.source.keys
@@ -345,7 +344,6 @@ class _Profile:
         return tuple(sorted(found, key=lambda row: row.copper))
 
     def _rows(self, key: str) -> Iterator[FoilLines]:
-        """The rows of a table."""
         seen: set[float] = set()
         written = getattr(self.document, key)
         if not 1 <= len(written) <= 20:

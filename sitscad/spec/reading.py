@@ -135,7 +135,6 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
 
 @cache
 def _validator(form: Hashable) -> SchemaValidator:
-    """What reads a whole document, and raises with all errors."""
     return SchemaValidator(Part(cast(type[Section], form)).validator())
 
 

@@ -257,7 +257,6 @@ def schema_of(section: type[Section], title: str) -> dict[str, Any]:
 
 
 def _object(section: type[Section]) -> dict[str, Any]:
-    """The JSON Schema of a section."""
     properties = {}
     for name, k in section.keys.items():
         default = {} if k.is_required or k.default is None else {"default": k.default}

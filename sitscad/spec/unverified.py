@@ -48,7 +48,6 @@ def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
 
 
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
-    """The figures of presets in use that nobody has verified."""
     fpc, mount = spec.fpc, spec.mount
     jaw, holes = (mount.jaw, mount.holes) if mount is not None else (None, None)
     metals = [part.material for part in (spec.target, spec.shield) if part is not None]

@@ -104,7 +104,6 @@ def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
 
 
 def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
-    """What of a tuple is not of its type."""
     many = len(inner) == 2 and inner[1] is Ellipsis
     if not isinstance(value, tuple) or (not many and len(value) != len(inner)):
         yield _mistyped(value, tuple[inner], key)  # type: ignore[valid-type]

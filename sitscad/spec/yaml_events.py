@@ -72,7 +72,6 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
 
 
 def _refuse_indirection(event: Event) -> None:
-    """Refuse anchors, aliases and tags."""
     if not isinstance(event, NodeEvent):
         return
     tag = getattr(event, "tag", None)
@@ -114,7 +113,6 @@ def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText)
 
 
 def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> list[Any]:
-    """The list whose entries follow."""
     entries: list[Any] = []
     for event in events:
         if isinstance(event, CollectionEndEvent):

@@ -90,7 +90,6 @@ class PlainReader:
         return found
 
     def _entry(self, line: _Line, indent: int, parent: str, found: list[Any], depth: int) -> None:
-        """Read one entry of a list, and note where it stands."""
         key = f"{parent}.{len(found)}" if parent else str(len(found))
         column = _after_blanks(line.text, indent + 1)
         self.found.keys[key] = line.number, column + 1
@@ -105,7 +104,6 @@ class PlainReader:
         found.append(value)
 
     def _pair(self, line: _Line, column: int, parent: str, found: dict[str, Any], depth: int) -> None:
-        """Read one key and its value, and note where they stand."""
         name, key, at = self._name(line, column, parent, found)
         self.next += 1
         self._count(depth)
@@ -162,7 +160,6 @@ class PlainReader:
             at = _after_blanks(line.text, at + 1)
 
     def _inside(self, line: _Line, at: int, key: str, found: Any, depth: int) -> int:
-        """One entry between brackets; where it ends."""
         if isinstance(found, list):
             inner = f"{key}.{len(found)}" if key else str(len(found))
             self.found.keys[inner] = line.number, at + 1

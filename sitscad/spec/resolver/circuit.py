@@ -70,7 +70,6 @@ def resolve_fpc(
 
 
 def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
-    """The panel that is asked for; too many boards are noted."""
     if isinstance(written, str):
         return PanelSpec(wish=written)
     boards = math.prod(written.parts or ())
@@ -85,7 +84,6 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
 
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
-    """The stack-up that is written, named, or the default for so many layers."""
     if isinstance(document.stackup, list):
         return _written_stackup(document.stackup, remarks)
     if document.stackup is not None:
@@ -151,7 +149,6 @@ def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup
 
 
 def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLayer:
-    """One layer that is written out, with its material's permittivity."""
     given = [(kind, getattr(layer, kind)) for kind in ("coverlay", "copper", "dielectric")]
     given = [(kind, thickness) for kind, thickness in given if thickness is not None]
     if len(given) != 1:

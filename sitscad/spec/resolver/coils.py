@@ -177,7 +177,6 @@ def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remar
 
 
 def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remarks) -> tuple[tuple[float, float], ...]:
-    """The coils' centres (m) by their pattern."""
     if pattern == "explicit":
         return ((0.0, 0.0),) if document.centres is None else tuple(document.centres)
     if pattern == "single":

@@ -85,7 +85,6 @@ def _standoff(part: MountDocument, shield: Shield | None, remarks: Remarks) -> f
 
 
 def _check_keys(part: MountDocument, remarks: Remarks) -> None:
-    """Keys of another kind of mount are flaws."""
     for kind, names in BELONGS.items():
         for name in names:
             if kind != part.kind and getattr(part, name) is not None:
@@ -153,7 +152,6 @@ def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> No
 
 
 def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePattern:
-    """The holes of a bench plate."""
     if written is None:
         remarks.default("mount.holes", DEFAULT_HOLES)
         return presets.hole_pattern(DEFAULT_HOLES)

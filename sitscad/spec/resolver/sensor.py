@@ -155,7 +155,6 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
 
 
 def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
-    """Whether the connector that is written has contacts enough."""
     if tail is None or tail.contacts is None:
         return
     if not tail.connector.positions:
