@@ -1,8 +1,9 @@
-"""DXF for laser cutters: one file a sheet, AutoCAD 2000 format in ASCII, millimetres, named layers.
+"""Files for laser cutters, one a sheet: DXF (AutoCAD 2000 format in ASCII, millimetres, named layers), and SVG
+(millimetres, hairlines, one group a layer).
 
-Of the two formats that every laser driver reads, R12 has no word for the unit of length; this one (AC1015) has, and a
-drawing of 4 mm taken for 4 inches is the error to avoid. Circles are CIRCLE, all other contours closed LWPOLYLINE whose
-arcs are bulges (the tangent of a quarter of the sweep), so nothing is flattened.
+Of the two forms of DXF that every laser driver reads, R12 has no word for the unit of length; this one (AC1015) has,
+and a drawing of 4 mm taken for 4 inches is the error to avoid. Circles are CIRCLE, all other contours closed LWPOLYLINE
+whose arcs are bulges (the tangent of a quarter of the sweep), so nothing is flattened.
 """
 
 from __future__ import annotations

@@ -1,7 +1,10 @@
-"""3MF files of mount and jaw for printing (3MF core specification 1.3), one coloured object each, as repeatable bytes.
+"""Meshes of the solids for printing and for viewers, as repeatable bytes: binary STL (millimetres, in the positive
+octant, on z = 0), 3MF (3MF core specification 1.3, one coloured object each), and ``mount/assembly.glb`` (glTF 2.0).
 
-Written here because trimesh's and OpenCASCADE's writers put random identifiers in. The archive is stored, not deflated:
-what deflate makes differs between zlib versions, and the files are small.
+3MF is written here because trimesh's and OpenCASCADE's writers put random identifiers in. The archive is stored, not
+deflated: what deflate makes differs between zlib versions, and the files are small. glTF counts in metres with y
+upwards and the front towards +z: the jaw's length is x, what is up of the board is y. Every triangle has corners of its
+own, so that edges are seen as edges.
 """
 
 from __future__ import annotations

@@ -1,4 +1,17 @@
-"""Gmsh as the meshes here want it: every option that matters set, sizes that are small at edges, quality reported."""
+"""Meshes of tetrahedra by gmsh, in **metres**: the elastomer pad alone for mechanics, and all that a field program
+(eddy currents, magnetostatics) computes on.
+
+The pad: MSH 2.2 (ASCII) with straight sides, and in second order an input deck that CalculiX runs. Physical groups are
+the volume ``elastomer`` and the surfaces ``bonded_bottom`` (where it stands on the board), ``bonded_top`` (where it
+carries the target) and ``free`` (the rest, also what overhangs). Gmsh cuts the pad's faces along the edges of board and
+target, so that bonded and free areas are exact; along those edges, where stresses are singular, elements are smaller.
+
+Fields: the coils, all metal near them, the pad, and the air round all of it. Regions share their faces. Every volume is
+a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``elastomer``, ``air``), and so is every surface between
+two of them (``target_air``, ``target_elastomer``, ...) and the air's end (``outer``). Pieces lie where they are glued;
+what neither conducts nor is the pad (board, film, mount, glue) is air, but for the glue over and under the pad, which
+counts as pad: the target stands at the gap that the estimates have.
+"""
 
 from __future__ import annotations
 

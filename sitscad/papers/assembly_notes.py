@@ -1,4 +1,6 @@
-"""How the sensor is put together, step by step, with the height to be measured after each: ``mount/assembly.txt``."""
+"""How the sensor is put together, step by step, with the height to be measured after each (``mount/assembly.txt``); at
+the bench the bare board is tested, the tail plugged in, the finished sensor measured.
+"""
 
 from __future__ import annotations
 

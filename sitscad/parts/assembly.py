@@ -1,4 +1,9 @@
-"""All solids of a sensor in their places."""
+"""All solids of a sensor in their places, and the mount that carries it: a seat in the jaw, a plate for the bench, a
+cap on a finger, or a part of the user's own.
+
+A mount is always an insulator: standoff is the distance to the nearest metal behind the coil, so a metal seat would
+void it. A shield lies between two pieces, `mount` below and `mount-spacer` above it.
+"""
 
 from __future__ import annotations
 

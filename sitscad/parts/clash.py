@@ -1,5 +1,8 @@
-"""What stands where it must not, as bodies to be looked at: the pieces where they are then, cut open at the place, and
-the volume that is too much.
+"""What stands where it must not, as bodies to be looked at (the pieces where they are then, cut open at the place, and
+the volume that is too much), and how much of the board lies on something.
+
+The latter is measured on the solids of any mount, a STEP file's among them; `sitscad.scene.support` says it of the
+figures alone.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Triangle meshes of solids: tessellated by OpenCASCADE, proven closed by manifold3d."""
+"""Triangle meshes of solids, tessellated by OpenCASCADE, proven closed by manifold3d, and what is measured of them:
+clearances, and the closed pair of jaws against its port's circle.
+
+`sitscad.scene.fit.closed_section` says the latter of the spec's figures alone, by an independent way that needs no CAD
+kernel.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The body of the flexible circuit, its stiffener and the shield behind it. Copper is not modelled."""
+"""The sensor's pieces and the instrument's as solids: the board's body (its copper is not modelled), stiffener, shield,
+elastomer pad, target, the film that seals them; and a jaw as far as its figures go, a flat face for the sensor and a
+back as round as the port.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,12 @@
-"""A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
+"""What carries the sensor outside a jaw.
 
+A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
 Where a load cell's holes lie under the board they are in a second piece, `mount-adapter`: that is screwed on the cell
 first, its screws' heads sunk, and the plate on it by four screws with nuts; so every screw can be reached, and no steel
 is near the coils.
+
+A cap for a robot's fingertip: it slips over the finger's end, two screws clamp it, and the board lies in its top. What
+is touched is round; the tail leaves over a round lip towards the hand. The screws' holes are to be tapped.
 """
 
 from __future__ import annotations

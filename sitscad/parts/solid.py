@@ -1,4 +1,6 @@
-"""A solid: one named, coloured piece of the sensor or of what carries it."""
+"""A solid: one named, coloured piece of the sensor or of what carries it; paths and regions of the plane turned into
+build123d faces and prisms, metres in, millimetres out.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,20 @@
-"""The mould for the elastomer: cast it, where it is not bought as sheet and cut.
+"""What the sensor is put together with: the mould for the elastomer, the jig, and the mould for the skin.
 
-An open tray with cavities of the pad's outline, as deep as the pad is thick, their walls leaning outwards by the draft
-so that the cured pad comes out; a groove round each takes what runs over, and a lid drawn across from one side leaves
-the face flat. Its vents let air out. Each pad has its nominal size at half its height.
+The elastomer's mould, where it is not bought as sheet and cut: an open tray with cavities of the pad's outline, as deep
+as the pad is thick, their walls leaning outwards by the draft so that the cured pad comes out; a groove round each
+takes what runs over, and a lid drawn across from one side leaves the face flat. Its vents let air out. Each pad has its
+nominal size at half its height.
+
+The jig, in which board, elastomer and target are aligned while their glue sets. Base: the board lies in a recess of its
+own outline, face flush, over a hole to push it out by. Two pins of different size guide what is put on it, so that
+nothing goes on the wrong way round. Elastomer and target each have a frame with a well of their outline; its corners
+are drilled out, for glue and because no printer makes a sharp inner corner. A press is a stamp that goes into the well
+until its collar rests on the frame: then the piece and the glue under it are as high as they were meant to be.
+
+The skin's mould: an open cup in which the film round elastomer and target is cast, the board lying on it. The cup goes
+on the jig's base the one way that its pins allow. It is filled lying open, the air taken out, and the base with the
+finished sensor is put on it face down: what is too much leaves by grooves in the parting face, where no mark is on the
+skin that senses. Its walls lean by the draft; at their upper end the skin is as thick as the spec has it.
 """
 
 from __future__ import annotations
@@ -117,7 +129,7 @@ def _outline(pad: Body, centre: Point, room: float) -> Path:
     return rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y)
 
 
-JIG_MATERIAL, JIG_COLOUR = "printed resin", "#b8c9a9"
+JIG_COLOUR = "#b8c9a9"
 JIG_FLOOR = 2.0e-3
 PINS = (3.0e-3, 2.0e-3)
 PIN_INSET = 3.0e-3
@@ -161,7 +173,7 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             collar = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), top, top + COLLAR)
             turned = one_solid(foot + collar, "press").rotate(require("build123d").Axis.X, 180.0)
             found.append((f"jig-{body.name}-press", one_solid(turned, "press")))
-    return tuple(Solid(name, shape, JIG_MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+    return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
 
 
 def clearance(layout: Layout) -> float:

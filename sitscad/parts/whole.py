@@ -1,8 +1,15 @@
-"""The board film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail.
+"""The whole assembly as it is glued, closed in its jaws: every film of the board, copper, glue, the tail as it runs.
 
-Copper is drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside
-the rings is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads and contacts are too fine to be
-drawn; `sitscad.parts.mass` weighs their copper with the film that it lies in.
+The board film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail. Copper is
+drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside the rings
+is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads, stubs, pads and contacts are too fine to
+be solids: what they take is worked out from the layout, track by track, and `sitscad.parts.mass` weighs it with the
+film that it lies in. Where a track runs into a pad both are counted, and the plating in the holes is left out: a few
+per cent either way.
+
+Flat pieces of the tail are laid along its way, straight parts moved, bent ones drawn out round the bend's axis. Glue
+lies between every two pieces that lie on each other, as wide as both faces reach; solids are drawn where the pieces
+alone would stand, and lifted here.
 """
 
 from __future__ import annotations

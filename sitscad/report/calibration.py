@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +17,6 @@ from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
 from sitscad.report.numbers import number_columns, table
-
-if TYPE_CHECKING:
-    from sitscad.estimates.performance.values import Performance
-
-    Felt = Sequence[Performance]
-
-
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Any
 from sitscad.scene.state import titled
 from sitscad.units import show
 
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+    from sitscad.measured import Closing, Measure, Most, Reached, Signal
+
 NONE = "-"
 
 
@@ -31,9 +35,6 @@ def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digi
     scale = 10.0 ** round(math.log10(float(number) / value))
     return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
-
-if TYPE_CHECKING:
-    from sitscad.measured import Closing, Measure
 
 FIT_TITLE = "Fit in the jaw, as glued together"
 FIT_HEAD = ("measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by")
@@ -151,10 +152,6 @@ def closing_json(closing: Closing) -> dict[str, Any]:
 def _length(value: float, digits: int = 4) -> str:
     return show(round(value, 9) + 0.0, "m", digits)
 
-
-if TYPE_CHECKING:
-    from sitscad.estimates import Estimates
-    from sitscad.measured import Most, Reached, Signal
 
 SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
 

@@ -1,4 +1,10 @@
-"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside."""
+"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside, with a legend
+below: a scale bar, and a key for every colour and line that the picture shows.
+
+The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
+Nothing is transparent: upper layers hide lower ones, and every colour of the picture is one of its legend. Layers, nets
+on them, coils, contacts and findings have names (ids) that begin with the picture's own.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Meshes seen in parallel projection as coloured areas, hidden faces away, bodies that stand in each other included.
+"""Meshes seen in parallel projection as coloured areas, hidden faces away, bodies that stand in each other included;
+and pictures of what clashes, the pieces cut open there, those that clash in full colour, what is too much in red.
 
 A depth buffer finds which face every point of a fine raster shows; areas of one colour then become outlines, so that
 the picture is drawn with the same few words as all others.

@@ -1,4 +1,7 @@
-"""Gerber X2 files of the board: every copper layer, coverlay openings, stiffener, extent of inner layers, outline."""
+"""The board's fabrication files: Gerber X2 of every copper layer, coverlay openings, stiffener, extent of inner layers
+and outline; Excellon drill files; the drill map; and the job file (.gbrjob), which tells CAM software in JSON what
+the board is, which file shows what, and the stack-up.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Excellon drill files in the XNC manner: metric, explicit decimal points, drilling only, X2 attributes in comments."""
+"""Holes as files: Excellon in the XNC manner (metric, explicit decimal points, drilling only, X2 attributes in
+comments), and the drill map as a Gerber drawing, every hole with its tool's symbol, with a table of the tools below
+the board.
+"""
 
 from __future__ import annotations
 

@@ -234,6 +234,11 @@ _CODE = re.compile(r"(%AD|^)D(\d{2,})")
 _FIRST_CODE = 10
 
 
+# A Gerber file repeated: the board's finished file drawn once for every copy, moved by whole nanometres. What a copy
+# shows is therefore exactly what the board's own file shows. Nets and pins, which would be the same in every copy, are
+# left out: the netlist belongs to the single board.
+
+
 @record
 class Image:
     """What a file draws, without its head: its apertures with their attributes, and its plot commands."""

@@ -1,6 +1,12 @@
-"""The contacts of the tail (or the solder pads) as a footprint, on the board and in the project's own library.
+"""The project's own libraries: footprints of contacts (or solder pads) and of tank capacitors, on the board and alone,
+and schematic symbols of the sensor by its contacts and of each coil.
 
-It names no 3-D model: the contacts are printed copper, and the connector that takes them is not on this board.
+The contacts' footprint names no 3-D model: they are printed copper, and the connector that takes them is not on this
+board. Capacitors are bought and placed, so they stand in KiCad's lists of parts and of positions; their 3-D models are
+those of KiCad's own library, by the variable that says where it is installed: where it is not, KiCad shows the board
+alone. The numbers of a symbol's pins are those of the footprints' pads, their names those of the contacts (``C1.A``); a
+contact that no coil has is a pin that must stay unconnected. Symbols: millimetres, y up, pins on KiCad's grid of 1.27
+mm.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""A KiCad 9 project of the flexible circuit: board, rules, and libraries of footprints and of symbols."""
+"""A KiCad 9 project of the flexible circuit: board, libraries of footprints and of symbols, and the fabricator's rules
+as KiCad reads them, project file (``.kicad_pro``) and custom rules (``.kicad_dru``).
+"""
 
 from __future__ import annotations
 

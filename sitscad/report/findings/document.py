@@ -1,4 +1,6 @@
-"""Findings as JSON for a program: the document of ``check`` (docs/commands.md, data/check.schema.json)."""
+"""Findings as JSON for a program, and read back from it: the document of ``check`` (docs/commands.md,
+data/check.schema.json).
+"""
 
 from __future__ import annotations
 
