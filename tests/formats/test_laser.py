@@ -346,7 +346,7 @@ def test_names_and_notes_are_escaped():
 IN_A_FRESH_PROCESS = """
 import hashlib
 from test_laser import layout_with
-from sitscad.formats import laser_dxf, laser_svg
+from sitscad.formats import laser
 for render in (laser.render_dxf, laser.render_svg):
     for name, content in render(layout_with()).items():
         print(name, hashlib.sha256(content).hexdigest())

@@ -24,9 +24,9 @@ SCRIPT = """
 import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
-from sitscad.formats import glb, mesh_3mf, mesh_stl, step
+from sitscad.formats import meshes, step
 from sitscad.formats import volume_mesh
-from sitscad.papers.assembly import picture as assembly_picture
+from sitscad.papers import mount_records as assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):
     for render in (meshes.render_glb, assembly_picture.render_picture, volume_mesh.render, meshes.render_whole_3mf,
