@@ -64,7 +64,7 @@ _TABLES = (
     FIT_RULES, ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEET_AND_FINGER_RULES,
     SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES, REQUIREMENT_RULES,
     MAP_RULES, SOLID_FIT_RULES, USUAL_RANGE_RULES,
-)  # fmt: skip
+)
 
 RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
 """Every rule, in the order of their identifiers."""
@@ -139,10 +139,8 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     x0, y0, x1, y1 = bounding_box([design.layout.outline])
-    return CheckResult(
-        tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-        noted(design), (*design.layout.body_size, x1 - x0, y1 - y0),
-    )  # fmt: skip
+    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit,
+                       design.closing, noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
@@ -161,13 +159,8 @@ def explain(rule_id: str) -> str:
     if rule is None:
         raise KeyError(rule_id)
     return "\n\n".join(
-        (
-            f"{rule.id} {rule.name} ({rule.severities})",
-            rule.summary,
-            f"Why: {rule.why}",
-            f"To mend it: {rule.mend}",
-            f"Source: {rule.source}",
-        )
+        (f"{rule.id} {rule.name} ({rule.severities})", rule.summary, f"Why: {rule.why}", f"To mend it: {rule.mend}",
+         f"Source: {rule.source}")
     )
 
 

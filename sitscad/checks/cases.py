@@ -31,30 +31,16 @@ class Case:
     grave: Severity | None = None
     detail: str = ""
 
-    def found(
-        self,
-        key: str | None = None,
-        measured: float | None = None,
-        limit: float | None = None,
-        unit: str | None = None,
-        *,
-        hint: str | None = None,
-        severity: Severity | None = None,
-        is_grave: bool = False,
-        source: str | None = None,
-        place: Place | None = None,
-        sigma: float | None = None,
-        advice: Advice | None = None,
-        keeps_limit: bool = False,
-        **values: object,
-    ) -> Complaint:
+    def found(self, key: str | None = None, measured: float | None = None, limit: float | None = None,
+              unit: str | None = None, *, hint: str | None = None, severity: Severity | None = None,
+              is_grave: bool = False, source: str | None = None, place: Place | None = None, sigma: float | None = None,
+              advice: Advice | None = None, keeps_limit: bool = False, **values: object) -> Complaint:
         """The complaint with its figures (SI, in ``unit``); a hint or severity that is given stands for the row's."""
         values |= {"measured": measured, "limit": limit}
-        return Complaint(
-            worded(self.message, values), worded(self.hint, values) if hint is None else hint, key, measured, limit,
-            unit, severity or (self.grave if is_grave else self.severity), source, place, sigma, advice,
-            keeps_limit, detail=worded(self.detail, values).replace("; ; ", "; ").strip("; "),
-        )  # fmt: skip
+        return Complaint(worded(self.message, values), worded(self.hint, values) if hint is None else hint, key,
+                         measured, limit, unit, severity or (self.grave if is_grave else self.severity), source, place,
+                         sigma, advice, keeps_limit,
+                         detail=worded(self.detail, values).replace("; ; ", "; ").strip("; "))
 
 
 def worded(template: str, values: dict[str, Any]) -> str:

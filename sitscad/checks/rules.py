@@ -75,31 +75,24 @@ class Rule:
 
 
 SEVERITIES: dict[str, str] = {
-    "SIT103": "warning, error if binding",
-    "SIT116": "note where a panel is made, warning, error below three bridges",
+    "SIT103": "warning, error if binding", "SIT116": "note where a panel is made, warning, error below three bridges",
     "SIT123": "note or warning for tracks, error",
     "SIT127": "note where contacts lead nowhere or their number is written, error",
     "SIT128": "warning, error where the contacts are too far from the edge for plating bars",
-    "SIT129": "note where its thickness is written, warning",
-    "SIT131": "warning for the number of boards, error",
+    "SIT129": "note where its thickness is written, warning", "SIT131": "warning for the number of boards, error",
     "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
     "SIT202": "note within two sigma, warning within one, error",
     "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",
-    "SIT204": "note within two sigma, warning, error outside what is stable",
-    "SIT206": "warning, error beyond 0.8",
+    "SIT204": "note within two sigma, warning, error outside what is stable", "SIT206": "warning, error beyond 0.8",
     "SIT209": "warning, error where no host is fast enough",
     "SIT211": "note or warning by the coupling across two converters, error for more than eight",
-    "SIT212": "note, warning from 5 % up",
-    "SIT215": "warning, error where no coil feels anything",
+    "SIT212": "note, warning from 5 % up", "SIT215": "warning, error where no coil feels anything",
     "SIT216": "note, warning from 3 % up where a lead runs back",
     "SIT301": "note where the seat holds what overhangs, warning for tail and contacts wider than the port, error",
-    "SIT302": "warning where it is too long at worst, error",
-    "SIT303": "warning where it is too much at worst, error",
-    "SIT304": "warning, error beyond 50 %",
-    "SIT305": "note or warning by what it costs, error where it does not sense",
+    "SIT302": "warning where it is too long at worst, error", "SIT303": "warning where it is too much at worst, error",
+    "SIT304": "warning, error beyond 50 %", "SIT305": "note or warning by what it costs, error where it does not sense",
     "SIT307": "warning, error where a piece's middle lies beside what carries it",
-    "SIT308": "note, warning or error by layers and bend",
-    "SIT309": "warning where it is too narrow, error",
+    "SIT308": "note, warning or error by layers and bend", "SIT309": "warning where it is too narrow, error",
     "SIT310": "note, warning where a target free to tilt gives way, error where one held level does",
     "SIT312": "note where only the softest case passes, or the law is extrapolated, warning",
     "SIT319": "warning, error where less than half is carried",
@@ -107,14 +100,9 @@ SEVERITIES: dict[str, str] = {
 }
 """The rules whose findings differ in severity, in words; all others have one."""
 
-_FEELING = {
-    "normal resolution": ("normal_resolution",),
-    "shear resolution": ("shear_resolution",),
-    "crosstalk": ("crosstalk",),
-    "tilt error": ("tilt", "tilt_error"),
-    "friction error": ("friction_error",),
-    "temperature error": ("temperature_range", "temperature_error"),
-}
+_FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
+            "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
+            "temperature error": ("temperature_range", "temperature_error")}
 """Needs of SIT4xx, and the requirements that each takes."""
 
 
@@ -140,10 +128,8 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "shear force": (lambda s: s.requirements.shear_force is not None, "no requirements.shear_force in the spec"),
     "bandwidth": (lambda s: s.requirements.bandwidth is not None, "no requirements.bandwidth in the spec"),
     **{need: _stating(keys) for need, keys in _FEELING.items()},
-    "feeling": (
-        lambda s: any(_states(s, keys) for keys in _FEELING.values()),
-        "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)",
-    ),
+    "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
+                "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
 
@@ -193,20 +179,10 @@ def _reason(need: str, spec: SensorSpec) -> str:
 def named(rule: Rule, complaint: Complaint, converter: Converter) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
     return Finding(
-        rule=rule.id,
-        name=rule.name,
-        severity=complaint.severity or rule.severity,
-        message=complaint.message,
-        hint=complaint.hint or rule.mend,
-        key=complaint.key,
-        measured=complaint.measured,
-        limit=complaint.limit,
-        unit=complaint.unit,
-        source=complaint.source or converter.cited_alone(rule.source),
-        place=complaint.place,
-        sigma=complaint.sigma,
-        keeps_limit=complaint.keeps_limit,
-        detail=complaint.detail,
+        rule=rule.id, name=rule.name, severity=complaint.severity or rule.severity, message=complaint.message,
+        hint=complaint.hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
+        unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
+        sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=complaint.detail,
     )
 
 

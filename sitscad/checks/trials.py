@@ -35,14 +35,8 @@ class Trials:
     ``undecided`` those that could not be applied to it, or not wholly; all findings share one ``budget``.
     """
 
-    def __init__(
-        self,
-        design: Design,
-        rules: Sequence[Rule],
-        said: Iterable[Outcome],
-        undecided: Iterable[NotChecked],
-        budget: Budget,
-    ) -> None:
+    def __init__(self, design: Design, rules: Sequence[Rule], said: Iterable[Outcome], undecided: Iterable[NotChecked],
+                 budget: Budget) -> None:
         self._design, self._rules, self.budget = design, rules, budget
         self._undecided = {one.rule for one in undecided}
         self._said = tuple(said)

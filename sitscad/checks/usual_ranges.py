@@ -35,7 +35,7 @@ class UsualRange:
 
 
 SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N", "pressure": "Pa",
-      "conductivity": "S/m"}  # fmt: skip
+      "conductivity": "S/m"}
 """The units in which figures of a dimension are shown with a prefix."""
 
 
@@ -82,7 +82,7 @@ def _asked(design: Design) -> list[float]:
     """What the requirements let an error be, in parts of the force that they require."""
     asked, normal = design.spec.requirements, design.spec.requirements.normal_force
     pairs = [(asked.normal_resolution, normal), (asked.tilt_error, normal), (asked.temperature_error, normal),
-             (asked.shear_resolution, asked.shear_force)]  # fmt: skip
+             (asked.shear_resolution, asked.shear_force)]
     return [error / force for error, force in pairs if error is not None and force]
 
 
@@ -124,10 +124,9 @@ def unusual(design: Design) -> Iterator[Verdict]:
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
-            yield UNUSUAL.found(
-                usual.key, value, bound, SI.get(usual.dimension), source=usual.source, what=_named(usual),
-                value=_shown(value, usual.dimension), usual=usual.words, why=usual.source,
-            )  # fmt: skip
+            yield UNUSUAL.found(usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
+                                what=_named(usual), value=_shown(value, usual.dimension), usual=usual.words,
+                                why=usual.source)
 
 
 def _beyond(design: Design) -> Iterator[tuple[UsualRange, float]]:
@@ -161,11 +160,8 @@ def _shown(value: float, dimension: str) -> str:
     """A figure in words."""
     if dimension in SI:
         return show(value, SI[dimension])
-    others = {
-        "angle": f"{math.degrees(value):.4g} deg",
-        "temperature": f"{value:g} degC",
-        "temperature coefficient": f"{value * 1e6:.4g} ppm/K",
-    }
+    others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
+              "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
     return others.get(dimension, f"{value:.4g}")
 
 
@@ -182,15 +178,10 @@ def _named(usual: UsualRange) -> str:
 
 
 NAMES = {
-    "coverlays": "a coverlay",
-    "copper": "finished copper",
-    "dielectrics": "a dielectric",
-    "foils": "the copper's foil, before plating,",
-    "board": "the board's longer side",
-    "poisson": "Poisson's ratio of the pad by its bulk and shear modulus",
-    "permittivities": "a layer's permittivity",
-    "asked": "what an error may be, in parts of the required force,",
-    "holes": "the place of a hole",
+    "coverlays": "a coverlay", "copper": "finished copper", "dielectrics": "a dielectric",
+    "foils": "the copper's foil, before plating,", "board": "the board's longer side",
+    "poisson": "Poisson's ratio of the pad by its bulk and shear modulus", "permittivities": "a layer's permittivity",
+    "asked": "what an error may be, in parts of the required force,", "holes": "the place of a hole",
     "loads": "a force of a load case",
 }
 
@@ -211,4 +202,4 @@ USUAL_RANGE_RULES: tuple[Rule, ...] = (
         "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT134 at its line.",
         "each range's own, in sitscad/data/usual_ranges.csv", apply=unusual,
     ),
-)  # fmt: skip
+)

@@ -46,12 +46,11 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
     assert pad is not None
     sense = -1.0 if is_softer else 1.0
     away = {one: sense * (one.shear_modulus / pad.material.shear_modulus - 1.0)
-            for one in map(presets.elastomer, presets.names("elastomer"))}  # fmt: skip
+            for one in map(presets.elastomer, presets.names("elastomer"))}
     others = sorted((one for one in away if away[one] > 0.02), key=lambda one: (away[one], one.name))
     for material in others[:OTHERS]:
-        yield Fix(
-            (Edit("elastomer.material", material.name),), replace(spec, elastomer=replace(pad, material=material))
-        )
+        yield Fix((Edit("elastomer.material", material.name),),
+                  replace(spec, elastomer=replace(pad, material=material)))
 
 
 def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:

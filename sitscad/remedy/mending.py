@@ -206,7 +206,7 @@ def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Findin
     now, then = _weighed(seen), _weighed(before)
     gone, new = then - now, now - then
     return gone, Counter({one: count for one, count in new.items() if one[0] == applied.finding.rule
-                          or _of_rule(now, one) > _of_rule(then, one)})  # fmt: skip
+                          or _of_rule(now, one) > _of_rule(then, one)})
 
 
 def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:

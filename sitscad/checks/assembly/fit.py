@@ -35,15 +35,9 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if tail.bend == "none":
         return
     if tail.bend == "dynamic" and tail.layers > 1:
-        yield BENT_TOO_OFTEN.found(
-            "fpc.tail.layers",
-            float(tail.layers),
-            2.0 if tail.layers > 2 else 1.0,
-            "copper layers",
-            advice=lambda left: _calmer(design, left),
-            is_grave=tail.layers > 2,
-            layers=tail.layers,
-        )
+        yield BENT_TOO_OFTEN.found("fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0,
+                                   "copper layers", advice=lambda left: _calmer(design, left), is_grave=tail.layers > 2,
+                                   layers=tail.layers)
     if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
         yield BRITTLE.found("fpc.copper", copper=spec.fpc.copper)
     figure = bend_figure(spec)
@@ -63,18 +57,9 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
         yield TOO_WIDE_A_BEND.found("fpc.tail.bend.radius", stated, room, "m", wanted=max(radius, min(stated, room)))
     elif radius > room + ROUNDING:
         yield TOO_THICK_TO_BEND.found(
-            "fpc.tail.bend",
-            radius,
-            room,
-            "m",
-            source=source_of(design, field),
-            is_grave=tail.bend != "static" or tail.layers > 2,
-            bend=tail.bend,
-            layers=tail.layers,
-            plural="s" if tail.layers > 1 else "",
-            house=house(design, field),
-            ratio=ratio,
-            thickness=thickness,
+            "fpc.tail.bend", radius, room, "m", source=source_of(design, field),
+            is_grave=tail.bend != "static" or tail.layers > 2, bend=tail.bend, layers=tail.layers,
+            plural="s" if tail.layers > 1 else "", house=house(design, field), ratio=ratio, thickness=thickness,
             advice=lambda left: first_tried([list(thinner_tails(design.spec))], TOO_THICK_TO_BEND.hint)(left),
         )
 
@@ -101,11 +86,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
     needed = shield.gap + shield.thickness
     if needed > mount.standoff + ROUNDING:
         yield SHIELD_IN_METAL.found(
-            "shield.gap",
-            needed,
-            mount.standoff,
-            "m",
-            carrier="the jaw" if mount.jaw else "the mount",
+            "shield.gap", needed, mount.standoff, "m", carrier="the jaw" if mount.jaw else "the mount",
             missing=needed - mount.standoff,
             advice=first_tried([list(higher_seat(design.spec, needed))], "a higher seat, or a nearer shield"),
         )
@@ -164,8 +145,7 @@ def _bend_room(design: Design) -> float | None:
 BENT_TOO_OFTEN = Case(
     "the tail bends at every grasp (dynamic) and has {layers} copper layers",
     hint="fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 BRITTLE = Case(
@@ -176,15 +156,13 @@ BRITTLE = Case(
 
 TOO_WIDE_A_BEND = Case(
     "a bend of {measured:m,3} inside radius is wanted; inside the port there are {limit:m,3}",
-    hint="fpc.tail.bend.radius: {wanted:m,3}, or leave it out",
-    severity=Severity.WARNING,
+    hint="fpc.tail.bend.radius: {wanted:m,3}, or leave it out", severity=Severity.WARNING,
 )
 
 TOO_THICK_TO_BEND = Case(
-    "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} "
-    "asks {ratio:g} times the {thickness:m,3} tail); inside the port there are {limit:m,3}",
-    hint="a thinner tail, of fewer copper layers (fpc.tail.layers), or no bend",
-    severity=Severity.NOTE,
+    "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} asks {ratio:g} times the "
+    "{thickness:m,3} tail); inside the port there are {limit:m,3}",
+    hint="a thinner tail, of fewer copper layers (fpc.tail.layers), or no bend", severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 
@@ -194,19 +172,15 @@ SHIELD_IN_METAL = Case(
 )
 
 UNCOVERED_COILS = Case(
-    "the shield is {measured:m,3} wide, as the port leaves it room, and the coils reach "
-    "{limit:m,3} across: {beyond:m,3} of them on each side see the jaw beside it, and the "
-    "estimate takes it as endless",
+    "the shield is {measured:m,3} wide, as the port leaves it room, and the coils reach {limit:m,3} across: "
+    "{beyond:m,3} of them on each side see the jaw beside it, and the estimate takes it as endless",
     hint=("bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils"),
     severity=Severity.WARNING,
 )
 
 _WITH_A_FILM = "add a section encapsulation; a thick or stiff film, as one of PDMS, takes a good part of the signal"
 
-BARE_METAL = Case(
-    "the {metal} target is not encapsulated, and in the jaw it touches tissue",
-    hint=_WITH_A_FILM,
-)
+BARE_METAL = Case("the {metal} target is not encapsulated, and in the jaw it touches tissue", hint=_WITH_A_FILM)
 
 
 FIT_RULES: tuple[Rule, ...] = (
@@ -219,23 +193,17 @@ FIT_RULES: tuple[Rule, ...] = (
         "radii are multiples of the thickness.",
         "One layer of rolled foil through the hinge, a thinner board, or no bend.",
         "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
-        "dynamic",
-        ("tail",), tail_bend,
+        "dynamic", ("tail",), tail_bend,
     ),
     Rule(
         "SIT309", "shield-gap", Severity.ERROR,
         "The shield lies inside the standoff between the board and the jaw, or the mount's plate (an error), and under "
         "all of every coil where the port makes it narrower than the board's body (a warning).",
         "A shield deeper than the standoff would stand in the jaw's metal; beside one that is too narrow the field "
-        "enters the jaw, and the estimates take shields as endless.",
-        "A larger standoff, or a smaller gap.",
+        "enters the jaw, and the estimates take shields as endless.", "A larger standoff, or a smaller gap.",
         "geometry", ("shield", "mount"), shield_gap,
     ),
-    Rule(
-        "SIT311", "bare-metal", Severity.WARNING,
-        "A target in a jaw is encapsulated.",
-        "Open metal must not touch tissue; silicone is the candidate that the thesis names.",
-        "Add an encapsulation.",
-        "thesis of Jones 8.2", ("target", "jaw"), bare_metal,
-    ),
-)  # fmt: skip
+    Rule("SIT311", "bare-metal", Severity.WARNING, "A target in a jaw is encapsulated.",
+         "Open metal must not touch tissue; silicone is the candidate that the thesis names.", "Add an encapsulation.",
+         "thesis of Jones 8.2", ("target", "jaw"), bare_metal),
+)

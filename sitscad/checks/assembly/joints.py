@@ -37,10 +37,8 @@ def _window(jaw: Jaw) -> Iterator[Verdict]:
     (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
     left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
     if left < wall.value - ROUNDING:
-        yield THIN_BESIDE_WINDOW.found(
-            "mount.jaw.fenestration", left, wall.value, "m", source=wall.source, unverified=unverified(jaw),
-            long=long, wide=wide,
-        )  # fmt: skip
+        yield THIN_BESIDE_WINDOW.found("mount.jaw.fenestration", left, wall.value, "m", source=wall.source,
+                                       unverified=unverified(jaw), long=long, wide=wide)
 
 
 def _stands_on_metal(design: Design) -> bool:
@@ -62,37 +60,22 @@ def _dovetail(design: Design, mount: Mount, found: Retention) -> Iterator[Verdic
         across = 0.5 * found.width * math.tan(found.angle)
         yield FLANKS_CROSS.found("mount.retention.depth", found.depth, across, "m", width=found.width)
     elif neck(found) < wall.value - ROUNDING:
-        yield THIN_NECK.found(
-            "mount.retention.width",
-            neck(found),
-            wall.value,
-            "m",
-            source=wall.source,
-            process=mount.process,
-            wider=(found.width + wall.value - neck(found)) * 1e3,
-        )
+        yield THIN_NECK.found("mount.retention.width", neck(found), wall.value, "m", source=wall.source,
+                              process=mount.process, wider=(found.width + wall.value - neck(found)) * 1e3)
     left = metal_below(design.layout)
     if left is not None and left < metal.value - ROUNDING:
         jaw = mount.jaw
         assert jaw is not None
-        yield THIN_METAL.found(
-            "mount.retention.depth",
-            left,
-            metal.value,
-            "m",
-            source=metal.source,
-            unverified=unverified(jaw),
-            room=joint_clearance(design.layout),
-        )
+        yield THIN_METAL.found("mount.retention.depth", left, metal.value, "m", source=metal.source,
+                               unverified=unverified(jaw), room=joint_clearance(design.layout))
 
 
 def _pins(design: Design, mount: Mount, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
     """The pins' diameter and length, and the metal round their holes."""
     pin, room = print_limit(mount.process, "pin"), joint_clearance(design.layout)
     if found.diameter < pin.value - ROUNDING:
-        yield THIN_PIN.found(
-            "mount.retention.diameter", found.diameter, pin.value, "m", source=pin.source, process=mount.process
-        )
+        yield THIN_PIN.found("mount.retention.diameter", found.diameter, pin.value, "m", source=pin.source,
+                             process=mount.process)
     if found.depth > jaw.height - ROUNDING:
         yield LONG_PIN.found("mount.retention.depth", found.depth, jaw.height, "m", unverified=unverified(jaw))
     radius, metal = found.diameter / 2 + room, print_limit("machined", "wall")
@@ -103,9 +86,8 @@ def _pins(design: Design, mount: Mount, jaw: Jaw, found: Retention) -> Iterator[
     window = found.spacing / 2 - radius - (jaw.fenestration or (0.0, 0.0))[0] / 2 if across else beside
     left = min(beside, ends, window)
     if left < metal.value - ROUNDING and pin_places(design.layout):
-        yield THIN_ROUND_PIN.found(
-            "mount.retention.spacing", left, metal.value, "m", source=metal.source, unverified=unverified(jaw)
-        )
+        yield THIN_ROUND_PIN.found("mount.retention.spacing", left, metal.value, "m", source=metal.source,
+                                   unverified=unverified(jaw))
 
 
 def mount_holes(design: Design) -> Iterator[Verdict]:
@@ -115,9 +97,8 @@ def mount_holes(design: Design) -> Iterator[Verdict]:
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
         if hole.diameter < limit.value - ROUNDING:
-            yield SMALL_HOLE.found(
-                "mount.holes", hole.diameter, limit.value, "m", source=limit.source, process=mount.process
-            )
+            yield SMALL_HOLE.found("mount.holes", hole.diameter, limit.value, "m", source=limit.source,
+                                   process=mount.process)
             return
     if mount.step is not None and mount.kind == "custom":
         yield Undecided("a mount out of a STEP file: its walls and holes are not looked at")
@@ -135,14 +116,12 @@ THIN_NECK = Case(
 
 FLANKS_CROSS = Case(
     "the dovetail is {measured:m,3} deep, and its flanks, {width:m,3} apart at its bottom, meet after {limit:m,3}: "
-    "there is no tongue",
-    "a smaller mount.retention.depth, a larger width, or steeper flanks",
+    "there is no tongue", "a smaller mount.retention.depth, a larger width, or steeper flanks",
 )
 
 THIN_METAL = Case(
     "the dovetail's groove, with {room:m,3} of room for the tongue and its glue, leaves {measured:m,3} of the jaw's "
-    "metal: {limit:m,3} at least",
-    "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
+    "metal: {limit:m,3} at least", "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
     detail="{unverified}",
 )
 
@@ -153,26 +132,22 @@ THIN_PIN = Case(
 
 LONG_PIN = Case(
     "the pins are {measured:m,3} long, the jaw {limit:m,3} high: they would stand out of its back",
-    "mount.retention.depth: less than the jaw's height",
-    detail="{unverified}",
+    "mount.retention.depth: less than the jaw's height", detail="{unverified}",
 )
 
 THIN_ROUND_PIN = Case(
     "{measured:m,3} of the jaw's metal is left beside the holes for the pins: {limit:m,3} at least",
-    "thinner pins (mount.retention.diameter), or another mount.retention.spacing",
-    detail="{unverified}",
+    "thinner pins (mount.retention.diameter), or another mount.retention.spacing", detail="{unverified}",
 )
 
 THIN_BESIDE_WINDOW = Case(
     "a window of {long:m} x {wide:m} leaves {measured:m,3} of the jaw's face beside it: {limit:m,3} at least",
-    "mount.jaw.fenestration: a smaller window, or the jaw's true sizes",
-    detail="{unverified}",
+    "mount.jaw.fenestration: a smaller window, or the jaw's true sizes", detail="{unverified}",
 )
 
 SMALL_HOLE = Case(
     "holes of {measured:m,3} are wanted, and {process} makes them of {limit:m,3} at least",
-    "drill them after printing, or take larger screws (mount.holes)",
-    Severity.WARNING,
+    "drill them after printing, or take larger screws (mount.holes)", Severity.WARNING,
 )
 
 JOINT_RULES: tuple[Rule, ...] = (
@@ -181,14 +156,10 @@ JOINT_RULES: tuple[Rule, ...] = (
         "A dovetail's tongue or the pins by which a mount is held can be made by its process, and the jaw has metal "
         "enough left beside and below what is cut for them, and round its window.",
         "A tongue thinner than a process makes breaks off; a jaw that is cut too deep bends or breaks in the patient.",
-        "Other sizes in mount.retention, or glue alone.",
-        "sitscad/data/print_limits.csv (metal: machined)", ("jaw",), mount_joint,
+        "Other sizes in mount.retention, or glue alone.", "sitscad/data/print_limits.csv (metal: machined)", ("jaw",),
+        mount_joint,
     ),
-    Rule(
-        "SIT316", "printed-hole", Severity.WARNING,
-        "Holes for screws are as large as the mount's process makes them.",
-        "Smaller holes close while they are printed.",
-        "Drill them after printing, or take larger screws.",
-        "sitscad/data/print_limits.csv", ("mount",), mount_holes,
-    ),
-)  # fmt: skip
+    Rule("SIT316", "printed-hole", Severity.WARNING, "Holes for screws are as large as the mount's process makes them.",
+         "Smaller holes close while they are printed.", "Drill them after printing, or take larger screws.",
+         "sitscad/data/print_limits.csv", ("mount",), mount_holes),
+)

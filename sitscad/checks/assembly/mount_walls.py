@@ -24,16 +24,9 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     limit = print_limit(mount.process, "wall")
     for name, thickness, is_spacer in _pieces(design.spec, mount):
         if thickness < limit.value - ROUNDING:
-            yield TOO_THIN_TO_PRINT.found(
-                "shield.gap" if is_spacer else "mount.standoff",
-                thickness,
-                limit.value,
-                "m",
-                hint=_thicker(design.spec, is_spacer, limit.value),
-                source=limit.source,
-                name=name,
-                process=mount.process,
-            )
+            yield TOO_THIN_TO_PRINT.found("shield.gap" if is_spacer else "mount.standoff", thickness, limit.value, "m",
+                                          hint=_thicker(design.spec, is_spacer, limit.value), source=limit.source,
+                                          name=name, process=mount.process)
 
 
 def _pieces(spec: SensorSpec, mount: Mount) -> list[tuple[str, float, bool]]:
@@ -45,10 +38,8 @@ def _pieces(spec: SensorSpec, mount: Mount) -> list[tuple[str, float, bool]]:
     except PartsError:
         return []
     spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
-    found = [
-        (name, upper - lower, sheet is not None and lower > sheet[0])
-        for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False)
-    ]
+    found = [(name, upper - lower, sheet is not None and lower > sheet[0]) for name,
+             (lower, upper) in zip(MOUNT_PIECES, spans, strict=False)]
     if mount.kind == "custom":
         return []
     return [piece for piece in found if mount.kind != "bench-plate" or piece[2]]
@@ -127,13 +118,10 @@ def _what_carries(design: Design, mount: Mount) -> str:
 
 NOT_CARRIED = Case(
     "{under} is carried on {carried:.3g} of its {whole:.3g} mm2{besides}; the rest has nothing under it",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
-TOO_THIN_TO_PRINT = Case(
-    "the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",
-)
+TOO_THIN_TO_PRINT = Case("the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",)
 
 
 MOUNT_WALL_RULES: tuple[Rule, ...] = (
@@ -153,4 +141,4 @@ MOUNT_WALL_RULES: tuple[Rule, ...] = (
         "A lower stack, a narrower board, a wider jaw; a seat where the board lies on a jaw's window.",
         "geometry: areas from above, the seat as the port leaves it", ("mount",), carried,
     ),
-)  # fmt: skip
+)

@@ -55,15 +55,9 @@ def overhang(design: Design) -> Iterator[Verdict]:
     pad, plate, round_it = elastomer(spec), target(spec), film(spec)
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         yield TARGET_OVER_ELASTOMER.found(
-            "elastomer.size",
-            over,
-            0.0,
-            "m",
-            severity=_severity(plate, pad.outline()),
-            advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}",
-            length=_length(over),
-            where=_where(plate.footprint.box, pad.footprint.box, "corners"),
-            in_words=_in_words(design),
+            "elastomer.size", over, 0.0, "m", severity=_severity(plate, pad.outline()),
+            advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}", length=_length(over),
+            where=_where(plate.footprint.box, pad.footprint.box, "corners"), in_words=_in_words(design),
         )
     low = lowest(spec)
     if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
@@ -71,18 +65,11 @@ def overhang(design: Design) -> Iterator[Verdict]:
     beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it
     over = low.footprint.hangs_over(body) + beside
     yield PLATE_OVER_BODY.found(
-        f"{low.name}.size",
-        over,
-        0.0,
-        "m",
-        severity=_severity(low, body),
-        advice=lambda left: f"{UNBONDED}: {_in_words(design, left)}",
-        film="encapsulation round the " if beside else "",
-        name=low.name,
-        length=_length(over),
+        f"{low.name}.size", over, 0.0, "m", severity=_severity(low, body),
+        advice=lambda left: f"{UNBONDED}: {_in_words(design, left)}", film="encapsulation round the " if beside else "",
+        name=low.name, length=_length(over),
         where=_where(grown(low.footprint.box, beside), design.layout.body, "corners"),
-        jaw_in_the_way=_jaw_in_the_way(design),
-        in_words=_in_words(design),
+        jaw_in_the_way=_jaw_in_the_way(design), in_words=_in_words(design),
     )
 
 
@@ -207,7 +194,6 @@ OVERHANG_RULES: tuple[Rule, ...] = (
         "An unsupported edge bends, and a tilted target reads as shear; what hangs over the board is neither bonded "
         "nor supported. Body and plates are compared by their outlines, with the body's rounded corners.",
         "Make the elastomer at least as large as the target and no larger than the body, or the body larger "
-        "(fpc.margin).",
-        "thesis of Jones 6.5: target rotation is the main error", ("plate",), overhang,
+        "(fpc.margin).", "thesis of Jones 6.5: target rotation is the main error", ("plate",), overhang,
     ),
-)  # fmt: skip
+)

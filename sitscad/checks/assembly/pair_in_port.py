@@ -137,10 +137,8 @@ PAIR_TOO_HIGH = Case(
 
 
 JAW_TOO_WIDE = Case(
-    "the jaw alone is {measured:m} wide, the port {limit:m}: its back was taken as round as the port, and "
-    "so narrower than the jaw",
-    hint="mount.jaw.port_diameter: that of the port that this jaw passes",
-    detail="{unverified}",
+    "the jaw alone is {measured:m} wide, the port {limit:m}: its back was taken as round as the port, and so narrower "
+    "than the jaw", hint="mount.jaw.port_diameter: that of the port that this jaw passes", detail="{unverified}",
 )
 
 SUNK = Case(
@@ -162,4 +160,4 @@ PAIR_IN_PORT_RULES: tuple[Rule, ...] = (
         "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; tolerances: the report's table of fit; "
         + JAW_SOURCE, ("jaw",), stack_height,
     ),
-)  # fmt: skip
+)

@@ -86,7 +86,7 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
 
     beside = _least(has_room, radius)
     x, y = (_up(now + side + beside) if side + beside > 0.0 else now
-            for now, side in zip(spec.fpc.margin, more, strict=True))  # fmt: skip
+            for now, side in zip(spec.fpc.margin, more, strict=True))
     return x, y
 
 
@@ -173,7 +173,7 @@ def _shortened(
     if not has_room(max(size)):
         return None
     x, y = (now if now - side < ROUNDING else _down(side, grain)
-            for now, side in zip(here.size, sides(_least(has_room, max(size))), strict=True))  # fmt: skip
+            for now, side in zip(here.size, sides(_least(has_room, max(size))), strict=True))
     return x, y
 
 

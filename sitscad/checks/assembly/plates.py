@@ -39,14 +39,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
     for word, axis in ways:
         if target.size[axis] < coil[axis] - ROUNDING:
-            yield TOO_SMALL.found(
-                "target.size",
-                target.size[axis],
-                coil[axis],
-                "m",
-                advice=advice,
-                word=word,
-            )
+            yield TOO_SMALL.found("target.size", target.size[axis], coil[axis], "m", advice=advice, word=word)
     if any(target.offset):
         yield from _aside(design, coil)
     elif pitch is None:
@@ -85,16 +78,8 @@ def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
         names, over, words = list(lost), max(lost.values(), default=0.0), "the middle of coil"
     if names:
-        yield BESIDE_COILS.found(
-            "target.offset",
-            over,
-            0.0,
-            "m",
-            pair=pair(target.offset),
-            words=words,
-            plural="s" * (len(names) > 1),
-            join=", ".join(names),
-        )
+        yield BESIDE_COILS.found("target.offset", over, 0.0, "m", pair=pair(target.offset), words=words,
+                                 plural="s" * (len(names) > 1), join=", ".join(names))
 
 
 def _proportioned(design: Design, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
@@ -133,10 +118,8 @@ def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
     turned = [placement.rotation - turn for placement in design.spec.array.placements]
     if length == width:
         return length, width
-    return (
-        max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
-        max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned),
-    )
+    return (max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
+            max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned))
 
 
 NOT_AS_LONG = Case(
@@ -145,22 +128,18 @@ NOT_AS_LONG = Case(
 )
 
 TOO_SMALL = Case(
-    "the target is {measured:m} {word}, a coil {limit:m}: part of the field passes beside it",
-    hint="a larger target",
+    "the target is {measured:m} {word}, a coil {limit:m}: part of the field passes beside it", hint="a larger target",
 )
 
 BETWEEN_COILS = Case(
-    "the target lies between the coils and over none of them: the nearest one's middle stands "
-    "{measured:m,3} beyond its edge",
-    hint="a target that reaches the middles of the coils, or coils nearer together",
+    "the target lies between the coils and over none of them: the nearest one's middle stands {measured:m,3} beyond "
+    "its edge", hint="a target that reaches the middles of the coils, or coils nearer together",
 )
 
 BESIDE_COILS = Case(
     "the target is offset by {pair} mm: {words}{plural} {join} lies beside it, and so does the field there",
-    hint=(
-        "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with "
-        "it), or make the target larger"
-    ),
+    hint="target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
+    "target larger",
 )
 
 
@@ -174,6 +153,6 @@ PROPORTIONS = Rule(
     "Over two coils set target.size to their distance; else make the target at least as large as a coil.",
     "thesis of Jones 6.4, 6.5 and tables 6.3, 6.4; TI SNOA957B: target at least the sensor's area", ("target",),
     target_proportions,
-)  # fmt: skip
+)
 
 PLATE_RULES: tuple[Rule, ...] = (PROPORTIONS,)

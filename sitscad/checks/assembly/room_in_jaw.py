@@ -47,20 +47,10 @@ def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
         return
     aside = needed - width > ROUNDING
     beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
-    yield PLATE_TOO_WIDE.found(
-        f"{slab.name}.{'offset' if aside else 'size'}",
-        needed,
-        room,
-        "m",
-        name=slab.name,
-        width=width,
-        beside=beside,
-        carrier="jaw" if room == jaw.width else "board in its port",
-        unverified=unverified(jaw),
-        excess=(needed - room) / 2,
-        side="that" if aside else "each",
-        middle=", one that stands in the middle" if aside else "",
-    )
+    yield PLATE_TOO_WIDE.found(f"{slab.name}.{'offset' if aside else 'size'}", needed, room, "m", name=slab.name,
+                               width=width, beside=beside, carrier="jaw" if room == jaw.width else "board in its port",
+                               unverified=unverified(jaw), excess=(needed - room) / 2, side="that" if aside else "each",
+                               middle=", one that stands in the middle" if aside else "")
 
 
 def _shares(design: Design) -> str:
@@ -142,15 +132,8 @@ def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
         return
     room = jaw.pocket[1] - 2.0 * POCKET_CLEARANCE
     if body > room + ROUNDING:
-        yield WIDER_THAN_POCKET.found(
-            "mount.standoff",
-            body,
-            room,
-            "m",
-            below=jaw.recess - mount.standoff,
-            unverified=unverified(jaw),
-            over=jaw.recess * 1e3,
-        )
+        yield WIDER_THAN_POCKET.found("mount.standoff", body, room, "m", below=jaw.recess - mount.standoff,
+                                      unverified=unverified(jaw), over=jaw.recess * 1e3)
 
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
@@ -172,21 +155,12 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
     is_coils = severity is Severity.ERROR and not less
     yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
-        "fpc.margin" if less else "coil.outer_diameter",
-        over.measured,
-        over.limit,
-        "m",
-        severity=severity,
-        advice=(lambda left: _narrower_body(design, excess, left))
-        if is_coils
-        else _advice(less, after=f", or {OTHER_SEAT}"),
-        body=design.layout.body_size[1],
-        shares="" if severity is None else _shares(design),
-        over=max(0.0, over.nominal),
-        face=section(rim(jaw)).face,
-        unverified=unverified(jaw),
-        beyond=with_tolerances(over),
-        carried=carried,
+        "fpc.margin" if less else "coil.outer_diameter", over.measured, over.limit, "m", severity=severity,
+        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils else _advice(
+            less, after=f", or {OTHER_SEAT}",
+        ), body=design.layout.body_size[1], shares="" if severity is None else _shares(design),
+        over=max(0.0, over.nominal), face=section(rim(jaw)).face, unverified=unverified(jaw),
+        beyond=with_tolerances(over), carried=carried,
         remedy=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}",
     )
 
@@ -204,15 +178,8 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     less = _less_margin(design.spec, 0, excess)
     many = len(design.spec.array.placements) > 1
     yield BODY_TOO_LONG.found(
-        "fpc.margin" if less else design.distance_key,
-        measure.measured,
-        jaw.length,
-        "m",
-        severity=severity,
-        nominal=measure.nominal,
-        beyond=with_tolerances(measure),
-        unverified=unverified(jaw),
-        excess=excess,
+        "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
+        nominal=measure.nominal, beyond=with_tolerances(measure), unverified=unverified(jaw), excess=excess,
         advice=_advice(less, f"{show(excess, 'm')} too much at worst: "),
         remedy=less.words if less else f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
     )
@@ -220,29 +187,23 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
 
 PLATE_TOO_WIDE = Case(
     "the {name} is {width:m} wide{beside}, the {carrier} {limit:m}",
-    hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw",
-    detail="{unverified}",
+    hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw", detail="{unverified}",
 )
 
 WIDER_THAN_PORT = Case(
-    "the whole board is {measured:m} wide where it is laid flat, its tail and contacts included; "
-    "the port leaves {limit:m}",
-    hint="it goes through the port rolled or from behind only: {remedy}",
-    severity=Severity.WARNING,
+    "the whole board is {measured:m} wide where it is laid flat, its tail and contacts included; the port leaves "
+    "{limit:m}", hint="it goes through the port rolled or from behind only: {remedy}", severity=Severity.WARNING,
     detail="{unverified}",
 )
 
 LONGER_THAN_POCKET = Case(
     "the board's body is {measured:m} long, and what lies under it has {limit:m} in the jaw's pocket",
-    "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
-    detail="{unverified}",
+    "a shorter board (fewer or smaller coils), or a jaw with a longer pocket", detail="{unverified}",
 )
 
 WIDER_THAN_POCKET = Case(
     "the board's body is {measured:m} wide and lies {below:m,3} below the rims of the jaw's pocket, which leaves "
-    "{limit:m}",
-    "mount.standoff: {over:.6g} or more lays it over the rims, or a narrower board",
-    detail="{unverified}",
+    "{limit:m}", "mount.standoff: {over:.6g} or more lays it over the rims, or a narrower board", detail="{unverified}",
 )
 
 _BODY_OVER_FACE = (
@@ -250,24 +211,16 @@ _BODY_OVER_FACE = (
     "wide{beyond}; "
 )
 
-BODY_OVER_FACE = Case(
-    _BODY_OVER_FACE + "it is to be held by {carried}",
-    "{remedy}",
-    detail="{unverified}",
-)
+BODY_OVER_FACE = Case(_BODY_OVER_FACE + "it is to be held by {carried}", "{remedy}", detail="{unverified}")
 
 HELD_BY_PLASTIC = Case(
     _BODY_OVER_FACE + "held by {carried}",
     "nothing has to be changed for that: the mount is cut back to the port's circle; a narrower board would lie on "
-    "metal "
-    "altogether",
-    Severity.NOTE,
-    detail="{unverified}",
+    "metal altogether", Severity.NOTE, detail="{unverified}",
 )
 
 BODY_TOO_LONG = Case(
-    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}",
-    hint="{excess:m} too much at worst: {remedy}",
+    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}", hint="{excess:m} too much at worst: {remedy}",
     detail="{unverified}",
 )
 
@@ -279,15 +232,12 @@ ROOM_IN_JAW_RULES: tuple[Rule, ...] = (
         "worst, a note where it is held); elastomer and target are not wider than both jaw and board (errors), nor is "
         "the whole board, its tail and contacts included, wider than the port (a warning).",
         "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
-        "A smaller coil or target, narrower leads, or a wider jaw.",
-        JAW_SOURCE, ("jaw",), sensor_width,
+        "A smaller coil or target, narrower leads, or a wider jaw.", JAW_SOURCE, ("jaw",), sensor_width,
     ),
     Rule(
         "SIT302", "sensor-length", Severity.ERROR,
         "The board's body is not longer than the jaw: nominally and by root-sum-square of both tolerances (errors), "
-        "nor at worst (a warning).",
-        "The body must lie flat; only the tail may go through the hinge.",
-        "Fewer or smaller coils, or a smaller pitch.",
-        JAW_SOURCE, ("jaw",), sensor_length,
+        "nor at worst (a warning).", "The body must lie flat; only the tail may go through the hinge.",
+        "Fewer or smaller coils, or a smaller pitch.", JAW_SOURCE, ("jaw",), sensor_length,
     ),
-)  # fmt: skip
+)

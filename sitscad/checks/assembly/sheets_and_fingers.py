@@ -49,9 +49,8 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
     finger = mount.finger if mount is not None else None
     width = design.layout.body_size[1]
     if finger is not None and width > finger.size[0] + ROUNDING:
-        yield WIDER_THAN_FINGER.found(
-            "mount.finger.size", width, finger.size[0], "m", over=(width - finger.size[0]) / 2, thin=_metal(design)
-        )
+        yield WIDER_THAN_FINGER.found("mount.finger.size", width, finger.size[0], "m",
+                                      over=(width - finger.size[0]) / 2, thin=_metal(design))
 
 
 def _metal(design: Design) -> str:
@@ -75,8 +74,7 @@ CUTS_MEET = Case(
 
 WIDER_THAN_FINGER = Case(
     "the board's body is {measured:m,3} wide, the finger {limit:m,3}: the cap carries {over:m,3} of it on each side "
-    "beyond the finger, where it bends under load{thin}",
-    "a wider finger (mount.finger.size), or a narrower board",
+    "beyond the finger, where it bends under load{thin}", "a wider finger (mount.finger.size), or a narrower board",
 )
 
 SHEET_AND_FINGER_RULES: tuple[Rule, ...] = (
@@ -85,15 +83,10 @@ SHEET_AND_FINGER_RULES: tuple[Rule, ...] = (
         "Elastomer, target and shield, each with its kerf, the coupon and the margins, lie on the sheet that they are "
         "cut from, and copies so far apart that sheet stays between their cuts.",
         "A shop that is sent a drawing larger than its sheet sends it back; an edge that is cut twice burns, and its "
-        "piece moves before the second cut.",
-        "The size of your sheets, or smaller parts; more of `cutting.gap`.",
+        "piece moves before the second cut.", "The size of your sheets, or smaller parts; more of `cutting.gap`.",
         "geometry: cutting.sheet, cutting.gap", apply=laser_sheet,
     ),
-    Rule(
-        "SIT318", "finger-width", Severity.WARNING,
-        "The finger that a cap slips over is as wide as the board's body.",
-        "Plastic beside the finger gives way under a force that the sensor shall feel, and tilts its board.",
-        "A wider finger, or a narrower board.",
-        "geometry: mount.finger.size", ("mount",), finger_carries,
-    ),
-)  # fmt: skip
+    Rule("SIT318", "finger-width", Severity.WARNING, "The finger that a cap slips over is as wide as the board's body.",
+         "Plastic beside the finger gives way under a force that the sensor shall feel, and tilts its board.",
+         "A wider finger, or a narrower board.", "geometry: mount.finger.size", ("mount",), finger_carries),
+)

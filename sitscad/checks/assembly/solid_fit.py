@@ -48,9 +48,8 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
         return
     for gap in pin_gaps(layout):
         if not gap.is_free:
-            yield TAIL_IN_PIN.found(
-                "mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=2.0 * gap.pin, origin=gap.source
-            )
+            yield TAIL_IN_PIN.found("mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=2.0 * gap.pin,
+                                    origin=gap.source)
     half = (jaw.opening or 0.0) / 2
     needed = (closed.radius + tail_thickness(design.spec) / 2) * math.tan(half / 2)
     if needed > jaw.hinge:
@@ -64,9 +63,8 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
     width, thick = end_section(layout)
     across = math.hypot(width, thick)
     if across > behind.bore:
-        yield END_TOO_WIDE.found(
-            "fpc.tail.connector", across, behind.bore, "m", width=width, thick=thick, origin=behind.source
-        )
+        yield END_TOO_WIDE.found("fpc.tail.connector", across, behind.bore, "m", width=width, thick=thick,
+                                 origin=behind.source)
 
 
 def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Finding, ...]:
@@ -85,17 +83,8 @@ def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
     volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
     area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
     when = f" ({each['when']})" if each["when"] else ""
-    values = {
-        "first": each["first"],
-        "second": each["second"],
-        "when": when,
-        "volume": volume,
-        "area": area,
-        "wanted": 1e6 * each["limit"],
-        "x": 1e3 * x,
-        "y": 1e3 * y,
-        "z": 1e3 * z,
-    }
+    values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume, "area": area,
+              "wanted": 1e6 * each["limit"], "x": 1e3 * x, "y": 1e3 * y, "z": 1e3 * z}
     values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
     complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
     return replace(complaint, place=Place(x, y))
@@ -130,8 +119,7 @@ HITS_UNDER_LOAD = Case(
 
 BULGE_HITS = Case(
     "under {when} the elastomer's sides bulge against the {second}, and the pad is stiffer than computed",
-    hint="a smaller pad, or more room beside it",
-    severity=Severity.WARNING,
+    hint="a smaller pad, or more room beside it", severity=Severity.WARNING,
 )
 
 TAIL_IN_PIN = Case(
@@ -161,39 +149,25 @@ NOT_CARRIED = Case(
 
 HARDLY_CARRIED = replace(NOT_CARRIED, severity=Severity.ERROR)
 
-FAULTS = {
-    "interference": ("SIT320", IN_EACH_OTHER, "mount"),
-    "port": ("SIT321", OUTSIDE_PORT, "mount"),
-    "opening": ("SIT322", HITS_WHILE_OPENING, "mount"),
-    "travel": ("SIT323", HITS_UNDER_LOAD, "requirements"),
-    "bulge": ("SIT323", BULGE_HITS, "requirements"),
-    "support": ("SIT326", NOT_CARRIED, "mount"),
-    "no support": ("SIT326", HARDLY_CARRIED, "mount"),
-}
+FAULTS = {"interference": ("SIT320", IN_EACH_OTHER, "mount"), "port": ("SIT321", OUTSIDE_PORT, "mount"),
+          "opening": ("SIT322", HITS_WHILE_OPENING, "mount"), "travel": ("SIT323", HITS_UNDER_LOAD, "requirements"),
+          "bulge": ("SIT323", BULGE_HITS, "requirements"), "support": ("SIT326", NOT_CARRIED, "mount"),
+          "no support": ("SIT326", HARDLY_CARRIED, "mount")}
 """By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
 
 SOLID_FIT_RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT320", "solids-interfere", Severity.ERROR,
-        "No two pieces of the assembly, as it is glued and closed, take the same room.",
-        "What is drawn into each other cannot be put together.",
-        "Other sizes for one of the two.",
-        "geometry: manifold3d finds the pairs, OpenCASCADE settles them exactly", ("jaw",), on_solids,
-    ),
-    Rule(
-        "SIT321", "solids-in-port", Severity.ERROR,
-        "Every piece between the jaws' tip and heel lies within the port, swept along the closed pair's axis.",
-        "SIT303 judges the section by figures; this measures every piece that is built.",
-        "A lower stack or a narrower piece.",
-        "geometry: meshes within 5 um of the round faces", ("jaw",), on_solids,
-    ),
-    Rule(
-        "SIT322", "jaws-open", Severity.ERROR,
-        "The other jaw runs into nothing while it opens, about the hinge, tried at every half millimetre of its tip.",
-        "A seat or a film that stands up at the heel blocks the jaws.",
-        "Less height at the heel, or the hinge where it really is.",
-        "geometry", ("jaw",), on_solids,
-    ),
+    Rule("SIT320", "solids-interfere", Severity.ERROR,
+         "No two pieces of the assembly, as it is glued and closed, take the same room.",
+         "What is drawn into each other cannot be put together.", "Other sizes for one of the two.",
+         "geometry: manifold3d finds the pairs, OpenCASCADE settles them exactly", ("jaw",), on_solids),
+    Rule("SIT321", "solids-in-port", Severity.ERROR,
+         "Every piece between the jaws' tip and heel lies within the port, swept along the closed pair's axis.",
+         "SIT303 judges the section by figures; this measures every piece that is built.",
+         "A lower stack or a narrower piece.", "geometry: meshes within 5 um of the round faces", ("jaw",), on_solids),
+    Rule("SIT322", "jaws-open", Severity.ERROR,
+         "The other jaw runs into nothing while it opens, about the hinge, tried at every half millimetre of its tip.",
+         "A seat or a film that stands up at the heel blocks the jaws.",
+         "Less height at the heel, or the hinge where it really is.", "geometry", ("jaw",), on_solids),
     Rule(
         "SIT323", "loaded-pad", Severity.WARNING,
         "Under the forces of the requirements, shear along each axis, the target, the other jaw and the bulging sides "
@@ -205,28 +179,23 @@ SOLID_FIT_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT324", "tail-past-hinge", Severity.WARNING,
         "The tail, laid along the jaw's face, runs past the hinge's pin, closed and wide open, and its bend has room "
-        "between the jaw's heel and the pivot.",
-        "A tail that rubs on the pin wears through at the first grasps.",
-        "Your instrument's pin, a way beside it, or more standoff.",
-        "sitscad/data/shafts.csv", ("jaw", "tail"), tail_past_pin,
+        "between the jaw's heel and the pivot.", "A tail that rubs on the pin wears through at the first grasps.",
+        "Your instrument's pin, a way beside it, or more standoff.", "sitscad/data/shafts.csv", ("jaw", "tail"),
+        tail_past_pin,
     ),
-    Rule(
-        "SIT325", "end-through-shaft", Severity.WARNING,
-        "The tail's end with contacts and stiffener goes through the tube behind the jaws.",
-        "Whatever is plugged in behind the handle has to be drawn through the shaft first.",
-        "A finer connector, fewer contacts, or wires.",
-        "sitscad/data/shafts.csv", ("jaw", "tail"), end_through_shaft,
-    ),
+    Rule("SIT325", "end-through-shaft", Severity.WARNING,
+         "The tail's end with contacts and stiffener goes through the tube behind the jaws.",
+         "Whatever is plugged in behind the handle has to be drawn through the shaft first.",
+         "A finer connector, fewer contacts, or wires.", "sitscad/data/shafts.csv", ("jaw", "tail"), end_through_shaft),
     Rule(
         "SIT326", "solids-carry", Severity.ERROR,
         "Nine tenths of the board under the elastomer (under the target, or of the body, where there is none) have a "
         "face of the mount, the shield or the jaw a glue line below them (a warning); less than half of it, or of the "
         "whole body, is an error.",
         "A part of your own may be smaller than the board, or its datum elsewhere; SIT319 judges all others by their "
-        "figures.",
-        "More of the mount under the board.",
+        "figures.", "More of the mount under the board.",
         "geometry: sections of the meshes, hollows of up to 0.1 mm, which glue fills, left out", ("mount",), on_solids,
     ),
-)  # fmt: skip
+)
 
 _RULES = {rule.id: rule for rule in SOLID_FIT_RULES}

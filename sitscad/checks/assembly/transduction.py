@@ -113,14 +113,9 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     ratio = pad.thickness / width
     if ratio > SLENDERNESS + ROUNDING or lost:
         yield (lost or TOO_SLENDER).found(
-            "elastomer.thickness",
-            ratio,
-            SLENDERNESS,
-            None,
-            force=design.spec.requirements.normal_force,
+            "elastomer.thickness", ratio, SLENDERNESS, None, force=design.spec.requirements.normal_force,
             wide="wide" if width == min(pad.size) else "the target is wide",
-            reading="force" if len(design.spec.array.placements) == 1 else "shear",
-            slender=SLENDERNESS * width,
+            reading="force" if len(design.spec.array.placements) == 1 else "shear", slender=SLENDERNESS * width,
         )
 
 
@@ -151,16 +146,9 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         return
     travel = strain * pad.thickness
     if math.inf > travel > pitch / 2.0:
-        yield PAST_THE_COILS.found(
-            "elastomer.material",
-            travel,
-            pitch / 2.0,
-            "m",
-            force=force,
-            shear_modulus_sigma=pad.material.shear_modulus_sigma,
-            share=travel / pad.thickness,
-            advice=lambda left: _stays_over_the_coils(design.spec, force, left),
-        )
+        yield PAST_THE_COILS.found("elastomer.material", travel, pitch / 2.0, "m", force=force,
+                                   shear_modulus_sigma=pad.material.shear_modulus_sigma, share=travel / pad.thickness,
+                                   advice=lambda left: _stays_over_the_coils(design.spec, force, left))
 
 
 def _extrapolated_shear(spec: SensorSpec, force: float) -> Iterator[Verdict]:
@@ -215,24 +203,13 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     most = strain if beyond else usual
     is_borne = math.isfinite(strain) and math.isfinite(usual)
     enough = _softest_for_shear(spec, force, limit)
-    hint = worded(TOO_MUCH_SHEAR.hint, {
-        "enough": _rounded_up(material.shear_modulus * factor / softest), "softest_preset": _named_preset(enough),
-        "larger_area": _larger_area(design, area, area * factor / softest),
-    })  # fmt: skip
-    yield TOO_MUCH_SHEAR.found(
-        "elastomer.material",
-        most if math.isfinite(most) else None,
-        limit,
-        None,
-        source=elastomer.SHEAR_SOURCE,
-        is_grave=beyond or not is_borne,
-        hint=hint,
-        advice=lambda left: _other_silicone(spec, enough, left, hint),
-        force=force,
-        moved=_travel(strain),
-        name=material.name,
-        usual=_travel(usual),
-    )
+    hint = worded(TOO_MUCH_SHEAR.hint, {"enough": _rounded_up(material.shear_modulus * factor / softest),
+                                        "softest_preset": _named_preset(enough),
+                                        "larger_area": _larger_area(design, area, area * factor / softest)})
+    yield TOO_MUCH_SHEAR.found("elastomer.material", most if math.isfinite(most) else None, limit, None,
+                               source=elastomer.SHEAR_SOURCE, is_grave=beyond or not is_borne, hint=hint,
+                               advice=lambda left: _other_silicone(spec, enough, left, hint), force=force,
+                               moved=_travel(strain), name=material.name, usual=_travel(usual))
 
 
 def _other_silicone(spec: SensorSpec, enough: ElastomerMaterial | None, left: Left, otherwise: str) -> str:
@@ -252,9 +229,8 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
     """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
-    return _softest_enough(
-        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit
-    )
+    return _softest_enough(lambda other,
+                           modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
 
 
 def _travel(strain: float) -> str:
@@ -292,11 +268,8 @@ def _larger_area(design: Design, area: float, wanted: float) -> str:
         return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
     scale, pad, target = math.sqrt(wanted / area), pad_of(design), design.spec.target
     assert target is not None
-    larger = replace(
-        design.spec,
-        elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
-        target=replace(target, size=(scale * target.size[0], scale * target.size[1])),
-    )
+    larger = replace(design.spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
+                     target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
     body = "" if lies(larger, ground(design.layout)) else " on a larger body (fpc.margin), for this one is too small"
     return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)}{body},"
 
@@ -401,32 +374,24 @@ def _rounded_up(value: float) -> float:
 EXTRAPOLATED = "; beyond {valid:%.0f} % the pad's law is extrapolated"
 
 TOO_SOFT = Case(
-    "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to "
-    "{most_strain:%.0f} % with the modulus {shear_modulus:Pa,3} +- {scatter:%.0f} %), down to "
-    "{gap:m,3}",
+    "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to {most_strain:%.0f} % "
+    "with the modulus {shear_modulus:Pa,3} +- {scatter:%.0f} %), down to {gap:m,3}",
     detail="{which}, {measured:%.1f} %, is more than {limit:%.0f} %{extrapolated}; shape factor "
-    "{shape_factor:.2f}{taken}",
-    hint="{stiffer}{otherwise}",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    "{shape_factor:.2f}{taken}", hint="{stiffer}{otherwise}", severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 _SLENDER = "the elastomer is {measured:.2g} times as thick as {wide}"
 
 TOO_SLENDER = Case(
     _SLENDER + ": the target tilts easily, and tilt reads as {reading}",
-    hint=(
-        "{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, "
-        "thesis, Leeds); thinner is steadier still"
-    ),
-    severity=Severity.NOTE,
+    hint="{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); thinner "
+    "is steadier still", severity=Severity.NOTE,
 )
 
 GIVES_WAY_FREE = Case(
     _SLENDER + ": under {force:N} it gives way sideways where the target is free to tilt, and no reading is one force",
     hint="{slender:m,3} stays level, as the bench pad did (8 x 8 x 2 mm; Jones, thesis, Leeds); or a stiffer one, or a "
-    "face that keeps the target level",
-    severity=Severity.WARNING,
+    "face that keeps the target level", severity=Severity.WARNING,
 )
 
 GIVES_WAY_LEVEL = Case(
@@ -438,29 +403,23 @@ GIVES_WAY_LEVEL = Case(
 )
 
 PAST_THE_COILS = Case(
-    "{force:N} of shear move the target by about {measured:m,2} (+- {shear_modulus_sigma:%.0f} % "
-    "with its modulus; {share:.2g} times the pad's thickness); beyond {limit:m} it has passed a "
-    "coil's centre and the signal turns back",
+    "{force:N} of shear move the target by about {measured:m,2} (+- {shear_modulus_sigma:%.0f} % with its modulus; "
+    "{share:.2g} times the pad's thickness); beyond {limit:m} it has passed a coil's centre and the signal turns back",
     hint="a stiffer, a larger or a thinner pad",
 )
 
 EXTRAPOLATED_SHEAR = Case(
     "{measured:N} of shear are required; {beyond}",
-    hint="a stiffer pad, or a larger one under a larger target, goes less far",
-    severity=Severity.NOTE,
+    hint="a stiffer pad, or a larger one under a larger target, goes less far", severity=Severity.NOTE,
 )
 
 TOO_MUCH_SHEAR = Case(
-    "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} "
-    "({usual} with a modulus one sigma softer)",
+    "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} ({usual} "
+    "with a modulus one sigma softer)",
     detail="beyond {limit:%.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond and edges "
     "of the pad may peel",
-    hint=(
-        "a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps "
-        "the softest case within it{softest_preset}; a thinner pad shortens the travel, not this "
-        "share"
-    ),
-    severity=Severity.NOTE,
+    hint="a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps the softest case "
+    "within it{softest_preset}; a thinner pad shortens the travel, not this share", severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 
@@ -478,12 +437,11 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
         "of the pad and an encapsulation help by the pad's law; where the pad reaches beyond it more on one side than "
         "on another, its rest is taken as not helping; for the error, as helping as much as it can.",
-        "Beyond 30 % the pad's law is extrapolated; beyond 50 % the pad has lost its range, creeps, and "
-        "the target comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) "
-        "would need 57 to 73 % at 4.8 N. A target smaller than its pad presses what lies under it, which its surround "
-        "stiffens.",
-        "A stiffer or thinner elastomer, or a larger pad and target.",
-        elastomer.SOURCE, ("elastomer", "normal force"), elastomer_strain,
+        "Beyond 30 % the pad's law is extrapolated; beyond 50 % the pad has lost its range, creeps, and the target "
+        "comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) would need 57 "
+        "to 73 % at 4.8 N. A target smaller than its pad presses what lies under it, which its surround stiffens.",
+        "A stiffer or thinner elastomer, or a larger pad and target.", elastomer.SOURCE, ("elastomer", "normal force"),
+        elastomer_strain,
     ),
     Rule(
         "SIT310", "target-rotation", Severity.ERROR,
@@ -511,11 +469,10 @@ TRANSDUCTION_RULES: tuple[Rule, ...] = (
         ("elastomer", "target", "shear force"), elastomer_shear,
     ),
     Rule(
-        "SIT313", "target-gap", Severity.WARNING,
-        "A target lies on an elastomer, not on the board.",
+        "SIT313", "target-gap", Severity.WARNING, "A target lies on an elastomer, not on the board.",
         "Without a pad the gap is 0 and nothing gives way: the sensor has no signal, and the estimates at rest "
         "describe a target pressed against the coil. A warning only: boards may be ordered before the pad is chosen.",
         "Add elastomer.thickness, or leave the target out until its pad is chosen.",
         "derived here: the gap is the elastomer's thickness", ("target",), target_gap,
     ),
-)  # fmt: skip
+)

@@ -71,9 +71,8 @@ def _mount_bends(design: Design) -> Iterator[Complaint]:
     if made and made[-1].end > end + ROUNDING:
         last = made[-1]
         at = Place(last.line, sum(design.layout.reach_at(last.line)) / 2)
-        yield BEYOND_STRAIGHT.found(
-            "fpc.tail.length", last.end - end, 0.0, "m", place=at, start=made[0].start, last=last.end, straight=end
-        )
+        yield BEYOND_STRAIGHT.found("fpc.tail.length", last.end - end, 0.0, "m", place=at, start=made[0].start,
+                                    last=last.end, straight=end)
 
 
 def _too_short(design: Design) -> Iterator[Complaint]:
@@ -87,20 +86,13 @@ def _too_short(design: Design) -> Iterator[Complaint]:
     case = free if straight.unfit is None else straight_only
     at = {"ratio": figure[1], "house": house(design, figure[0])} if figure and not fits else {}
     yield case.found(
-        "fpc.tail.bend" if fits else "fpc.tail.length",
-        straight.length if fits else straight.room,
-        needed,
-        "m",
+        "fpc.tail.bend" if fits else "fpc.tail.length", straight.length if fits else straight.room, needed, "m",
         source=source_of(design, figure[0]) if figure and not fits else None,
         place=straight.unfit and replace(straight.unfit, x=straight.start),
-        advice=None if fits else lambda left: _longer(design, left),
-        is_grave=not _has_room(design, needed),
+        advice=None if fits else lambda left: _longer(design, left), is_grave=not _has_room(design, needed),
         have=max(0.0, straight.length if fits else straight.room),
-        mount=" beyond the mount's bends" if bends_of_mount(design.layout) and not fits else "",
-        bend=tail.bend,
-        angle=_degrees(tail),
-        start=straight.start,
-        radius=worded(AT_RADIUS, at) if at else "",
+        mount=" beyond the mount's bends" if bends_of_mount(design.layout) and not fits else "", bend=tail.bend,
+        angle=_degrees(tail), start=straight.start, radius=worded(AT_RADIUS, at) if at else "",
     )
 
 
@@ -125,7 +117,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     yield DRAWN_LONGER.found(
         "fpc.tail.length", tail.length, drawn, "m", words=fix.words,
         advice=lambda left: f"{fix.words} is what is drawn{tried(fix, left)}; a shorter one wants fewer contacts",
-    )  # fmt: skip
+    )
 
 
 def _misplaced(design: Design) -> Iterator[Complaint]:
@@ -143,19 +135,10 @@ def _misplaced(design: Design) -> Iterator[Complaint]:
     half = (bend.end - bend.start) / 2
     room = f"from {show(low + half, 'm', 3)} to {show(high - half, 'm', 3)}" if high - low > 2 * half else "nowhere yet"
     what = "vias, contacts, stiffener or the body" if max(zone[0] - bend.start, bend.end - zone[1]) > ROUNDING else ""
-    yield MISPLACED.found(
-        "fpc.tail.bend.at",
-        beyond,
-        0.0,
-        "m",
-        place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2),
-        is_grave=bool(what),
-        line=bend.line,
-        start=bend.start,
-        end=bend.end,
-        into=what or "tracks that are not straight, or what the mount takes",
-        room=room,
-    )
+    yield MISPLACED.found("fpc.tail.bend.at", beyond, 0.0, "m",
+                          place=Place(bend.line, sum(design.layout.reach_at(bend.line)) / 2), is_grave=bool(what),
+                          line=bend.line, start=bend.start, end=bend.end,
+                          into=what or "tracks that are not straight, or what the mount takes", room=room)
 
 
 def _too_sharp(design: Design) -> Iterator[Complaint]:
@@ -168,17 +151,9 @@ def _too_sharp(design: Design) -> Iterator[Complaint]:
     rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # as it is written
     spec = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, bend_radius=rounder)))
     fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), spec)
-    yield TOO_SHARP.found(
-        "fpc.tail.bend.radius",
-        tail.bend_radius,
-        least,
-        "m",
-        source=source_of(design, figure[0]),
-        bend=tail.bend,
-        thicknesses=figure[1],
-        house=house(design, figure[0]),
-        advice=first_tried([[fix]], TOO_SHARP.hint),
-    )
+    yield TOO_SHARP.found("fpc.tail.bend.radius", tail.bend_radius, least, "m", source=source_of(design, figure[0]),
+                          bend=tail.bend, thicknesses=figure[1], house=house(design, figure[0]),
+                          advice=first_tried([[fix]], TOO_SHARP.hint))
 
 
 def _degrees(tail: Tail) -> str:
@@ -278,61 +253,45 @@ DRAWN_LONGER = Case(
 )
 
 NO_STRETCH = Case(
-    "the tail has {have:m,3} free of vias, turns and stiffener{mount} for its {bend} bend{radius}",
-    NO_ROOM,
-    Severity.WARNING,
-    Severity.ERROR,
+    "the tail has {have:m,3} free of vias, turns and stiffener{mount} for its {bend} bend{radius}", NO_ROOM,
+    Severity.WARNING, Severity.ERROR,
 )
 
 SHORT = Case(
     "the tail has {have:m,3} free of vias, turns and stiffener{mount} for its {bend} bend; one by {angle} needs "
-    "{limit:m,3}{radius}",
-    NO_ROOM,
-    Severity.WARNING,
-    Severity.ERROR,
+    "{limit:m,3}{radius}", NO_ROOM, Severity.WARNING, Severity.ERROR,
 )
 
 STRAIGHT_FOR = Case(
     "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
-    "they run straight at one width",
-    "all bends of the drawing lie there: bend the tail nowhere else",
-    Severity.NOTE,
+    "they run straight at one width", "all bends of the drawing lie there: bend the tail nowhere else", Severity.NOTE,
 )
 
 STRAIGHT_BUT_SHORT = Case(
     "tracks turn or change their width in a part of the bend zone; in the rest, {have:m,3} from x = {start:m,4} on, "
-    "they run straight at one width, and a bend by {angle}{mount} needs {limit:m,3}{radius}",
-    NO_ROOM,
-    Severity.WARNING,
+    "they run straight at one width, and a bend by {angle}{mount} needs {limit:m,3}{radius}", NO_ROOM, Severity.WARNING,
     Severity.ERROR,
 )
 
 MISPLACED = Case(
-    "the bend about x = {line:m,4} takes the tail from x = {start:m,4} to {end:m,4} and reaches "
-    "{measured:m,3} into {into}",
-    hint="fpc.tail.bend.at has room {room}; or leave it out",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    "the bend about x = {line:m,4} takes the tail from x = {start:m,4} to {end:m,4} and reaches {measured:m,3} into "
+    "{into}", hint="fpc.tail.bend.at has room {room}; or leave it out", severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 TOO_SHARP = Case(
-    "a {bend} bend of {measured:m,3} inside radius is sharper than the {thicknesses:g} thicknesses "
-    "that {house} asks: {limit:m,3}",
-    hint="a larger fpc.tail.bend.radius, or leave it out",
-    severity=Severity.WARNING,
+    "a {bend} bend of {measured:m,3} inside radius is sharper than the {thicknesses:g} thicknesses that {house} asks: "
+    "{limit:m,3}", hint="a larger fpc.tail.bend.radius, or leave it out", severity=Severity.WARNING,
 )
 
 NOT_LET_DOWN = Case(
     "the tail is too short for the two bends by which it is let down to what carries the mount",
-    "a longer fpc.tail.length, or a smaller mount.standoff",
-    Severity.WARNING,
+    "a longer fpc.tail.length, or a smaller mount.standoff", Severity.WARNING,
 )
 
 BEYOND_STRAIGHT = Case(
     "the mount bends the tail from x = {start:m,4} to {last:m,4}, its tracks run straight as far as {straight:m,4}: "
     "{measured:m,3} too much",
-    "a longer fpc.tail.length, a smaller mount.standoff, or a mount that ends nearer to the board",
-    Severity.WARNING,
+    "a longer fpc.tail.length, a smaller mount.standoff, or a mount that ends nearer to the board", Severity.WARNING,
 )
 
 IN_BEND = Case(
@@ -353,11 +312,10 @@ BEND_RULES: tuple[Rule, ...] = (
         "IPC-2223, 5.2.4 (unverified: quoted from memory)", ("tail",), bend_zone,
     ),
     Rule(
-        "SIT133", "tail-length", Severity.WARNING,
-        "The tail is drawn as long as the spec asks.",
+        "SIT133", "tail-length", Severity.WARNING, "The tail is drawn as long as the spec asks.",
         "Leads, contacts and stiffener take some millimetres: a shorter tail is drawn as long as they need it, and "
         "what was planned by the spec's length does not fit.",
         "Write the length that is drawn, or take fewer contacts or a connector of narrower pitch.",
         "geometry: fpc.tail.length", ("tail",), tail_length,
     ),
-)  # fmt: skip
+)

@@ -99,17 +99,9 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         yield HOLE_NEAR_COPPER.found(
-            "coil.turns",
-            near.gap,
-            rules.drill_to_copper,
-            "m",
-            source=source_of(design, "drill_to_copper"),
-            place=Place(near.x, near.y, near.layer, near.nets),
-            net=_net(near),
-            gap=max(0.0, near.gap),
-            foreign=_foreign(near),
-            layer=near.layer,
-            house=house(design, "drill_to_copper"),
+            "coil.turns", near.gap, rules.drill_to_copper, "m", source=source_of(design, "drill_to_copper"),
+            place=Place(near.x, near.y, near.layer, near.nets), net=_net(near), gap=max(0.0, near.gap),
+            foreign=_foreign(near), layer=near.layer, house=house(design, "drill_to_copper"),
             missing=rules.drill_to_copper - near.gap,
         )
 
@@ -154,17 +146,10 @@ def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer:
     at_plug = _is_at_plug(design, item)
     wider = "a wider board, or a smaller coil, gives it room"
     return NEAR_EDGE.found(
-        "fpc.tail.connector" if at_plug else "coil.outer_diameter",
-        gap,
-        rules.copper_to_edge,
-        "m",
-        source=source_of(design, "copper_to_edge"),
-        place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
+        "fpc.tail.connector" if at_plug else "coil.outer_diameter", gap, rules.copper_to_edge, "m",
+        source=source_of(design, "copper_to_edge"), place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
         advice=(lambda left: f"{missing} are missing: {_connector_with_edge(design, left)}") if at_plug else None,
-        what=what,
-        gap=max(0.0, gap),
-        house=house(design, "copper_to_edge"),
-        missing=missing,
+        what=what, gap=max(0.0, gap), house=house(design, "copper_to_edge"), missing=missing,
         remedy="a connector with more board beside its contacts" if at_plug else wider,
     )
 
@@ -195,19 +180,10 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     is_steep = _is_of_the_turns(near) and missing <= nearer_by(spec)
     room = "fewer turns, a narrower pitch or a larger coil give the room"
     return TOO_NEAR.found(
-        "coil.trace_spacing" if is_steep else key,
-        near.gap,
-        asked,
-        "m",
-        source=source,
+        "coil.trace_spacing" if is_steep else key, near.gap, asked, "m", source=source,
         place=Place(near.x, near.y, near.layer, near.nets),
         advice=(lambda left: f"{um(missing)} are missing: {tried_spacing(spec, missing, left)}") if is_steep else None,
-        what=what,
-        how=how,
-        layer=near.layer,
-        more=more,
-        who=who,
-        missing=missing,
+        what=what, how=how, layer=near.layer, more=more, who=who, missing=missing,
         remedy=spacing_in_words(spec, missing) if is_steep else room,
     )
 
@@ -256,14 +232,10 @@ HOLE_NEAR_COPPER = Case(
 )
 
 NEAR_EDGE = Case(
-    "{what} comes within {gap:m} of the board's edge; {house} asks {limit:m}",
-    hint="{missing} are missing: {remedy}",
+    "{what} comes within {gap:m} of the board's edge; {house} asks {limit:m}", hint="{missing} are missing: {remedy}",
 )
 
-TOO_NEAR = Case(
-    "{what} {how} on layer {layer}{more}; {who} asks {limit:m}",
-    hint="{missing:m} are missing: {remedy}",
-)
+TOO_NEAR = Case("{what} {how} on layer {layer}{more}; {who} asks {limit:m}", hint="{missing:m} are missing: {remedy}")
 
 
 CLEARANCE_RULES: tuple[Rule, ...] = (
@@ -288,4 +260,4 @@ CLEARANCE_RULES: tuple[Rule, ...] = (
         "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
         "Give the via more room.",
     ), FABRICATOR, drill_to_copper),
-)  # fmt: skip
+)

@@ -225,9 +225,8 @@ def _gaps(
         shares = np.linspace(0.0, 1.0, _SPLITS + 1)
         excess = np.outer(shares, joined[near] - way[near])
         count = len(shares)
-        trimmed = _trimmed(
-            copper, np.tile(earlier[near], count), np.tile(later[near], count), excess.ravel(), excess[::-1].ravel()
-        )
+        trimmed = _trimmed(copper, np.tile(earlier[near], count), np.tile(later[near], count), excess.ravel(),
+                           excess[::-1].ravel())
         gap[near] = trimmed.reshape(count, -1).min(axis=0) - widths[near]
     return gap
 
@@ -263,17 +262,8 @@ def _worst_by_items(
         seen.add((layer, one, other))
         x, y = _place(copper, a, b)
         distance = float(gap[k] + half[a] + half[b])
-        yield Nearness(
-            copper.items[one],
-            copper.items[other],
-            layer,
-            distance,
-            float(half[a]),
-            float(half[b]),
-            x,
-            y,
-            float(asked[k]),
-        )
+        yield Nearness(copper.items[one], copper.items[other], layer, distance, float(half[a]), float(half[b]), x, y,
+                       float(asked[k]))
 
 
 def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:

@@ -92,26 +92,16 @@ def _narrow_web(
     rules = design.spec.fpc.rules
     web = _smallest(one, other, rules.coverlay_web)
     if web < rules.coverlay_web - ROUNDING:
-        yield NARROW_WEB.found(
-            "fpc.tail.connector",
-            web,
-            rules.coverlay_web,
-            "m",
-            hint=hint,
-            source=source_of(design, "coverlay_web"),
-            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
-            what=what,
-            where=where,
-            house=house(design, "coverlay_web"),
-        )
+        yield NARROW_WEB.found("fpc.tail.connector", web, rules.coverlay_web, "m", hint=hint,
+                               source=source_of(design, "coverlay_web"),
+                               place=Place(float(one.start[0, 0]), float(one.start[0, 1])), what=what, where=where,
+                               house=house(design, "coverlay_web"))
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
     """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
     layout, films = design.layout, design.spec.fpc.stackup.layers
-    for side, film, openings in (
-        ("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)
-    ):  # fmt: skip
+    for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
             lies = _lies_on(design, side)
             yield NO_COVERLAY.found("fpc.stackup", side=side, finish=design.spec.fpc.finish, lies=lies)
@@ -120,9 +110,8 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
             for item, gap, point in _bared(design, number, region.outline):
-                yield _opening_complaint(
-                    design, item, gap, Place(float(point[0]), float(point[1]), number, (item.net,))
-                )
+                yield _opening_complaint(design, item, gap,
+                                         Place(float(point[0]), float(point[1]), number, (item.net,)))
 
 
 def _lies_on(design: Design, side: str) -> str:
@@ -175,23 +164,13 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Complaint:
     """The complaint for an opening of the coverlay that is too near to a track or via beside it."""
     rules = design.spec.fpc.rules
-    return OPENING_NEAR_TRACK.found(
-        "fpc.tail",
-        gap,
-        rules.coverlay_opening_to_trace,
-        "m",
-        source=source_of(design, "coverlay_opening_to_trace"),
-        place=place,
-        what=name_of(item),
-        layer=place.layer,
-        gap=max(0.0, gap),
-        house=house(design, "coverlay_opening_to_trace"),
-    )
+    return OPENING_NEAR_TRACK.found("fpc.tail", gap, rules.coverlay_opening_to_trace, "m",
+                                    source=source_of(design, "coverlay_opening_to_trace"), place=place,
+                                    what=name_of(item), layer=place.layer, gap=max(0.0, gap),
+                                    house=house(design, "coverlay_opening_to_trace"))
 
 
-NARROW_WEB = Case(
-    "{what} a web of {measured:m} {where}; {house} asks {limit:m}",
-)
+NARROW_WEB = Case("{what} a web of {measured:m} {where}; {house} asks {limit:m}",)
 
 NO_COVERLAY = Case(
     "the {side} of the board has no coverlay: all its tracks lie bare, are finished with {finish} as the contacts are, "
@@ -221,7 +200,6 @@ COVERLAY_RULES: tuple[Rule, ...] = (
         "every opening in it.",
         "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare. Bare "
         "turns are plated with nickel and gold, which changes them, and whatever conducts and touches them shorts "
-        "them.",
-        "Move the track, or lengthen the tail; give the stack-up a coverlay above and below.",
+        "them.", "Move the track, or lengthen the tail; give the stack-up a coverlay above and below.",
     ), FABRICATOR, coverlay_opening),
-)  # fmt: skip
+)

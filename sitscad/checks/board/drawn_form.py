@@ -43,16 +43,10 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
             continue
         seen.add(pair)
         what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
-        yield ACUTE_ANGLE.found(
-            "coil",
-            math.degrees(angle),
-            math.degrees(ACUTE),
-            "degrees",
-            place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
-            advice=lambda left: _drawn_otherwise(design, acute_angle, left),
-            what=what,
-            layer=copper.layer[one],
-        )
+        yield ACUTE_ANGLE.found("coil", math.degrees(angle), math.degrees(ACUTE), "degrees",
+                                place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
+                                advice=lambda left: _drawn_otherwise(design, acute_angle, left), what=what,
+                                layer=copper.layer[one])
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
@@ -63,19 +57,10 @@ def sliver(design: Design) -> Iterator[Verdict]:
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
         a, b = name_of(near.one), name_of(near.other)
         what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
-        yield SLIVER.found(
-            "coil",
-            near.gap,
-            asked,
-            "m",
-            source=source,
-            place=Place(near.x, near.y, near.layer, (near.one.net,)),
-            advice=lambda left: _drawn_otherwise(design, sliver, left),
-            what=what,
-            layer=near.layer,
-            who=who,
-            missing=asked - near.gap,
-        )
+        yield SLIVER.found("coil", near.gap, asked, "m", source=source,
+                           place=Place(near.x, near.y, near.layer, (near.one.net,)),
+                           advice=lambda left: _drawn_otherwise(design, sliver, left), what=what, layer=near.layer,
+                           who=who, missing=asked - near.gap)
 
 
 DRAWN = "the layout drew this, it is no fault of the spec"
@@ -111,11 +96,8 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
     for loop in closed_loops(_graph(design)):
         round_what = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
         yield (SHORTED_TURN if round_what else LOOP).found(
-            "coil",
-            place=Place(*loop.place, loop.layer, loop.nets),
-            nets=" and ".join(loop.nets),
-            coils=" and ".join(round_what),
-            area=loop.area * 1e6,
+            "coil", place=Place(*loop.place, loop.layer, loop.nets), nets=" and ".join(loop.nets),
+            coils=" and ".join(round_what), area=loop.area * 1e6,
         )
 
 
@@ -128,9 +110,8 @@ def unconnected(design: Design) -> Iterator[Verdict]:
     for point, layer, net in loose_ends(_graph(design)):
         yield ENDS_IN_NOTHING.found("coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
     for one, other in open_nets(_graph(design)):
-        yield NOT_JOINED.found(
-            "coil", place=Place(*other.centre, other.layer, (one.net,)), pin=one.pin, other=other.pin, net=one.net
-        )
+        yield NOT_JOINED.found("coil", place=Place(*other.centre, other.layer, (one.net,)), pin=one.pin,
+                               other=other.pin, net=one.net)
 
 
 def _graph(design: Design) -> TrackGraph:
@@ -169,19 +150,15 @@ def _is_covered(design: Design, point: Floats, layer: int) -> bool:
 
 ACUTE_ANGLE = Case(
     "{what} meet at {measured:.3g} degrees on layer {layer}",
-    hint=(
-        "the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a"
-        " turn more or less, makes it draw the leads otherwise"
-    ),
+    hint="the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a turn more or less, "
+    "makes it draw the leads otherwise",
 )
 
 SLIVER = Case(
     "{what} leave a notch of {measured:m} between them on layer {layer}; {who} asks {limit:m}",
-    hint=(
-        "{missing:m} are missing: a gap this narrow is not etched through, or leaves a strip of "
-        "resist that comes off; the layout drew this, it is no fault of the spec: another "
-        "coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
-    ),
+    hint="{missing:m} are missing: a gap this narrow is not etched through, or leaves a strip of resist that comes "
+    "off; the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a turn more or less, "
+    "makes it draw the leads otherwise",
 )
 
 OPEN_IT = "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it"
@@ -195,40 +172,30 @@ ENDS_IN_NOTHING = Case(
     hint="a track or via is missing there, or does not meet its neighbour",
 )
 
-NOT_JOINED = Case(
-    "no copper joins contacts {pin} and {other} of {net}",
-    hint="a track or via is missing between them",
-)
+NOT_JOINED = Case("no copper joins contacts {pin} and {other} of {net}", hint="a track or via is missing between them")
 
 
 DRAWN_FORM_RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT120", "acute-angle", Severity.WARNING,
-        "Tracks part at 60 degrees or more, but under a pad.",
-        "Etchant stays in an acute corner and eats the track there; the corner itself starts a crack when it is bent.",
-        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
-        "IPC-2221, 5.3 (unverified: quoted from memory)", apply=acute_angle,
-    ),
+    Rule("SIT120", "acute-angle", Severity.WARNING, "Tracks part at 60 degrees or more, but under a pad.",
+         "Etchant stays in an acute corner and eats the track there; the corner itself starts a crack when it is bent.",
+         "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
+         "IPC-2221, 5.3 (unverified: quoted from memory)", apply=acute_angle),
     Rule(
         "SIT121", "sliver", Severity.WARNING,
         "Where one conductor turns back on itself the gap is as wide as the fabricator's spacing, also near the turn.",
         "A strip of resist as narrow as that lifts off and shorts another place; or the gap is not etched through.",
-        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
-        FABRICATOR, apply=sliver,
+        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.", FABRICATOR,
+        apply=sliver,
     ),
     Rule(
         "SIT122", "shorted-turn", Severity.ERROR,
         "No copper closes a loop: every net is a chain from contact to contact.",
         "A closed loop round a coil is the secondary of a transformer that is shorted: inductance and Q fall, and no "
         "electrical test sees it, because both contacts are still joined.",
-        "Open the loop; keep guard rings and planes slotted.",
-        "Lenz's law; docs/coil.md", apply=shorted_turn,
+        "Open the loop; keep guard rings and planes slotted.", "Lenz's law; docs/coil.md", apply=shorted_turn,
     ),
-    Rule(
-        "SIT125", "unconnected", Severity.ERROR,
-        "Every track and via as drawn is joined at both ends, and every coil's contacts are joined.",
-        "A coil that is open somewhere is no coil; a loose end is a track that was meant to lead somewhere.",
-        "Tell us: a layout that was said to be whole must be.",
-        "docs/coil.md", apply=unconnected,
-    ),
-)  # fmt: skip
+    Rule("SIT125", "unconnected", Severity.ERROR,
+         "Every track and via as drawn is joined at both ends, and every coil's contacts are joined.",
+         "A coil that is open somewhere is no coil; a loose end is a track that was meant to lead somewhere.",
+         "Tell us: a layout that was said to be whole must be.", "docs/coil.md", apply=unconnected),
+)

@@ -24,14 +24,8 @@ def via_drill(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield TOO_FINE_A_DRILL.found(
-                "fpc.rules",
-                via.drill,
-                rules.via_drill,
-                "m",
-                source=source_of(design, "via_drill"),
-                place=Place(*via.centre, nets=(via.net,)),
-                net=via.net,
-                house=house(design, "via_drill"),
+                "fpc.rules", via.drill, rules.via_drill, "m", source=source_of(design, "via_drill"),
+                place=Place(*via.centre, nets=(via.net,)), net=via.net, house=house(design, "via_drill"),
             )
 
 
@@ -41,17 +35,10 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield NARROW_RING.found(
-                "fpc.rules",
-                ring,
-                rules.annular_ring,
-                "m",
-                source=source_of(design, "annular_ring"),
-                place=Place(*via.centre, nets=(via.net,)),
-                net=via.net,
-                house=house(design, "annular_ring"),
-                wanted=via.drill + 2.0 * rules.annular_ring,
-            )
+            yield NARROW_RING.found("fpc.rules", ring, rules.annular_ring, "m",
+                                    source=source_of(design, "annular_ring"), place=Place(*via.centre, nets=(via.net,)),
+                                    net=via.net, house=house(design, "annular_ring"),
+                                    wanted=via.drill + 2.0 * rules.annular_ring)
 
 
 def hole_to_hole(design: Design) -> Iterator[Verdict]:
@@ -62,20 +49,10 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
             wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
             if wall < rules.hole_to_hole - ROUNDING:
                 yield HOLES_TOO_NEAR.found(
-                    "coil.turns",
-                    wall,
-                    rules.hole_to_hole,
-                    "m",
-                    source=source_of(design, "hole_to_hole"),
-                    place=Place(
-                        (via.centre.x + other.centre.x) / 2.0,
-                        (via.centre.y + other.centre.y) / 2.0,
-                        nets=tuple(sorted({via.net, other.net})),
-                    ),
-                    net=via.net,
-                    net2=other.net,
-                    house=house(design, "hole_to_hole"),
-                    missing=rules.hole_to_hole - wall,
+                    "coil.turns", wall, rules.hole_to_hole, "m", source=source_of(design, "hole_to_hole"),
+                    place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
+                                nets=tuple(sorted({via.net, other.net}))), net=via.net, net2=other.net,
+                    house=house(design, "hole_to_hole"), missing=rules.hole_to_hole - wall,
                 )
 
 
@@ -88,17 +65,9 @@ def part_size(design: Design) -> Iterator[Verdict]:
         if size < smallest - ROUNDING:
             in_panel = is_wanted(design.layout)
             yield (SMALL_BUT_IN_PANEL if in_panel else SMALL).found(
-                "fpc.rules" if in_panel else "fpc.panel",
-                size,
-                smallest,
-                "m",
-                source=source_of(design, "part_size"),
-                name=design.spec.name,
-                length=have[1],
-                width=have[0],
-                house=house(design, "part_size"),
-                least_length=need[1],
-                least_width=need[0],
+                "fpc.rules" if in_panel else "fpc.panel", size, smallest, "m", source=source_of(design, "part_size"),
+                name=design.spec.name, length=have[1], width=have[0], house=house(design, "part_size"),
+                least_length=need[1], least_width=need[0],
             )
             break
     if is_wanted(design.layout):
@@ -136,18 +105,10 @@ def _panel_size(design: Design, case: Case, size: tuple[float, float]) -> Iterat
     rules, have, most = design.spec.fpc.rules, sorted(size), sorted(design.spec.fpc.rules.panel_size)
     for side, largest in zip(have, most, strict=True):
         if side > largest + ROUNDING:
-            yield case.found(
-                "fpc.rules" if case is LARGE_BOARD else "fpc.panel",
-                side,
-                largest,
-                "m",
-                source=source_of(design, "panel_size"),
-                length=size[0],
-                width=size[1],
-                house=house(design, "panel_size"),
-                most_length=rules.panel_size[0],
-                most_width=rules.panel_size[1],
-            )
+            yield case.found("fpc.rules" if case is LARGE_BOARD else "fpc.panel", side, largest, "m",
+                             source=source_of(design, "panel_size"), length=size[0], width=size[1],
+                             house=house(design, "panel_size"), most_length=rules.panel_size[0],
+                             most_width=rules.panel_size[1])
             return
 
 
@@ -185,13 +146,10 @@ def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
     return house(design, "trace_spacing"), source_of(design, "trace_spacing")
 
 
-TOO_FINE_A_DRILL = Case(
-    "a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger",
-)
+TOO_FINE_A_DRILL = Case("a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger",)
 
 NARROW_RING = Case(
-    "a via of {net} has an annular ring of {measured:m}; {house} asks {limit:m}",
-    hint="a pad of {wanted:m} is needed",
+    "a via of {net} has an annular ring of {measured:m}; {house} asks {limit:m}", hint="a pad of {wanted:m} is needed",
 )
 
 HOLES_TOO_NEAR = Case(
@@ -200,73 +158,50 @@ HOLES_TOO_NEAR = Case(
 )
 
 SMALL = Case(
-    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}, and it is "
-    "not in "
-    "a panel",
-    hint="fpc.panel: auto puts it in a panel, held by bridges",
-    severity=Severity.WARNING,
+    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}, and it is not "
+    "in a panel", hint="fpc.panel: auto puts it in a panel, held by bridges", severity=Severity.WARNING,
 )
 
 SMALL_BUT_IN_PANEL = Case(
-    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}: so it is "
-    "put in "
-    "a panel, which is ordered instead",
-    hint=(
-        "send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
-        "fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself"
-    ),
-    severity=Severity.NOTE,
+    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}: so it is put "
+    "in a panel, which is ordered instead",
+    hint="send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
+    "fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
 )
 
 TOO_FEW_BRIDGES = Case(
-    "{held} the part in its panel: the edge has no more places for bridges {width:m} wide off "
-    "contacts, stiffener and bend; {fewest_bridges} are needed",
-    severity=Severity.ERROR,
+    "{held} the part in its panel: the edge has no more places for bridges {width:m} wide off contacts, stiffener and "
+    "bend; {fewest_bridges} are needed", severity=Severity.ERROR,
 )
 
 LARGE_PANEL = Case(
     "the panel becomes at least {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}",
-    hint="fewer parts a panel, a shorter tail, or fpc.panel: none",
-    severity=Severity.WARNING,
+    hint="fewer parts a panel, a shorter tail, or fpc.panel: none", severity=Severity.WARNING,
 )
 
 LARGE_BOARD = Case(
     "the board is {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}, out of which a "
-    "board that is sold singly is cut, too",
-    hint="a smaller board or a shorter tail, or a fabricator of larger panels",
+    "board that is sold singly is cut, too", hint="a smaller board or a shorter tail, or a fabricator of larger panels",
     severity=Severity.WARNING,
 )
 
 
 FABRICATION_RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT104", "via-drill", Severity.ERROR,
-        "Every via is drilled at least as large as the fabricator drills.",
-        "A smaller hole is not plated through.",
-        "Use the fabricator's smallest drill or larger.",
-        FABRICATOR, apply=via_drill,
-    ),
-    Rule(
-        "SIT105", "annular-ring", Severity.ERROR,
-        "Every via keeps the fabricator's copper ring round its hole.",
-        "Drill and image are not in register: too small a ring is broken through and the joint is open.",
-        "Enlarge the pad, or use a smaller drill.",
-        FABRICATOR, apply=annular_ring,
-    ),
-    Rule(
-        "SIT106", "hole-to-hole", Severity.ERROR,
-        "Drilled holes leave the fabricator's wall between them.",
-        "A thinner wall tears, or the drill runs into the neighbouring hole.",
-        "Give the vias more room: fewer turns, a larger coil, or fewer layers.",
-        FABRICATOR, apply=hole_to_hole,
-    ),
+    Rule("SIT104", "via-drill", Severity.ERROR, "Every via is drilled at least as large as the fabricator drills.",
+         "A smaller hole is not plated through.", "Use the fabricator's smallest drill or larger.", FABRICATOR,
+         apply=via_drill),
+    Rule("SIT105", "annular-ring", Severity.ERROR, "Every via keeps the fabricator's copper ring round its hole.",
+         "Drill and image are not in register: too small a ring is broken through and the joint is open.",
+         "Enlarge the pad, or use a smaller drill.", FABRICATOR, apply=annular_ring),
+    Rule("SIT106", "hole-to-hole", Severity.ERROR, "Drilled holes leave the fabricator's wall between them.",
+         "A thinner wall tears, or the drill runs into the neighbouring hole.",
+         "Give the vias more room: fewer turns, a larger coil, or fewer layers.", FABRICATOR, apply=hole_to_hole),
     Rule(
         "SIT116", "part-size", Severity.ERROR,
         "The board is not smaller than the smallest part that the fabricator handles, nor it or its panel too large "
         "for a panel size that is known, and at least three bridges hold it there.",
         "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
         "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
-        "Order in a panel or with bridges narrow enough, and cut the parts out yourself.",
-        FABRICATOR, apply=part_size,
+        "Order in a panel or with bridges narrow enough, and cut the parts out yourself.", FABRICATOR, apply=part_size,
     ),
-)  # fmt: skip
+)

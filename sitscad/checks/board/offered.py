@@ -42,31 +42,17 @@ def offered(design: Design) -> Iterator[Verdict]:
         yield _complaint(design, "fpc.tail", "stiffeners", "stiffener", plate.material, STIFF)
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
-        yield ODD_NUMBER.found(
-            "fpc.boards",
-            float(fpc.boards),
-            float(more),
-            source=source_of(design, "order_multiple"),
-            boards=fpc.boards,
-            more=more,
-            house=house(design, "order_multiple"),
-            multiple=rules.order_multiple,
-        )
+        yield ODD_NUMBER.found("fpc.boards", float(fpc.boards), float(more), source=source_of(design, "order_multiple"),
+                               boards=fpc.boards, more=more, house=house(design, "order_multiple"),
+                               multiple=rules.order_multiple)
 
 
 def _complaint(
     design: Design, key: str, field: str, word: str, asked: str, hint: str, measured: float | None = None
 ) -> Complaint:
     listed = getattr(design.spec.fpc.rules, field)
-    found = NOT_OFFERED.found(
-        key,
-        measured,
-        source=source_of(design, field),
-        hint=hint,
-        asked=f"{word}: {asked}",
-        house=house(design, field),
-        offered=_words(listed) or "none",
-    )
+    found = NOT_OFFERED.found(key, measured, source=source_of(design, field), hint=hint, asked=f"{word}: {asked}",
+                              house=house(design, field), offered=_words(listed) or "none")
     return found if measured is None or field == "layer_counts" else replace(found, unit="m")
 
 
@@ -121,8 +107,7 @@ STIFF = (
 NOT_OFFERED = Case("{asked}; {house} offers {offered}")
 
 ODD_NUMBER = Case(
-    "{boards} boards are wanted; {house} sells them in multiples of {multiple}",
-    hint="fpc.boards: {more}",
+    "{boards} boards are wanted; {house} sells them in multiples of {multiple}", hint="fpc.boards: {more}",
     severity=Severity.WARNING,
 )
 
@@ -137,4 +122,4 @@ OFFER_RULES: tuple[Rule, ...] = (
         "Take a stack-up that they list, or a fabricator who makes yours; or state in a profile what you were told.",
         FABRICATOR, apply=offered,
     ),
-)  # fmt: skip
+)

@@ -36,18 +36,10 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
         bare = have - (plate.thickness if plate is not None else 0.0)
         is_bare_too_thick = bare > connector.insertion_thickness + connector.insertion_thickness_tolerance + ROUNDING
         case = TOO_THICK_WITHOUT if is_bare_too_thick else WRONG_THICKNESS
-        yield case.found(
-            "fpc.tail.connector",
-            have,
-            connector.insertion_thickness,
-            "m",
-            source=connector.source,
-            name=connector.name,
-            insertion_thickness_tolerance=connector.insertion_thickness_tolerance,
-            plug_mark=plug_mark(connector),
-            wrong=wrong,
-            direction="thinner" if have > connector.insertion_thickness else "thicker",
-        )
+        yield case.found("fpc.tail.connector", have, connector.insertion_thickness, "m", source=connector.source,
+                         name=connector.name, insertion_thickness_tolerance=connector.insertion_thickness_tolerance,
+                         plug_mark=plug_mark(connector), wrong=wrong,
+                         direction="thinner" if have > connector.insertion_thickness else "thicker")
 
 
 def contact_worst_case(design: Design) -> Iterator[Verdict]:
@@ -66,20 +58,10 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
     if worst[0] > _half_a_step() + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield LOOSE_THICKNESS.found(
-            "fpc.tail.connector",
-            worst[1],
-            high if worst[1] == band.maximum else low,
-            "m",
-            source=band.source,
-            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
-            minimum=band.minimum,
-            maximum=band.maximum,
-            name=connector.name,
-            low=low,
-            high=high,
-            plug_mark=plug_mark(connector),
-            insertion_thickness=connector.insertion_thickness,
-            allowed=allowed,
+            "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m", source=band.source,
+            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None, minimum=band.minimum,
+            maximum=band.maximum, name=connector.name, low=low, high=high, plug_mark=plug_mark(connector),
+            insertion_thickness=connector.insertion_thickness, allowed=allowed,
         )
 
 
@@ -103,17 +85,9 @@ def stiffener_stock(design: Design) -> Iterator[Verdict]:
     written = tail.stiffener is not None
     totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
     near = sorted(totals, key=lambda total: (abs(total - plate.thickness), total))[:2]
-    yield NOT_IN_STOCK.found(
-        "fpc.tail.stiffener" if written else "fpc.tail.connector",
-        plate.thickness,
-        near[0],
-        "m",
-        source="sitscad/data/stiffeners.csv",
-        is_grave=not written,
-        least=totals[0],
-        most=totals[-1],
-        nearest=" and ".join(map(um, near)),
-    )
+    yield NOT_IN_STOCK.found("fpc.tail.stiffener" if written else "fpc.tail.connector", plate.thickness, near[0], "m",
+                             source="sitscad/data/stiffeners.csv", is_grave=not written, least=totals[0],
+                             most=totals[-1], nearest=" and ".join(map(um, near)))
 
 
 def plug_width(design: Design) -> Iterator[Verdict]:
@@ -127,18 +101,10 @@ def plug_width(design: Design) -> Iterator[Verdict]:
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
         width = connector.width(contact_row(design.spec, connector).count)
         mark = plug_mark(connector, "width_tolerance")
-        yield LOOSE_WIDTH.found(
-            "fpc.tail.connector",
-            rules.outline_tolerance,
-            connector.width_tolerance,
-            "m",
-            source=source_of(design, "outline_tolerance"),
-            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
-            width=width,
-            house=house(design, "outline_tolerance"),
-            name=connector.name,
-            mark=mark,
-        )
+        yield LOOSE_WIDTH.found("fpc.tail.connector", rules.outline_tolerance, connector.width_tolerance, "m",
+                                source=source_of(design, "outline_tolerance"),
+                                place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+                                width=width, house=house(design, "outline_tolerance"), name=connector.name, mark=mark)
 
 
 def connector_positions(design: Design) -> Iterator[Verdict]:
@@ -151,33 +117,15 @@ def connector_positions(design: Design) -> Iterator[Verdict]:
     if row.count not in connector.positions:
         written = tail is not None and tail.contacts is not None
         yield (NOT_LISTED if written else NOT_MADE).found(
-            "fpc.tail.contacts" if written else "fpc.tail.connector",
-            float(row.count),
-            float(connector.positions[-1]),
-            None,
-            source=connector.source,
-            name=connector.name,
-            count=row.count,
-            fewest=connector.positions[0],
-            most=connector.positions[-1],
-            mark=mark,
+            "fpc.tail.contacts" if written else "fpc.tail.connector", float(row.count), float(connector.positions[-1]),
+            None, source=connector.source, name=connector.name, count=row.count, fewest=connector.positions[0],
+            most=connector.positions[-1], mark=mark,
         )
     elif row.count > row.used:
         spare = row.count - row.used
-        yield SPARE_CONTACTS.found(
-            "fpc.tail.connector",
-            float(row.used),
-            float(row.count),
-            None,
-            source=connector.source,
-            used=row.used,
-            name=connector.name,
-            count=row.count,
-            mark=mark,
-            spare=spare,
-            first=row.first,
-            last=row.first + row.used - 1,
-        )
+        yield SPARE_CONTACTS.found("fpc.tail.connector", float(row.used), float(row.count), None,
+                                   source=connector.source, used=row.used, name=connector.name, count=row.count,
+                                   mark=mark, spare=spare, first=row.first, last=row.first + row.used - 1)
 
 
 def plug_mark(connector: Connector, *fields: str) -> str:
@@ -203,13 +151,8 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
         apart = max(_to_the_edge(layout, pad) for pad in layout.pads)
         is_reached = apart <= LONGEST_BAR + ROUNDING
         yield (NEEDS_BARS if is_reached else NEEDS_LONG_BARS).found(
-            "fpc.finish",
-            source=chosen.source,
-            place=Place(*layout.pads[0].centre, 1),
-            finish=chosen.words,
-            contacts=len(layout.pads),
-            apart=apart,
-            longest=LONGEST_BAR,
+            "fpc.finish", source=chosen.source, place=Place(*layout.pads[0].centre, 1), finish=chosen.words,
+            contacts=len(layout.pads), apart=apart, longest=LONGEST_BAR,
         )
 
 
@@ -237,29 +180,24 @@ TOO_THICK_WITHOUT = Case(
 )
 
 LOOSE_THICKNESS = Case(
-    "the contacts come out {minimum:m} to {maximum:m} thick with the fabricator's tolerance; "
-    "{name} takes {low:m} to {high:m}{plug_mark}",
-    hint=(
-        "write the connector's band on the order ({insertion_thickness:m} +- {allowed:m}) and "
-        "have it confirmed, or measure the parts before they are plugged in"
-    ),
+    "the contacts come out {minimum:m} to {maximum:m} thick with the fabricator's tolerance; {name} takes {low:m} to "
+    "{high:m}{plug_mark}",
+    hint="write the connector's band on the order ({insertion_thickness:m} +- {allowed:m}) and have it confirmed, or "
+    "measure the parts before they are plugged in",
 )
 
 NOT_IN_STOCK = Case(
-    "the stiffener is {measured:m} thick with its adhesive; none of the films and adhesives that "
-    "are commonly in stock makes it ({least:m} to {most:m}, near it {nearest})",
-    hint="ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener",
-    severity=Severity.NOTE,
+    "the stiffener is {measured:m} thick with its adhesive; none of the films and adhesives that are commonly in stock "
+    "makes it ({least:m} to {most:m}, near it {nearest})",
+    hint="ask the fabricator which thickness is in stock, and write it as fpc.tail.stiffener", severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 
 LOOSE_WIDTH = Case(
-    "the tail's end is {width:m} wide, +- {measured:m} by {house}; {name} guides it by its sides "
-    "and takes +- {limit:m}{mark}",
-    hint=(
-        "order and drawing ask for +- {limit:m} there: have it confirmed (cut by laser, or by a "
-        "punch of its own), or measure the parts before they are plugged in"
-    ),
+    "the tail's end is {width:m} wide, +- {measured:m} by {house}; {name} guides it by its sides and takes +- "
+    "{limit:m}{mark}",
+    hint="order and drawing ask for +- {limit:m} there: have it confirmed (cut by laser, or by a punch of its own), or "
+    "measure the parts before they are plugged in",
 )
 
 _NOT_MADE = "{name} is not known to be made with {count} contacts (its list has {fewest} to {most}){mark}"
@@ -274,21 +212,18 @@ WEARS_OFF = Case(
 
 MAKES_BRITTLE = Case(
     "{finish} is not for contacts that are soldered to: so much gold makes the joints brittle",
-    "finish: enig serves both",
-    Severity.WARNING,
+    "finish: enig serves both", Severity.WARNING,
 )
 
 _BARS = (
-    "{finish} is plated by a current, for which all {contacts} contacts have to be joined to the panel: plating "
-    "bars are "
-    "not drawn; the contacts end {apart:m} before the board's edge"
+    "{finish} is plated by a current, for which all {contacts} contacts have to be joined to the panel: plating bars "
+    "are not drawn; the contacts end {apart:m} before the board's edge"
 )
 
 NEEDS_BARS = Case(
     _BARS,
     "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it confirmed; "
-    "finish: enig needs none and serves a socket that is mated seldom",
-    Severity.WARNING,
+    "finish: enig needs none and serves a socket that is mated seldom", Severity.WARNING,
 )
 
 NEEDS_LONG_BARS = Case(
@@ -317,8 +252,8 @@ PLUG_RULES: tuple[Rule, ...] = (
         "up to half of the step in which stiffeners are in stock; what is closer than the fabricator's tolerance "
         "stands in the order.",
         "The sum of the layers may be right and the part still too thick to go in, or too thin to make contact.",
-        "Agree on the band with the fabricator, or choose a connector that takes more.",
-        FABRICATOR, ("tail",), contact_worst_case,
+        "Agree on the band with the fabricator, or choose a connector that takes more.", FABRICATOR, ("tail",),
+        contact_worst_case,
     ),
     Rule(
         "SIT126", "plug-width", Severity.NOTE,
@@ -329,8 +264,7 @@ PLUG_RULES: tuple[Rule, ...] = (
         "the connector's data sheet (fpc.tail.connector)", ("tail",), plug_width,
     ),
     Rule(
-        "SIT127", "connector-positions", Severity.ERROR,
-        "The connector is made with as many contacts as the tail has.",
+        "SIT127", "connector-positions", Severity.ERROR, "The connector is made with as many contacts as the tail has.",
         "Connectors are made with certain numbers of contacts only. Contacts that no coil needs are drawn all the "
         "same, since the housing holds the tail over its whole width (a note says which lead nowhere).",
         "Take a connector of another pitch, or write how many contacts the one that you buy has (fpc.tail.contacts).",
@@ -351,4 +285,4 @@ PLUG_RULES: tuple[Rule, ...] = (
         "Take ENIG, or agree with the fabricator on plating bars from the contacts' tips, which the outline cuts off.",
         "sitscad/data/finishes.csv", apply=contact_finish,
     ),
-)  # fmt: skip
+)

@@ -68,11 +68,8 @@ def _of_rules(spec: SensorSpec, what: str) -> str:
 
 
 _SAID: dict[Missing, Callable[[SensorSpec, Shortfall], tuple[str, str, str]]] = {
-    Missing.WAY_OUT: _no_layer,
-    Missing.INNER_ROOM: _no_inner_room,
-    Missing.LEAD_ROOM: _no_lead_room,
-    Missing.TAIL_LAYERS: _no_tail_layers,
-    Missing.TAIL_ROOM: _no_tail_room,
+    Missing.WAY_OUT: _no_layer, Missing.INNER_ROOM: _no_inner_room, Missing.LEAD_ROOM: _no_lead_room,
+    Missing.TAIL_LAYERS: _no_tail_layers, Missing.TAIL_ROOM: _no_tail_room,
 }
 """The hint, the key and the source (empty: the rule's) of every shortfall."""
 
@@ -102,12 +99,8 @@ def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
     if found is None:
         return plain
     more, fix = found
-    return replace(
-        plain,
-        message=f"{plain.message}: at most {more * 1e6:.0f} um are missing",
-        hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}",
-        limit=plain.measured + more,
-    )
+    return replace(plain, message=f"{plain.message}: at most {more * 1e6:.0f} um are missing",
+                   hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}", limit=plain.measured + more)
 
 
 def _vias_fit(spec: SensorSpec, left: Left) -> bool:
@@ -149,13 +142,10 @@ def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: 
     """The complaint about leads between coils, with their distance now and how much (m) is missing."""
     return replace(
         plain,
-        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: "
-        f"at most {more * 1e6:.0f} um are missing",
-        hint=hint,
-        key="array.centres" if design.spec.array.pattern == "explicit" else "array.pitch",
-        measured=near,
-        limit=near + more,
-        unit="m",
+        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: at "
+        f"most {more * 1e6:.0f} um are missing", hint=hint,
+        key="array.centres" if design.spec.array.pattern == "explicit" else "array.pitch", measured=near,
+        limit=near + more, unit="m",
     )
 
 
@@ -174,9 +164,7 @@ def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint
 
 
 _ROOM: dict[Missing, Callable[[Design, Complaint, Left], Complaint | str]] = {
-    Missing.INNER_ROOM: _room_inside,
-    Missing.LEAD_ROOM: _room_between,
-    Missing.TAIL_ROOM: _room_at_contacts,
+    Missing.INNER_ROOM: _room_inside, Missing.LEAD_ROOM: _room_between, Missing.TAIL_ROOM: _room_at_contacts,
 }
 """What gives room, by what lacks it."""
 
@@ -186,11 +174,9 @@ NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot b
 
 ROOM_RULES: tuple[Rule, ...] = (
     Rule(
-        "SIT111", "no-way-out", Severity.ERROR,
-        "Every coil leads from one contact to the other.",
+        "SIT111", "no-way-out", Severity.ERROR, "Every coil leads from one contact to the other.",
         "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
-        "Wind an even number of layers, or give the stack-up one more copper layer.",
-        "docs/coil.md", apply=no_way_out,
+        "Wind an even number of layers, or give the stack-up one more copper layer.", "docs/coil.md", apply=no_way_out,
     ),
     drawn_rule(112, "inner-via-room", (
         "The innermost turn leaves room for the vias that join the layers inside it.",
@@ -212,4 +198,4 @@ ROOM_RULES: tuple[Rule, ...] = (
         "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
         "Take a connector of wider pitch, fewer coils, or a longer tail.",
     ), "geometry; " + FABRICATOR, no_room(Missing.TAIL_ROOM)),
-)  # fmt: skip
+)

@@ -37,20 +37,9 @@ def special_build(design: Design) -> Iterator[Verdict]:
     plain = replace(spec, fpc=replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count)))
     radii = [least_bend_radius(each) for each in (spec, plain)]
     bent = f" and bends to {um(radii[1])} instead of {um(radii[0])}" if radii[0] and radii[1] else ""
-    yield SPECIAL.found(
-        "fpc.tail.layers",
-        float(last),
-        float(count),
-        last=last,
-        s="s" * (last > 1),
-        count=count,
-        build=build_text(layout),
-        copper=_copper(spec.fpc.stackup),
-        plain_copper=_copper(stackup),
-        plain=tail_thickness(plain),
-        thin=tail_thickness(spec),
-        bent=bent,
-    )
+    yield SPECIAL.found("fpc.tail.layers", float(last), float(count), last=last, s="s" * (last > 1), count=count,
+                        build=build_text(layout), copper=_copper(spec.fpc.stackup), plain_copper=_copper(stackup),
+                        plain=tail_thickness(plain), thin=tail_thickness(spec), bent=bent)
 
 
 def _copper(stackup: Stackup) -> str:
@@ -95,33 +84,20 @@ def _too_near(
     def advice(left: Left) -> str:
         return f"{um(missing)} are missing: {fix.words} makes the body longer{tried(fix, left)}, {other}"
 
-    return case.found(
-        "fpc.tail.layers",
-        gap,
-        asked,
-        "m",
-        source=source_of(design, field),
-        place=place,
-        advice=advice,
-        missing=missing,
-        longer=fix.words,
-        other=other,
-        **values,
-    )
+    return case.found("fpc.tail.layers", gap, asked, "m", source=source_of(design, field), place=place, advice=advice,
+                      missing=missing, longer=fix.words, other=other, **values)
 
 
 LONGER_BODY = "{missing:m} are missing: {longer} makes the body longer, {other}"
 
 HOLE_NEAR_STEP = Case(
     "a hole of {net} stands {measured:m} from the body's end, where copper {ending} and what is below it end; {house} "
-    "asks {limit:m}",
-    LONGER_BODY,
+    "asks {limit:m}", LONGER_BODY,
 )
 
 TURNS_NEAR_STEP = Case(
     "the turns of {coil} begin {measured:m} from the body's end, into which the tail's own coverlay laps {lap:m}, laid "
-    "within {registration:m}: layers lie farther apart there",
-    LONGER_BODY,
+    "within {registration:m}: layers lie farther apart there", LONGER_BODY,
 )
 
 
@@ -129,8 +105,7 @@ SPECIAL = Case(
     "a tail of {last} copper layer{s} on a body of {count} is a special build; finished copper {copper}",
     "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes only, "
     "finished copper {plain_copper}); its tail is {plain:m} thick instead of {thin:m}{bent}. For this one, have the "
-    "steps confirmed with the quotation",
-    detail="{build}",
+    "steps confirmed with the quotation", detail="{build}",
 )
 
 
@@ -146,8 +121,7 @@ STEP_RULES: tuple[Rule, ...] = (
         "SIT130", "step", Severity.WARNING,
         "Holes and turns keep their distance from the step where a tail of fewer layers leaves the body.",
         "Resin is drawn away from the step, and barrels near it crack when the tail is bent; the tail's own coverlay "
-        "lies between the body's layers there.",
-        "Make the body longer (fpc.margin), or run all layers down the tail.",
+        "lies between the body's layers there.", "Make the body longer (fpc.margin), or run all layers down the tail.",
         FABRICATOR, ("tail",), step,
     ),
     Rule(
@@ -156,7 +130,7 @@ STEP_RULES: tuple[Rule, ...] = (
         "laminations, what is plated; so are holes and pads that alone are plated.",
         "Holes of the tail are plated before the rest is laminated on, which a service for prototypes does not do "
         "unasked; copper that is plated twice is thicker, has another resistance and wants wider lines.",
-        "Leave fpc.tail.layers out where the tail need not bend tightly.",
-        "the build that fpc/readme.txt orders", (), special_build,
+        "Leave fpc.tail.layers out where the tail need not bend tightly.", "the build that fpc/readme.txt orders", (),
+        special_build,
     ),
-)  # fmt: skip
+)

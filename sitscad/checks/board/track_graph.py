@@ -129,10 +129,8 @@ def _edges(layout: Layout, node_of: Callable[[Point, int], Node]) -> Iterator[_E
     """The tracks between the nodes that they touch."""
     meetings = _meetings(layout)
     for index, trace in enumerate(layout.traces):
-        cuts = [
-            (0.0, node_of(trace.path.start, trace.layer)),
-            (trace.path.length, node_of(trace.path.end, trace.layer)),
-        ]
+        cuts = [(0.0, node_of(trace.path.start, trace.layer)),
+                (trace.path.length, node_of(trace.path.end, trace.layer))]
         cuts += [(way, node_of(point, trace.layer)) for way, point in meetings[index]]
         for (way, one), (further, other) in pairwise(sorted(cuts)):
             yield _Edge(one, other, trace, way, further)

@@ -33,18 +33,10 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Com
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
     value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
     if value < least - ROUNDING:
-        yield TOO_FINE.found(
-            f"coil.{field}",
-            value,
-            least,
-            "m",
-            hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
-            source=source_of(design, field),
-            advice=lambda left: _widened(design, left),
-            asked=asked.format(um(value)),
-            house=house(design, field),
-            more=more,
-        )
+        yield TOO_FINE.found(f"coil.{field}", value, least, "m",
+                             hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
+                             source=source_of(design, field), advice=lambda left: _widened(design, left),
+                             asked=asked.format(um(value)), house=house(design, field), more=more)
 
 
 def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
@@ -53,17 +45,8 @@ def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Se
     rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
-        yield THICKER_FOIL.found(
-            "fpc.rules",
-            foil,
-            stated,
-            "m",
-            severity=severity,
-            source=source_of(design, field),
-            house=house(design, field),
-            word=word,
-            field=field,
-        )
+        yield THICKER_FOIL.found("fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
+                                 house=house(design, field), word=word, field=field)
 
 
 def _drawn_width(design: Design) -> Iterator[Complaint]:
@@ -71,18 +54,10 @@ def _drawn_width(design: Design) -> Iterator[Complaint]:
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield DRAWN_TOO_FINE.found(
-                "fpc.rules",
-                trace.width,
-                rules.trace_width,
-                "m",
-                source=source_of(design, "trace_width"),
-                place=Place(*trace.path.start, trace.layer, (trace.net,)),
-                role=trace.role.value,
-                net=trace.net,
-                layer=trace.layer,
-                house=house(design, "trace_width"),
-            )
+            yield DRAWN_TOO_FINE.found("fpc.rules", trace.width, rules.trace_width, "m",
+                                       source=source_of(design, "trace_width"),
+                                       place=Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
+                                       net=trace.net, layer=trace.layer, house=house(design, "trace_width"))
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
@@ -94,10 +69,8 @@ def trace_spacing(design: Design) -> Iterator[Verdict]:
 def loop_lines(design: Design) -> Iterator[Verdict]:
     """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
     coil, rules = design.spec.coil, design.spec.fpc.rules
-    pairs = (
-        ("trace_width", "track", coil.trace_width, rules.coil_trace_width),
-        ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing),
-    )
+    pairs = (("trace_width", "track", coil.trace_width, rules.coil_trace_width),
+             ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing))
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
     copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
@@ -105,19 +78,10 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
             why = "" if binds else f"this only warns: {_not_binding(design)}"
-            yield FINE_COIL.found(
-                f"coil.{field}",
-                value,
-                smallest,
-                "m",
-                source=source_of(design, f"coil_{field}"),
-                advice=partial(_waived_or_widened if binds else _hardly_widened, design),
-                is_grave=binds,
-                word=word,
-                house=house(design, f"coil_{field}"),
-                copper=copper,
-                why=why,
-            )
+            yield FINE_COIL.found(f"coil.{field}", value, smallest, "m", source=source_of(design, f"coil_{field}"),
+                                  advice=partial(_waived_or_widened if binds else _hardly_widened, design),
+                                  is_grave=binds, word=word, house=house(design, f"coil_{field}"), copper=copper,
+                                  why=why)
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
@@ -168,9 +132,7 @@ def _not_binding(design: Design) -> str:
     return f"{holder} does not make it binding (coil_rule_binding: no)"
 
 
-TOO_FINE = Case(
-    "{asked}; {house} makes {limit:m} and {more}",
-)
+TOO_FINE = Case("{asked}; {house} makes {limit:m} and {more}",)
 
 THICKER_FOIL = Case(
     "{house} gives no figure for {word} in {measured:m} copper; the thickest stated is {limit:m}",
@@ -182,14 +144,9 @@ DRAWN_TOO_FINE = Case(
 )
 
 FINE_COIL = Case(
-    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}",
-    detail="{why}",
-    hint=(
-        "ask the fabricator for a waiver (no electrical test sees a short between turns), or "
-        "widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)"
-    ),
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}", detail="{why}",
+    hint="ask the fabricator for a waiver (no electrical test sees a short between turns), or widen tracks and gaps, "
+    "which takes turns and lowers L and Rp (see SIT201 and SIT203)", severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 
@@ -198,15 +155,15 @@ TRACK_RULES: tuple[Rule, ...] = (
         "SIT101", "trace-width", Severity.ERROR,
         "The coil's track, and every other one, is at least as wide as the fabricator makes.",
         "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
-        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.",
-        FABRICATOR, apply=trace_width,
+        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
+        apply=trace_width,
     ),
     Rule(
         "SIT102", "trace-spacing", Severity.ERROR,
         "Neighbouring turns stand at least as far apart as the fabricator makes.",
         "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
-        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.",
-        FABRICATOR, apply=trace_spacing,
+        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
+        apply=trace_spacing,
     ),
     Rule(
         "SIT103", "coil-trace", Severity.ERROR,
@@ -215,7 +172,6 @@ TRACK_RULES: tuple[Rule, ...] = (
         "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
         "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
         "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
-        "0.254 mm, limit 0.15 mm",
-        apply=loop_lines,
+        "0.254 mm, limit 0.15 mm", apply=loop_lines,
     ),
-)  # fmt: skip
+)

@@ -68,9 +68,7 @@ def _along(axis: str) -> str:
     return axis.replace("_", " along ")
 
 
-def where_felt(
-    rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
-) -> Callable[[Design], Iterator[Verdict]]:
+def where_felt(rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],) -> Callable[[Design], Iterator[Verdict]]:
     """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
     to feel, and of points at which the pad gives way.
     """
@@ -122,13 +120,8 @@ def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int],
     None without such axes.
     """
     names = found.bench.names
-    each = [
-        Worst(of(point, names.index(axis)), _along(axis), where)
-        for point, where in enumerate(POINTS)
-        if found.held[point]
-        for axis in axes
-        if axis in names
-    ]
+    each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
+            where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
     return max(each, key=lambda one: one.value, default=None)
 
 

@@ -27,7 +27,7 @@ def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[V
     if twins is not None:
         words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
                               for k, name in enumerate(("normal", "shear_x", "shear_y")) if name in found.bench.names)
-                 for load in twins]  # fmt: skip
+                 for load in twins]
         yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
 
 
@@ -45,8 +45,7 @@ def tilt_beside_noise(found: QuickPerformance, design: Design) -> Iterator[Verdi
         point = found.points[POINTS.index(most.at)]
         k = [name.replace("_", " along ") for name in found.bench.names].index(most.axis)
         yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
-                                force=float(point.tilt_errors(DEGREE)[k].max()),
-                                noise=float(point.noise[k]))  # fmt: skip
+                                force=float(point.tilt_errors(DEGREE)[k].max()), noise=float(point.noise[k]))
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
@@ -55,15 +54,13 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         yield UNSEEN.found("requirements.shear_force", force=design.spec.requirements.shear_force or 0.0)
 
 
-AMBIGUOUS = Case(
-    "two loads within what is required read alike: {one}, and {other}; no map tells them apart",
-)
+AMBIGUOUS = Case("two loads within what is required read alike: {one}, and {other}; no map tells them apart",)
 TILT_COVERS = Case(
     "one degree of tilt is read as {force:N,2} of {axis} ({at}), {measured:.0f} times the noise of {noise:N,2}: the "
     "contact's tilt, not the noise, says how fine it is",
     hint="a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
          "requirements.tilt with tilt_error, so that it is judged",
-)  # fmt: skip
+)
 UNSEEN = Case(
     "one coil alone sees no shear: {force:N} of it are borne, and what they do to the target is read as normal force",
     hint="two coils in line tell shear along them, three or four both axes",
@@ -74,21 +71,18 @@ MAP_RULES: tuple[Rule, ...] = (
         "SIT407", "ambiguous-map", Severity.NOTE,
         "No two loads within the required ones, a tenth of full scale apart or more, give one reading.",
         "Where they do, the map from readings to forces cannot be inverted: no calibration helps.",
-        "Less travel (a stiffer pad), a target whose edges stay over the coils, or another coil.",
-        NOISE_STEPS_SOURCE, ("target", "elastomer", "feeling"), two_loads_one_reading,
+        "Less travel (a stiffer pad), a target whose edges stay over the coils, or another coil.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "feeling"), two_loads_one_reading,
     ),
     Rule(
         "SIT408", "tilt-beside-noise", Severity.NOTE,
         f"One degree of tilt is read as at most {BESIDE_NOISE:.0f} times the noise of every axis.",
         "A resolution that tilt covers is none in use.",
-        "Keep the face level, or calibrate with the tilts of use; state tilt and tilt_error.",
-        NOISE_STEPS_SOURCE, ("target", "elastomer", "feeling"), tilt_beside_noise,
+        "Keep the face level, or calibrate with the tilts of use; state tilt and tilt_error.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "feeling"), tilt_beside_noise,
     ),
-    Rule(
-        "SIT409", "unseen-shear", Severity.NOTE,
-        "A sensor that has to bear shear has coils that can see it.",
-        "A coil alone reads how near the target is and how much of it lies over the coil, and cannot tell them apart.",
-        "Two coils in line, or three or four.",
-        "one reading, two unknowns (derived)", ("target", "elastomer", "shear force"), unseen_shear,
-    ),
-)  # fmt: skip
+    Rule("SIT409", "unseen-shear", Severity.NOTE, "A sensor that has to bear shear has coils that can see it.",
+         "A coil alone reads how near the target is and how much of it lies over the coil, and cannot tell them apart.",
+         "Two coils in line, or three or four.", "one reading, two unknowns (derived)",
+         ("target", "elastomer", "shear force"), unseen_shear),
+)

@@ -53,15 +53,12 @@ def _resolution(
         note_reached(design, Reached(key, rule, most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         # Noise goes with the conversions that a scan has time for, so with the scans a second.
-        yield TOO_COARSE.found(
-            f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
-            advice=more_signal(design.spec, 1.1 * most.value / asked), rate=design.spec.readout.scan_rate,
-        )  # fmt: skip
+        yield TOO_COARSE.found(f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
+                               advice=more_signal(design.spec, 1.1 * most.value / asked),
+                               rate=design.spec.readout.scan_rate)
     elif most is not None and (1.0 + NEARLY) * most.value > asked:
-        yield TOO_CLOSE.found(
-            f"requirements.{key}", most.value, asked, "N", what="noise (one sigma)", axis=most.axis, at=most.at,
-            nearly=NEARLY,
-        )  # fmt: skip
+        yield TOO_CLOSE.found(f"requirements.{key}", most.value, asked, "N", what="noise (one sigma)", axis=most.axis,
+                              at=most.at, nearly=NEARLY)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -88,7 +85,7 @@ def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
         note_reached(design, Reached("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
     if most is not None and most.value > asked:
         yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
-                            advice=more_signal(design.spec))  # fmt: skip
+                            advice=more_signal(design.spec))
 
 
 @where_felt
@@ -97,16 +94,15 @@ def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     needs = design.spec.requirements
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
-    most = worst(found, found.bench.names,
-                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))  # fmt: skip
+    most = worst(found, found.bench.names, lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
     if most is not None:
         note_reached(design, Reached("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
-                           angle=float(np.degrees(tilt)), advice=more_signal(design.spec))  # fmt: skip
+                           angle=float(np.degrees(tilt)), advice=more_signal(design.spec))
     elif most is not None and (1.0 + NEARLY_TILTED) * most.value > asked:
         yield TOO_CLOSE.found("requirements.tilt_error", most.value, asked, "N", what="the error by tilt",
-                              axis=most.axis, at=most.at, nearly=NEARLY_TILTED)  # fmt: skip
+                              axis=most.axis, at=most.at, nearly=NEARLY_TILTED)
 
 
 @where_felt
@@ -125,7 +121,7 @@ def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]
     if error > asked:
         cause = max(causes, key=lambda one: causes[one])
         yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
-                             advice=more_signal(design.spec))  # fmt: skip
+                             advice=more_signal(design.spec))
 
 
 @where_felt
@@ -140,14 +136,12 @@ def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdi
     k = int(np.argmax(drift))
     axis = found.bench.names[k].replace("_", " along ")
     note_reached(design, Reached("temperature_error", "SIT406", float(drift[k]), needs.temperature_error, "N", axis,
-                                 "at full load"))  # fmt: skip
+                                 "at full load"))
     if drift[k] > needs.temperature_error:
         causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
-        yield DRIFTS.found(
-            "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
-            axis=axis, apart=apart, start=needs.temperature,
-            cause=max(causes, key=lambda one: causes[one]), advice=more_signal(design.spec),
-        )  # fmt: skip
+        yield DRIFTS.found("requirements.temperature_error", float(drift[k]), needs.temperature_error, "N", axis=axis,
+                           apart=apart, start=needs.temperature, cause=max(causes, key=lambda one: causes[one]),
+                           advice=more_signal(design.spec))
 
 
 NEARLY, NEARLY_TILTED = 0.08, 0.12
@@ -241,4 +235,4 @@ REQUIREMENT_RULES: tuple[Rule, ...] = (
         NOISE_STEPS_SOURCE + "; expansion and modulus by data/elastomers.csv, unverified: a warning",
         ("target", "elastomer", "temperature error"), temperature_error,
     ),
-)  # fmt: skip
+)

@@ -60,31 +60,21 @@ def _copper_ends(design: Design) -> Iterator[Complaint]:
     thick = max(states, key=lambda each: each[0] + each[1], default=None)
     thin = min(states, key=lambda each: each[0] - each[1], default=None)
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
-        yield THICK_COPPER.found(
-            CODE_KEY, thick[0] + thick[1], high, "V", where=where(thick[2]), code=_code(design, thick[2])
-        )
+        yield THICK_COPPER.found(CODE_KEY, thick[0] + thick[1], high, "V", where=where(thick[2]),
+                                 code=_code(design, thick[2]))
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
-        yield THIN_COPPER.found(
-            CODE_KEY, thin[0] - thin[1], low, "V", where=where(thin[2]), code=_code(design, thin[2])
-        )
+        yield THIN_COPPER.found(CODE_KEY, thin[0] - thin[1], low, "V", where=where(thin[2]),
+                                code=_code(design, thin[2]))
 
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
     """The largest amplitude against what clamps; what keeps it by little goes to `near`."""
     high = design.converter.limit("amplitude_max")
     if largest is not None and largest.value > high * (1.0 + 1e-9):
-        yield CLAMPED.found(
-            CODE_KEY,
-            largest.value,
-            high,
-            "V",
-            hint=_clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
-            source=design.converter.limits["amplitude_max"].source,
-            sigma=sigmas_between(largest, high),
-            code=_code(design, largest),
-            where=where(largest),
-            in_sigmas=in_sigmas(largest, high, "V"),
-        )
+        yield CLAMPED.found(CODE_KEY, largest.value, high, "V",
+                            hint=_clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
+                            source=design.converter.limits["amplitude_max"].source, sigma=sigmas_between(largest, high),
+                            code=_code(design, largest), where=where(largest), in_sigmas=in_sigmas(largest, high, "V"))
         return
     if largest is not None:
         near += near_limit(largest, high, "V", "amplitude", _other_code(_code(design, largest) - 1, "weaker"), CODE_KEY)
@@ -97,24 +87,17 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -
         return
     optimum, stable = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_stable_min")
     if smallest.value >= optimum:
-        near += near_limit(
-            smallest, optimum, "V", "amplitude", _other_code(_code(design, smallest) + 1, "stronger"), CODE_KEY
-        )
+        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(_code(design, smallest) + 1, "stronger"),
+                           CODE_KEY)
         return
     below = smallest.value < stable
     asked = stable if below else optimum
     yield (MAY_STOP if below else TOO_WEAK).found(
-        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY,
-        smallest.value,
-        asked,
-        "V",
+        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY, smallest.value, asked, "V",
         hint=_weak_advice(design, smallest),
         source=design.converter.limits["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
-        sigma=sigmas_between(smallest, asked),
-        code=_code(design, smallest),
-        where=where(smallest),
-        high=design.converter.limit("amplitude_max"),
-        in_sigmas=in_sigmas(smallest, asked, "V"),
+        sigma=sigmas_between(smallest, asked), code=_code(design, smallest), where=where(smallest),
+        high=design.converter.limit("amplitude_max"), in_sigmas=in_sigmas(smallest, asked, "V"),
     )
 
 
@@ -125,12 +108,9 @@ def _as_one(near: list[Complaint]) -> Iterator[Verdict]:
     if not near:
         return
     gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-    yield replace(
-        gravest,
-        message="; ".join(aside.message for aside in near),
-        detail="; ".join(aside.detail for aside in near if aside.detail),
-        hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]),
-    )
+    yield replace(gravest, message="; ".join(aside.message for aside in near),
+                  detail="; ".join(aside.detail for aside in near if aside.detail),
+                  hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]))
 
 
 def _cold_amplitude(design: Design) -> Iterator[Verdict]:
@@ -140,17 +120,10 @@ def _cold_amplitude(design: Design) -> Iterator[Verdict]:
         return
     largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
     if largest is not None and swing > high:
-        yield CLAMPED_WHEN_COLD.found(
-            "requirements.temperature",
-            swing,
-            high,
-            "V",
-            source=design.converter.limits["amplitude_max"].source,
-            where=where(largest),
-            code=_code(design, largest),
-            temperature=design.estimates.temperature,
-            careful_code=_careful_code(design, largest),
-        )
+        yield CLAMPED_WHEN_COLD.found("requirements.temperature", swing, high, "V",
+                                      source=design.converter.limits["amplitude_max"].source, where=where(largest),
+                                      code=_code(design, largest), temperature=design.estimates.temperature,
+                                      careful_code=_careful_code(design, largest))
 
 
 def _code(design: Design, reading: Reading) -> int:
@@ -184,17 +157,10 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     most = design.converter.amplitude_at(max(r.value for r in values), high_current)
     too_weak = least < design.converter.limit("amplitude_optimum_min")
     if too_weak or most > design.converter.limit("amplitude_max"):
-        yield UNSURE_DRIVE.found(
-            "coil.turns",
-            least if too_weak else most,
-            design.converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"),
-            "V",
-            source=design.converter.limits["high_current_max"].source,
-            low_current=low_current,
-            high_current=high_current,
-            least=least,
-            most=most,
-        )
+        yield UNSURE_DRIVE.found("coil.turns", least if too_weak else most,
+                                 design.converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V",
+                                 source=design.converter.limits["high_current_max"].source, low_current=low_current,
+                                 high_current=high_current, least=least, most=most)
 
 
 # -------------------------------------------------------------------------------------------------------------- advice
@@ -241,29 +207,24 @@ MEASURE_FIRST = "measure the amplitude of the first boards"
 """The hint for every amplitude that keeps a limit by little."""
 
 CLAMPED = Case(
-    "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the "
-    "input clamps and shifts the frequency",
-    detail="{in_sigmas}",
+    "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the input clamps and "
+    "shifts the frequency", detail="{in_sigmas}",
 )
 
 TOO_WEAK = Case(
     "with drive code {code} the tank of {where} swings only {measured:V,3} peak; {limit:V} to {high:V} is the "
-    "low-noise window",
-    detail="{in_sigmas}",
-    severity=Severity.WARNING,
+    "low-noise window", detail="{in_sigmas}", severity=Severity.WARNING,
 )
 
 MAY_STOP = Case(
     "with drive code {code} the tank of {where} swings only {measured:V,3} peak; below {limit:V} the oscillation may "
-    "stop",
-    detail="{in_sigmas}",
+    "stop", detail="{in_sigmas}",
 )
 
 THICK_COPPER = Case(
     "with the thickest copper that is delivered (foil and plating both at their ends) the tank of {where} would swing "
     "{measured:V,3} peak with drive code {code}, beyond {limit:V}",
-    hint="leave readout.drive_code out, and one is chosen that does for such copper",
-    severity=Severity.WARNING,
+    hint="leave readout.drive_code out, and one is chosen that does for such copper", severity=Severity.WARNING,
 )
 
 THIN_COPPER = Case(
@@ -274,17 +235,14 @@ THIN_COPPER = Case(
 )
 
 CLAMPED_WHEN_COLD = Case(
-    "switched on at 20 degC, the tank of {where} swings {measured:V,3} peak with drive code "
-    "{code}, which is chosen for {temperature:g} degC; above {limit:V} the input clamps and "
-    "shifts the frequency",
-    hint="begin with drive code {careful_code}, and change when the sensor is warm",
-    severity=Severity.WARNING,
+    "switched on at 20 degC, the tank of {where} swings {measured:V,3} peak with drive code {code}, which is chosen "
+    "for {temperature:g} degC; above {limit:V} the input clamps and shifts the frequency",
+    hint="begin with drive code {careful_code}, and change when the sensor is warm", severity=Severity.WARNING,
 )
 
 UNSURE_DRIVE = Case(
-    "the high-current drive is {low_current:A} or {high_current:A}, as TI's texts disagree: the "
-    "amplitude lies between {least:V,3} and {most:V,3} peak",
-    hint="measure the amplitude at the converter's pins before trusting a reading",
+    "the high-current drive is {low_current:A} or {high_current:A}, as TI's texts disagree: the amplitude lies between "
+    "{least:V,3} and {most:V,3} peak", hint="measure the amplitude at the converter's pins before trusting a reading",
     severity=Severity.WARNING,
 )
 
@@ -293,17 +251,16 @@ DRIVE_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT204", "drive-amplitude", Severity.ERROR,
         "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
-        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two "
-        "sigma of manufacture or for which no code serves the thinnest and the thickest copper. A warning, too, if a "
-        "sensor made for the heat swings beyond 1.8 V when switched on at "
-        "20 degC, and in the high-current mode where TI's figures for its current leave the window open.",
+        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two sigma "
+        "of manufacture or for which no code serves the thinnest and the thickest copper. A warning, too, if a sensor "
+        "made for the heat swings beyond 1.8 V when switched on at 20 degC, and in the high-current mode where TI's "
+        "figures for its current leave the window open.",
         "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
         "stop. The code is the strongest that stays below 1.8 V with the target at its farthest, one sigma of "
-        "manufacture and the thickest copper that is delivered allowed for; where one "
-        "for all coils leaves a coil below 1.2 V and codes for every channel do not, every channel has its own. For an "
-        "assembled sensor the bare coil is no working state: the report's incoming test has the code for a bare board.",
+        "manufacture and the thickest copper that is delivered allowed for; where one for all coils leaves a coil "
+        "below 1.2 V and codes for every channel do not, every channel has its own. For an assembled sensor the bare "
+        "coil is no working state: the report's incoming test has the code for a bare board.",
         "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "
-        "(readout.drive_code).",
-        source_in_all("amplitude_optimum_min"), apply=drive_amplitude,
+        "(readout.drive_code).", source_in_all("amplitude_optimum_min"), apply=drive_amplitude,
     ),
-)  # fmt: skip
+)

@@ -39,14 +39,8 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         yield from nothing_estimated(design)
         return
     if worst.value >= floor:
-        yield from near_limit(
-            worst,
-            floor,
-            "H",
-            "inductance",
-            "a few more turns make it safe, where the coil has room for them",
-            "coil.turns",
-        )
+        yield from near_limit(worst, floor, "H", "inductance",
+                              "a few more turns make it safe, where the coil has room for them", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     refused, away = _cannot_be_driven(design, worst), more_distance(design) if worst.state != FREE else ""
@@ -99,17 +93,10 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.converter) if value >= wanted]
         larger = list(capacitor(design.spec, fitting[:3]))
-        yield TOO_FAST.found(
-            "readout.capacitance",
-            worst.value,
-            high,
-            "Hz",
-            sigma=sigmas_between(worst, high),
-            advice=lambda left: larger_capacitor(larger, now, left),
-            where=where(worst),
-            other_states=other_states(design, worst, "frequency", "Hz", 4),
-            in_sigmas=in_sigmas(worst, high, "Hz"),
-        )
+        yield TOO_FAST.found("readout.capacitance", worst.value, high, "Hz", sigma=sigmas_between(worst, high),
+                             advice=lambda left: larger_capacitor(larger, now, left), where=where(worst),
+                             other_states=other_states(design, worst, "frequency", "Hz", 4),
+                             in_sigmas=in_sigmas(worst, high, "Hz"))
     else:
         hint = "the next larger capacitor of the series, or one of a closer tolerance"
         yield from near_limit(worst, high, "Hz", "frequency", hint, "readout.capacitance")
@@ -142,23 +129,16 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     growth = (specified / worst.value) ** (1.0 / 3.0)
     case = LOSSY if not is_error else TOO_LOSSY_FOR_ONE if strong else TOO_LOSSY
     yield case.found(
-        "coil.layers",
-        worst.value,
-        asked,
-        "ohm",
+        "coil.layers", worst.value, asked, "ohm",
         source=design.converter.limits[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
         advice=lambda left: more_copper(
-            design.spec,
-            growth,
-            left,
-            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; "
-            + _distance_advice(design, worst),
-        ),
-        where=where(worst),
-        other_states=other_states(design, worst, "parallel_resistance", "ohm"),
-        in_sigmas=in_sigmas(worst, asked, "ohm"),
-        distance_advice=_distance_advice(design, worst),
+            design.spec, growth, left,
+            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; " + _distance_advice(
+                design, worst,
+            ),
+        ), where=where(worst), other_states=other_states(design, worst, "parallel_resistance", "ohm"),
+        in_sigmas=in_sigmas(worst, asked, "ohm"), distance_advice=_distance_advice(design, worst),
     )
 
 
@@ -168,15 +148,9 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
     floor = design.converter.limit("quality_factor_min")
     worst = worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
-        yield LOW_QUALITY.found(
-            "coil.trace_width",
-            worst.value,
-            floor,
-            None,
-            where=where(worst),
-            other_states=other_states(design, worst, "quality_factor", ""),
-            distance_advice=_distance_advice(design, worst),
-        )
+        yield LOW_QUALITY.found("coil.trace_width", worst.value, floor, None, where=where(worst),
+                                other_states=other_states(design, worst, "quality_factor", ""),
+                                distance_advice=_distance_advice(design, worst))
 
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
@@ -253,52 +227,43 @@ MORE_INDUCTANCE = "inductance grows with the square of turns and layers: more of
 
 TOO_SMALL = Case(
     "the inductance of {where} is {measured:H}; below {limit:H} the converter cannot measure it",
-    detail="{other_states}; {in_sigmas}",
-    hint=MORE_INDUCTANCE,
+    detail="{other_states}; {in_sigmas}", hint=MORE_INDUCTANCE,
 )
 
 SMALL_BUT_DRIVEN = Case(
     "the inductance of {where} is {measured:H}; below {limit:H} the converter was found wanting",
     detail="that is a figure for 0.25 kohm at 10 MHz; here frequency and parallel resistance keep their limits, and "
-    "leads and contacts are a good part of so small an inductance; {other_states}; {in_sigmas}",
-    hint=MORE_INDUCTANCE,
+    "leads and contacts are a good part of so small an inductance; {other_states}; {in_sigmas}", hint=MORE_INDUCTANCE,
     severity=Severity.WARNING,
 )
 
 TOO_FAST = Case(
     "the tank of {where} runs at {measured:Hz}; the converter stops at {limit:Hz}",
-    detail="{other_states}; {in_sigmas}",
-    hint="a larger capacitor, or more inductance",
+    detail="{other_states}; {in_sigmas}", hint="a larger capacitor, or more inductance",
 )
 
 TOO_SLOW = Case(
-    "the tank of {where} runs at {measured:Hz}; the converter begins at {limit:Hz}",
-    hint="a smaller capacitor",
+    "the tank of {where} runs at {measured:Hz}; the converter begins at {limit:Hz}", hint="a smaller capacitor",
 )
 
 MORE_RESISTANCE = (
     "R_P = (omega L)^2 / R grows with about the cube of turns and layers: more of them, a larger coil or a finer "
-    "pitch; "
-    "{distance_advice}"
+    "pitch; {distance_advice}"
 )
 
 TOO_LOSSY = Case(
     "the parallel resistance of {where} is {measured:ohm,3}; the strongest drive needs {limit:ohm}",
-    detail="{other_states}; {in_sigmas}",
-    hint=MORE_RESISTANCE,
+    detail="{other_states}; {in_sigmas}", hint=MORE_RESISTANCE,
 )
 
 TOO_LOSSY_FOR_ONE = Case(
     "the parallel resistance of {where} is {measured:ohm,3}; the strongest high-current drive needs {limit:ohm}",
-    detail="{other_states}; {in_sigmas}",
-    hint=MORE_RESISTANCE,
+    detail="{other_states}; {in_sigmas}", hint=MORE_RESISTANCE,
 )
 
 LOSSY = Case(
     "the parallel resistance of {where} is {measured:ohm,3}; the data sheet specifies from {limit:ohm} up",
-    detail="{other_states}; {in_sigmas}",
-    hint=MORE_RESISTANCE,
-    severity=Severity.WARNING,
+    detail="{other_states}; {in_sigmas}", hint=MORE_RESISTANCE, severity=Severity.WARNING,
 )
 
 LOW_QUALITY = Case(
@@ -308,11 +273,10 @@ LOW_QUALITY = Case(
 )
 
 NEAR_RESONANCE = Case(
-    "the tank of {where} runs at {value:Hz}, {measured:%.0f} % of the coil's own resonance at "
-    "{resonance:Hz}; at most {limit:%.0f} % is asked",
+    "the tank of {where} runs at {value:Hz}, {measured:%.0f} % of the coil's own resonance at {resonance:Hz}; at most "
+    "{limit:%.0f} % is asked",
     hint=("a larger capacitor lowers the frequency; fewer layers or a thicker dielectric raise the resonance"),
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 ODD_CAPACITOR = Case(
@@ -329,8 +293,7 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "too, else a warning. A coil of which no state can be estimated is an error.",
         "Below that the tank of a small coil cannot be brought under 10 MHz with a resistance that the converter can "
         "drive. The figure is one author's, for 0.25 kohm at 10 MHz; a large loop of one turn may have less and be "
-        "driven well.",
-        "More turns or layers, a larger coil, or more distance from target and jaw.",
+        "driven well.", "More turns or layers, a larger coil, or more distance from target and jaw.",
         source_in_all("inductance_min"), apply=inductance_floor,
     ),
     Rule(
@@ -338,8 +301,7 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note where 10 MHz are kept by less than "
         "two sigma of manufacture).",
         "The converter does not follow faster tanks; metal near the coil raises the frequency.",
-        "A larger capacitor, or more inductance.",
-        source_in_all("sensor_frequency_max"), apply=frequency_ceiling,
+        "A larger capacitor, or more inductance.", source_in_all("sensor_frequency_max"), apply=frequency_ceiling,
     ),
     Rule(
         "SIT203", "parallel-resistance", Severity.ERROR,
@@ -350,17 +312,13 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
         "target lower it: a coil that passes in free air can fail in the jaw.",
         "More layers or turns, a higher frequency, thicker copper, a larger standoff, a copper shield before a steel "
-        "jaw.",
-        source_in_all("parallel_resistance_driveable") + "; " + source_in_all("parallel_resistance_min"),
+        "jaw.", source_in_all("parallel_resistance_driveable") + "; " + source_in_all("parallel_resistance_min"),
         apply=parallel_resistance,
     ),
-    Rule(
-        "SIT205", "quality-factor", Severity.WARNING,
-        "The tank's quality factor is at least 10 in every state.",
-        "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
-        "A higher frequency, less resistance, or more distance from lossy metal.",
-        source_in_all("quality_factor_min"), apply=quality_factor,
-    ),
+    Rule("SIT205", "quality-factor", Severity.WARNING, "The tank's quality factor is at least 10 in every state.",
+         "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
+         "A higher frequency, less resistance, or more distance from lossy metal.", source_in_all("quality_factor_min"),
+         apply=quality_factor),
     Rule(
         "SIT206", "self-resonance", Severity.ERROR,
         "The tank runs below 0.8 of the coil's own resonance (0.75 by the older note, a warning).",
@@ -370,11 +328,9 @@ ELECTRICAL_RULES: tuple[Rule, ...] = (
         apply=self_resonance,
     ),
     Rule(
-        "SIT214", "tank-capacitor", Severity.WARNING,
-        "The tank capacitor lies within 47 pF to 3.3 nF.",
+        "SIT214", "tank-capacitor", Severity.WARNING, "The tank capacitor lies within 47 pF to 3.3 nF.",
         "With less, pins, tail and cable decide the frequency and drift with every touch; with more, the part's own "
-        "loss counts.",
-        "More turns allow a smaller capacitor, fewer a larger one.",
-        source_in_all("capacitor_min"), apply=tank_capacitor,
+        "loss counts.", "More turns allow a smaller capacitor, fewer a larger one.", source_in_all("capacitor_min"),
+        apply=tank_capacitor,
     ),
-)  # fmt: skip
+)

@@ -58,14 +58,9 @@ def leads_round(design: Design) -> Iterator[Verdict]:
     beyond = abs(worst.turns) - abs(least_closing(design.spec.coil))
     is_warned = -worst.share >= WARNED
     yield (RUNS_ON if worst.turns > 0.0 else RUNS_BACK).found(
-        "coil.turns",
-        abs(worst.share),
-        WARNED if is_warned else NAMED,
-        advice=lambda left: _other_way(design, beyond > TOGETHER, left, is_warned),
-        is_grave=is_warned,
-        name=worst.name,
-        turns=abs(worst.turns),
-        cramped=worded(CRAMPED, {"beyond": beyond}) if beyond > TOGETHER else "",
+        "coil.turns", abs(worst.share), WARNED if is_warned else NAMED,
+        advice=lambda left: _other_way(design, beyond > TOGETHER, left, is_warned), is_grave=is_warned, name=worst.name,
+        turns=abs(worst.turns), cramped=worded(CRAMPED, {"beyond": beyond}) if beyond > TOGETHER else "",
         inductance=abs(worst.inductance),
         parallel="" if math.isnan(worst.parallel) else worded(MOVES, {"parallel": worst.parallel}),
     )
@@ -126,18 +121,12 @@ TOGETHER_HINT = "turns whose sum over the layers is whole let the leads run toge
 
 RUNS_ON = Case(
     "a lead of {name} runs {turns:.2f} turns on round the coil by itself{cramped}: that adds {inductance:H,3}, "
-    "{measured:%.1f} % of the winding's inductance,{parallel}",
-    TOGETHER_HINT,
-    Severity.NOTE,
-    grave=Severity.WARNING,
+    "{measured:%.1f} % of the winding's inductance,{parallel}", TOGETHER_HINT, Severity.NOTE, grave=Severity.WARNING,
 )
 
 RUNS_BACK = Case(
     "a lead of {name} runs {turns:.2f} turns back round the coil by itself{cramped}: that takes away {inductance:H,3}, "
-    "{measured:%.1f} % of the winding's inductance,{parallel}",
-    TOGETHER_HINT,
-    Severity.NOTE,
-    grave=Severity.WARNING,
+    "{measured:%.1f} % of the winding's inductance,{parallel}", TOGETHER_HINT, Severity.NOTE, grave=Severity.WARNING,
 )
 
 
@@ -156,4 +145,4 @@ LEAD_RULES: tuple[Rule, ...] = (
         "Neumann's integral of the leads as drawn with the winding; the limits are this project's own",
         apply=leads_round,
     ),
-)  # fmt: skip
+)

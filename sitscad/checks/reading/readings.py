@@ -94,20 +94,9 @@ def near_limit(
         return
     count = sigmas_between(reading, limit)
     if count is not None and count < NEAR:
-        yield NEAR_LIMIT.found(
-            key,
-            reading.value,
-            limit,
-            unit,
-            hint=hint,
-            sigma=count,
-            keeps_limit=True,
-            is_grave=count < AT_RISK,
-            words=words,
-            where=where(reading),
-            value=show(reading.value, unit, 3),
-            in_sigmas=in_sigmas(reading, limit, unit),
-        )
+        yield NEAR_LIMIT.found(key, reading.value, limit, unit, hint=hint, sigma=count, keeps_limit=True,
+                               is_grave=count < AT_RISK, words=words, where=where(reading),
+                               value=show(reading.value, unit, 3), in_sigmas=in_sigmas(reading, limit, unit))
 
 
 def is_assembled(design: Design) -> bool:
@@ -150,16 +139,9 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
     smaller = list(capacitor(design.spec, _preferred_below(design, now * (value / 10.0) ** 2)))
-    yield OVERDAMPED_TANK.found(
-        "readout.capacitance",
-        value,
-        1.0,
-        None,
-        hint=_LESS_DAMPED,
-        advice=lambda left: _smaller_capacitor(smaller, left),
-        where=where(Reading(name, state, value)),
-        now=now,
-    )
+    yield OVERDAMPED_TANK.found("readout.capacitance", value, 1.0, None, hint=_LESS_DAMPED,
+                                advice=lambda left: _smaller_capacitor(smaller, left),
+                                where=where(Reading(name, state, value)), now=now)
 
 
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
@@ -201,9 +183,7 @@ def other_states(design: Design, worst: Reading, attribute: str, unit: str, digi
 
 
 NEAR_LIMIT = Case(
-    "the {words} of {where} is {value}; it keeps its limit by little",
-    detail="{in_sigmas}",
-    severity=Severity.NOTE,
+    "the {words} of {where} is {value}; it keeps its limit by little", detail="{in_sigmas}", severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 

@@ -91,23 +91,14 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     worst = min(deaf, key=lambda response: response.steps)
     beside = best.steps >= FEWEST_STEPS
     yield (NOT_FELT if _is_lost(found) else HARDLY_FELT).found(
-        "target.size" if beside else "elastomer.thickness",
-        worst.steps,
-        max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step),
-        "steps",
+        "target.size" if beside else "elastomer.thickness", worst.steps,
+        max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
         advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
-        named=_named(deaf),
-        verb_end="s" if len(deaf) == 1 else "",
-        force=design.spec.requirements.normal_force or 0.0,
-        least=_least(worst, len(deaf)),
-        changes=_changes(deaf),
+        named=_named(deaf), verb_end="s" if len(deaf) == 1 else "", force=design.spec.requirements.normal_force or 0.0,
+        least=_least(worst, len(deaf)), changes=_changes(deaf),
         against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
-        fewest_steps=FEWEST_STEPS,
-        least_share=LEAST_SHARE,
-        sigmas=TOLD_FROM_NOISE,
-        noise=best.noise,
-        taken="",
+        fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE, sigmas=TOLD_FROM_NOISE, noise=best.noise, taken="",
     )
 
 
@@ -136,7 +127,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
             "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=_more_change(design),
             force=asked.normal_force, changes=_changes(found), sigmas=TOLD_FROM_NOISE, noise=best.noise,
             taken=f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),",
-        )  # fmt: skip
+        )
 
 
 def _named(deaf: Sequence[Response]) -> str:
@@ -172,9 +163,8 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
         else ""
     )
     return (
-        f"{where}{_back_over_the_coils(spec)}"
-        "a target that covers every coil, on a pad as large; or "
-        "move the coils together, or leave those out that the target does not reach"
+        f"{where}{_back_over_the_coils(spec)}a target that covers every coil, on a pad as large; or move the coils "
+        f"together, or leave those out that the target does not reach"
     )
 
 
@@ -235,20 +225,9 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     back, more = _back_over_the_coils(design.spec), _more_signal(design.spec)
     hint = worded(SMALL_SIGNAL.hint, {"back_over_the_coils": back, "more_signal": more})
     yield SMALL_SIGNAL.found(
-        "elastomer.thickness",
-        abs(best.share),
-        least.value,
-        None,
-        source=least.source,
-        force=best.force,
-        coil=best.coil,
-        steps=steps,
-        per_newton=best.per_newton,
-        frequency_share=best.frequency_share,
-        follows=", which follows losses, too," if best.has_loss_in_it else "",
-        drift=drift,
-        scale=scale,
-        hint=hint,
+        "elastomer.thickness", abs(best.share), least.value, None, source=least.source, force=best.force,
+        coil=best.coil, steps=steps, per_newton=best.per_newton, frequency_share=best.frequency_share,
+        follows=", which follows losses, too," if best.has_loss_in_it else "", drift=drift, scale=scale, hint=hint,
         advice=lambda left: _more(design, left, hint),
     )
 
@@ -278,27 +257,23 @@ def _more_signal(spec: SensorSpec) -> str:
 HARDLY_FELT = Case(
     "{named} hardly feel{verb_end} {force:N}: {least}",
     detail="from rest to pressed {changes}{against}; asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of "
-    "the best coil's change",
-    severity=Severity.WARNING,
+    "the best coil's change", severity=Severity.WARNING,
 )
 
 NOT_FELT = Case(
     "the sensor feels nothing: from rest to pressed by {force:N}{taken} no coil changes by the {sigmas:g} sigma that "
-    "tell a change from noise",
-    detail="{changes}, and noise alone is {noise:.2g} steps (one sigma)",
+    "tell a change from noise", detail="{changes}, and noise alone is {noise:.2g} steps (one sigma)",
     severity=Severity.ERROR,
 )
 
 SMALL_SIGNAL = Case(
-    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by "
-    "{measured:%.2g} % of itself{steps}",
+    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by {measured:%.2g} % of "
+    "itself{steps}",
     detail="it changes by {per_newton:H,3}/N, its frequency{follows} by {frequency_share:%+.2g} %; ten degrees of "
     "warming move the reading by {drift:%.2g} % by the copper alone, {scale}; silicone adds to that (response "
     "--performance has all of it)",
-    hint=(
-        "{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil "
-        "without a target, or a tare before each grasp"
-    ),
+    hint="{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil without a target, or a tare "
+    "before each grasp",
 )
 
 
@@ -308,7 +283,7 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         f"From rest to pressed every coil changes by at least {FEWEST_STEPS:.0f} steps of the converter and by at "
         f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most (a warning). It is an error "
         f"where no coil changes by {TOLD_FROM_NOISE:g} sigma of the converter's noise: the sensor measures nothing. "
-        "Where no force is required, that is judged under full load: the force that presses the pad by 20 %.",
+        f"Where no force is required, that is judged under full load: the force that presses the pad by 20 %.",
         "A coil beside the target, or too far from it, reads the same whatever the force: its channel is noise, and "
         "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
         "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "
@@ -316,19 +291,17 @@ RESPONSE_RULES: tuple[Rule, ...] = (
         "A target (and pad) that covers every coil, or coils nearer together; where no coil feels enough, a softer "
         "elastomer or one of another thickness, or fewer scans a second.",
         "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
-        "from the error of finite targets (unverified by measurement)",
-        ("target", "elastomer"), coil_response,
+        "from the error of finite targets (unverified by measurement)", ("target", "elastomer"), coil_response,
     ),
     Rule(
         "SIT217", "small-signal", Severity.WARNING,
-        "From rest to the required force the reading of the coil that changes most changes by at least "
+        f"From rest to the required force the reading of the coil that changes most changes by at least "
         f"{100.0 * own_limits()['least_signal'].value:g} % of itself (inductance by the converter's formula).",
-        "The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
-        f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's "
-        "resistance and the capacitor.",
+        f"The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
+        f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's resistance "
+        f"and the capacitor.",
         "A softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
         "gives way less); a target over all of the coils; more distance from metal behind them; or a reference coil "
-        "and a tare.",
-        own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
+        "and a tare.", own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
     ),
-)  # fmt: skip
+)

@@ -72,21 +72,9 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     if apart / step >= asked:
         return
     beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
-    yield HARDLY_SHEAR.found(
-        "target.size",
-        apart / step,
-        asked,
-        "steps",
-        hint=_edges_over_coils(spec, axis),
-        advice=_nearer_edges(spec, axis),
-        axis_name=AXES[axis],
-        force=force,
-        travel=travel,
-        apart=apart,
-        beside=beside,
-        fewest_steps=FEWEST_STEPS,
-        least_share=LEAST_SHARE,
-    )
+    yield HARDLY_SHEAR.found("target.size", apart / step, asked, "steps", hint=_edges_over_coils(spec, axis),
+                             advice=_nearer_edges(spec, axis), axis_name=AXES[axis], force=force, travel=travel,
+                             apart=apart, beside=beside, fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE)
 
 
 def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
@@ -105,7 +93,7 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     if read <= force:
         return
     yield TILT_OVER_SHEAR.found("target.size", read, force, "N", axis_name=AXES[axis], other=AXES[1 - axis],
-                                advice=_nearer_edges(design.spec, axis))  # fmt: skip
+                                advice=_nearer_edges(design.spec, axis))
 
 
 def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
@@ -149,10 +137,10 @@ DEGREE = math.radians(1.0)
 SHEAR_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT218", "shear-response", Severity.WARNING,
-        "Along every axis on which coils stand apart, the required shear force makes their inductances differ by at "
-        f"least {FEWEST_STEPS:.0f} steps of the converter more than at rest, and by at least "
-        f"{100.0 * LEAST_SHARE:.0f} % of what the required normal force changes; and a tilt of one degree makes them "
-        "differ by no more than that force does.",
+        f"Along every axis on which coils stand apart, the required shear force makes their inductances differ by at "
+        f"least {FEWEST_STEPS:.0f} steps of the converter more than at rest, and by at least {100.0 * LEAST_SHARE:.0f} "
+        f"% of what the required normal force changes; and a tilt of one degree makes them differ by no more than that "
+        f"force does.",
         "Shear shows only where the target's edges move over the coils. Under a target that covers the whole array and "
         "more, nothing changes when it moves, and no later computation finds what was not measured. Under one that "
         "ends at their rims little changes, and the slightest tilt, which lowers it over one coil and lifts it over "
@@ -160,7 +148,6 @@ SHEAR_RULES: tuple[Rule, ...] = (
         "A target that ends over the outer coils, as long as their middles are apart; coils farther apart; a softer or "
         "thicker elastomer.",
         "the limits of SIT215; the travel by the pad's law, held level and not pressed; one degree: derived (a face "
-        "held by hand or by a jaw is not level to less)",
-        ("target", "elastomer", "shear force"), shear_response,
+        "held by hand or by a jaw is not level to less)", ("target", "elastomer", "shear force"), shear_response,
     ),
-)  # fmt: skip
+)

@@ -67,7 +67,7 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
             depths=target.thickness / depth, name=target.material.name, frequency=frequency,
             words=f"an endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: too little to "
             "be compared",
-        )  # fmt: skip
+        )
         return
     cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
     if cost is None:
@@ -77,17 +77,10 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     weighs = too_much or cost.change > _limit("thin_target_change")
     name = "thin_target_resistance" if too_much or cost.resistance >= cost.change else "thin_target_change"
     yield (TOO_THIN if weighs else THIN).found(
-        "target.thickness",
-        cost.resistance if name == "thin_target_resistance" else cost.change,
-        _limit(name),
-        None,
+        "target.thickness", cost.resistance if name == "thin_target_resistance" else cost.change, _limit(name), None,
         source=own_limits()[name].source,
-        advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None,
-        enough=THICK * depth,
-        thickness=target.thickness,
-        depths=target.thickness / depth,
-        name=target.material.name,
-        frequency=frequency,
+        advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None, enough=THICK * depth,
+        thickness=target.thickness, depths=target.thickness / depth, name=target.material.name, frequency=frequency,
         words=cost.words,
     )
 
@@ -121,8 +114,7 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
     share, words = _change(design, other)
     assert thick.target is not None
     return _Cost(
-        1.0 - worst.value / against.value,
-        share,
+        1.0 - worst.value / against.value, share,
         f"against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
         f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(design, worst)}",
     )
@@ -180,16 +172,8 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
         if math.isfinite(depth)
         else "does not conduct: no eddy currents flow in it"
     )
-    yield POOR_CONDUCTOR.found(
-        "target.material",
-        share,
-        least,
-        None,
-        source=own_limits()["least_target_effect"].source,
-        is_grave=share < least,
-        name=target.material.name,
-        why=why,
-    )
+    yield POOR_CONDUCTOR.found("target.material", share, least, None, source=own_limits()["least_target_effect"].source,
+                               is_grave=share < least, name=target.material.name, why=why)
 
 
 def _effects(design: Design, other: Design) -> dict[str, float]:
@@ -237,27 +221,24 @@ THIN = Case(_THIN, "nothing has to be changed for that", Severity.NOTE, detail="
 POOR_CONDUCTOR = Case(
     "{name} {why}. It changes the inductance by {measured:%.2g} % of what copper of its size changes",
     hint="take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 
 THIN_TARGET_RULES: tuple[Rule, ...] = (
     Rule(
         "SIT305", "target-thickness", Severity.ERROR,
-        "A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
+        f"A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
         f"skin depths of the same metal, by the same model (from {COMPARED:g} on by the resistance of an endless sheet "
-        "alone, for that decides): a warning where it takes more than "
-        f"{100.0 * _limit('thin_target_resistance'):.0f} % of the parallel resistance or "
-        f"{100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else a note. An error where it "
-        "hardly conducts and changes the inductance by less than "
+        f"alone, for that decides): a warning where it takes more than {100.0 * _limit('thin_target_resistance'):.0f} "
+        f"% of the parallel resistance or {100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else "
+        f"a note. An error where it hardly conducts and changes the inductance by less than "
         f"{100.0 * _limit('least_target_effect'):.0f} % of what copper of its size would; magnetic sheets that hardly "
-        "conduct are not judged.",
-        "A thinner target lets the field through. What that costs depends on the coil: foil of half a skin depth "
-        "loses little, for its currents are held back by its inductance before its resistance. The loss is larger, "
-        "and the reading drifts with the target's temperature.",
-        "A thicker target, a better conductor, or a higher frequency.",
+        f"conduct are not judged.",
+        "A thinner target lets the field through. What that costs depends on the coil: foil of half a skin depth loses "
+        "little, for its currents are held back by its inductance before its resistance. The loss is larger, and the "
+        "reading drifts with the target's temperature.", "A thicker target, a better conductor, or a higher frequency.",
         "TI SNOA957B: 2 to 3 skin depths, 3 stop 95 %; depth = 1 / sqrt(pi f mu sigma); the shares are derived here",
         ("target",), target_thickness,
     ),
-)  # fmt: skip
+)

@@ -41,16 +41,10 @@ def input_frequency(design: Design) -> Iterator[Verdict]:
         wanted = design.converter.input_divider(worst.value, readout.reference_frequency)
         is_enough, slow = wanted <= 15, readout.input_divider < 2
         yield (INPUT_UNDIVIDED if slow else INPUT_TOO_FAST).found(
-            "readout.clock",
-            worst.value / readout.input_divider,
-            0.25 * readout.reference_frequency,
-            "Hz",
-            hint=worded(
-                LARGER_DIVIDER if is_enough else FASTER_CLOCK, {"divider": wanted, "clock": 4.0 * worst.value / 15.0}
-            ),
-            value=worst.value,
-            input_divider=readout.input_divider,
-            slow=design.converter.limit("input_divider_2_from"),
+            "readout.clock", worst.value / readout.input_divider, 0.25 * readout.reference_frequency, "Hz",
+            hint=worded(LARGER_DIVIDER if is_enough else FASTER_CLOCK,
+                        {"divider": wanted, "clock": 4.0 * worst.value / 15.0}), value=worst.value,
+            input_divider=readout.input_divider, slow=design.converter.limit("input_divider_2_from"),
             reference_frequency=readout.reference_frequency,
         )
 
@@ -62,9 +56,8 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
-        yield TOO_MANY_SCANS.found(
-            "readout.scan_rate", readout.scan_rate, wanted, "Hz", coils=_coils(design), period=1.0 / readout.scan_rate
-        )
+        yield TOO_MANY_SCANS.found("readout.scan_rate", readout.scan_rate, wanted, "Hz", coils=_coils(design),
+                                   period=1.0 / readout.scan_rate)
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
@@ -75,17 +68,10 @@ def read_back(design: Design) -> Iterator[Verdict]:
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else "; or make sure that the host reads without any pause: TI's two figures disagree"
-        yield READ_TOO_SLOWLY.found(
-            "readout.scan_rate",
-            wanted,
-            hopeful if impossible else sure,
-            "Hz",
-            advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
-            is_grave=impossible,
-            coils=_coils(design),
-            possible=hopeful if impossible else sure,
-            pause=pause,
-        )
+        yield READ_TOO_SLOWLY.found("readout.scan_rate", wanted, hopeful if impossible else sure, "Hz",
+                                    advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
+                                    is_grave=impossible, coils=_coils(design), possible=hopeful if impossible else sure,
+                                    pause=pause)
 
 
 def bandwidth(design: Design) -> Iterator[Verdict]:
@@ -93,15 +79,9 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
-        yield TOO_FEW_SCANS.found(
-            "readout.scan_rate",
-            rate,
-            2.0 * wanted,
-            "Hz",
-            advice=lambda left: _other_rate(design, 2.0 * wanted, left),
-            followed=rate / 2.0,
-            wanted=wanted,
-        )
+        yield TOO_FEW_SCANS.found("readout.scan_rate", rate, 2.0 * wanted, "Hz",
+                                  advice=lambda left: _other_rate(design, 2.0 * wanted, left), followed=rate / 2.0,
+                                  wanted=wanted)
 
 
 def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") -> str:
@@ -124,37 +104,18 @@ def channels(design: Design) -> Iterator[Verdict]:
     device = design.spec.readout.device
     each, most = device.channels, device.most_coils
     if len(names) > most:
-        yield TOO_FEW_CHANNELS.found(
-            key,
-            float(len(names)),
-            float(most),
-            source=_channel_sources(device.family),
-            count=len(names),
-            devices=len(device.addresses),
-            device=device.part,
-            each=each,
-            more_channels=_more_channels(device, len(names)),
-            beyond=len(names) - most,
-        )
+        yield TOO_FEW_CHANNELS.found(key, float(len(names)), float(most), source=_channel_sources(device.family),
+                                     count=len(names), devices=len(device.addresses), device=device.part, each=each,
+                                     more_channels=_more_channels(device, len(names)), beyond=len(names) - most)
     elif len(names) > each:
         coupling, one, other = _across_converters(design, each)
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
         yield TWO_CONVERTERS.found(
-            key,
-            coupling,
-            MOST_COUPLING,
-            source=_channel_sources(device.family),
-            is_grave=coupling >= MOST_COUPLING,
-            count=len(names),
-            device=device.part,
-            ones=", ".join(names[:each]),
-            address=device.addresses[0],
-            others=", ".join(names[each:]),
-            second_address=device.addresses[1],
-            one=one,
-            other=other,
+            key, coupling, MOST_COUPLING, source=_channel_sources(device.family), is_grave=coupling >= MOST_COUPLING,
+            count=len(names), device=device.part, ones=", ".join(names[:each]), address=device.addresses[0],
+            others=", ".join(names[each:]), second_address=device.addresses[1], one=one, other=other,
         )
 
 
@@ -190,15 +151,8 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
         return
     share, one, other = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
-        yield COUPLED.found(
-            design.distance_key,
-            share,
-            0.05 if share >= 0.05 else 1e-3,
-            None,
-            is_grave=share >= 0.05,
-            one=one,
-            other=other,
-        )
+        yield COUPLED.found(design.distance_key, share, 0.05 if share >= 0.05 else 1e-3, None, is_grave=share >= 0.05,
+                            one=one, other=other)
 
 
 def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> float:
@@ -211,7 +165,7 @@ def clock(design: Design) -> Iterator[Verdict]:
     low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
     if not low <= value <= high:
         yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
-                              advice=lambda left: _fastest_clock(design, high, left))  # fmt: skip
+                              advice=lambda left: _fastest_clock(design, high, left))
 
 
 def _fastest_clock(design: Design, clock: float, left: Left) -> str:
@@ -246,9 +200,7 @@ TOO_MANY_SCANS = Case(
 
 READ_TOO_SLOWLY = Case(
     "{coils} can be read over I2C at 400 kHz {possible:Hz} times a second; {measured:Hz} are asked",
-    hint="ask for fewer scans{pause}",
-    severity=Severity.WARNING,
-    grave=Severity.ERROR,
+    hint="ask for fewer scans{pause}", severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 TOO_FEW_SCANS = Case(
@@ -257,37 +209,26 @@ TOO_FEW_SCANS = Case(
 )
 
 TOO_FEW_CHANNELS = Case(
-    "{count} coils, but one I2C bus takes {devices} {device} of {each} channels, and every coil needs a "
-    "channel of its own{more_channels}",
-    hint=(
-        "leave {beyond} of them out, or make two sensors, each with a bus of its own; three axes "
-        "take no more than three coils under one target (pattern triangle) or four (pattern grid,"
-        " 2 x 2)"
-    ),
+    "{count} coils, but one I2C bus takes {devices} {device} of {each} channels, and every coil needs a channel of its "
+    "own{more_channels}",
+    hint="leave {beyond} of them out, or make two sensors, each with a bus of its own; three axes take no more than "
+    "three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
 )
 
 TWO_CONVERTERS = Case(
-    "{count} coils take two {device}: {ones} at address 0x{address:02X}, {others} at "
-    "0x{second_address:02X}. They oscillate at the same time; {one} and {other} are coupled most, by"
-    " {measured:%.2g} %, while the estimate takes all other coils as grounded",
-    hint=(
-        "tanks whose frequencies come within about half the coupling of each other pull each "
-        "other: keep those coils apart, give the second converter another capacitor, or put one "
-        "to sleep while the other measures"
-    ),
-    severity=Severity.NOTE,
-    grave=Severity.WARNING,
+    "{count} coils take two {device}: {ones} at address 0x{address:02X}, {others} at 0x{second_address:02X}. They "
+    "oscillate at the same time; {one} and {other} are coupled most, by {measured:%.2g} %, while the estimate takes "
+    "all other coils as grounded",
+    hint="tanks whose frequencies come within about half the coupling of each other pull each other: keep those coils "
+    "apart, give the second converter another capacitor, or put one to sleep while the other measures",
+    severity=Severity.NOTE, grave=Severity.WARNING,
 )
 
 COUPLED = Case(
-    "{one} and {other} are coupled: while one is read, the other is grounded and takes "
-    "{measured:%.2g} % off its inductance",
-    hint=(
-        "keep the coils apart, and leave no coil over another; the estimate's rest and pressed "
-        "states contain this, the free state is the coil alone"
-    ),
-    severity=Severity.NOTE,
-    grave=Severity.WARNING,
+    "{one} and {other} are coupled: while one is read, the other is grounded and takes {measured:%.2g} % off its "
+    "inductance",
+    hint="keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain this, "
+    "the free state is the coil alone", severity=Severity.NOTE, grave=Severity.WARNING,
 )
 
 ODD_CLOCK = Case(
@@ -297,62 +238,44 @@ ODD_CLOCK = Case(
 
 
 TIMING_RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT207", "input-frequency", Severity.ERROR,
-        "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
-        "A faster input is counted wrongly.",
-        "A faster clock, or a larger divider.",
-        source_in_all("input_to_reference_max") + "; " + source_in_all("input_divider_2_from"),
-        apply=input_frequency,
-    ),
-    Rule(
-        "SIT208", "scan-rate", Severity.ERROR,
-        "All coils can be converted as often as the spec asks.",
-        "Every channel needs its settling, its conversion and the switch to the next one.",
-        "Ask for fewer scans, or use fewer coils.",
-        source_in_all("scan_timing"), apply=scan_rate,
-    ),
+    Rule("SIT207", "input-frequency", Severity.ERROR,
+         "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
+         "A faster input is counted wrongly.", "A faster clock, or a larger divider.",
+         source_in_all("input_to_reference_max") + "; " + source_in_all("input_divider_2_from"), apply=input_frequency),
+    Rule("SIT208", "scan-rate", Severity.ERROR, "All coils can be converted as often as the spec asks.",
+         "Every channel needs its settling, its conversion and the switch to the next one.",
+         "Ask for fewer scans, or use fewer coils.", source_in_all("scan_timing"), apply=scan_rate),
     Rule(
         "SIT209", "read-back", Severity.ERROR,
-        "The results can be read over I2C at 400 kHz as often as the spec asks: a warning where only the more "
-        "hopeful of TI's two figures allows it, an error beyond both.",
+        "The results can be read over I2C at 400 kHz as often as the spec asks: a warning where only the more hopeful "
+        "of TI's two figures allows it, an error beyond both.",
         "Unread results are overwritten. A register takes 49 bits: results of two registers are read at 4.08 kHz for "
-        "one channel and 1.02 kHz for four, of one register at twice that.",
-        "Ask for fewer scans a second.",
+        "one channel and 1.02 kHz for four, of one register at twice that.", "Ask for fewer scans a second.",
         source_in_all("single_channel_rate_max") + "; " + source_in_all("read_back_four_channels"), apply=read_back,
     ),
     Rule(
         "SIT210", "bandwidth", Severity.ERROR,
         "The scan rate that the spec asks for is at least twice the required bandwidth (SIT208 says whether it is "
-        "reached).",
-        "Faster changes fold back into slower ones that never happened.",
-        "Raise readout.scan_rate.",
+        "reached).", "Faster changes fold back into slower ones that never happened.", "Raise readout.scan_rate.",
         "sampling theorem; thesis of Jones 2.5: at least 100 Hz, 500 Hz best", ("bandwidth",), bandwidth,
     ),
     Rule(
-        "SIT211", "channels", Severity.ERROR,
-        "There is one channel for every coil, on at most two converters.",
-        "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at "
-        "the same time, so that coupled coils of both pull each other's frequency.",
+        "SIT211", "channels", Severity.ERROR, "There is one channel for every coil, on at most two converters.",
+        "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at the same "
+        "time, so that coupled coils of both pull each other's frequency.",
         "As many coils as a converter has channels (two or four), or twice as many with two converters whose coils "
-        "stand apart.",
-        _channel_sources(), apply=channels,
+        "stand apart.", _channel_sources(), apply=channels,
     ),
     Rule(
         "SIT212", "idle-neighbour", Severity.WARNING,
-        "An idle coil takes less than 0.1 % off the inductance of any other on the same converter: a note from "
-        "there, a warning from 5 % up (SIT211 judges coils of two converters).",
+        "An idle coil takes less than 0.1 % off the inductance of any other on the same converter: a note from there, "
+        "a warning from 5 % up (SIT211 judges coils of two converters).",
         "The converter grounds every idle channel through about 10 ohm, so that a neighbouring coil is a shorted loop "
-        "and acts as a target.",
-        "Keep the coils apart; never stack coils of one converter.",
+        "and acts as a target.", "Keep the coils apart; never stack coils of one converter.",
         source_in_all("idle_channels") + "; TI E2E thread 784486; the share is the square of the coupling (derived)",
         apply=idle_neighbour,
     ),
-    Rule(
-        "SIT213", "clock", Severity.ERROR,
-        "The clock lies within 2 to 40 MHz.",
-        "The converter's CLKIN is not specified beyond.",
-        "Use a 40 MHz oscillator.",
-        source_in_all("clock_max"), apply=clock,
-    ),
-)  # fmt: skip
+    Rule("SIT213", "clock", Severity.ERROR, "The clock lies within 2 to 40 MHz.",
+         "The converter's CLKIN is not specified beyond.", "Use a 40 MHz oscillator.", source_in_all("clock_max"),
+         apply=clock),
+)
