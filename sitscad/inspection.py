@@ -15,8 +15,8 @@ from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.opening import STDIN, beginning, opened, policy_for
 from sitscad.policy import Baseline, Policy, chosen_rules, judged
 from sitscad.record import record
-from sitscad.remedy.budget import DECISIVE
 from sitscad.remedy.mending import Applied, RolledBack, mended_text
+from sitscad.remedy.search import DECISIVE
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import decoded

@@ -4,45 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sitscad.checks.assembly.fit import FIT_RULES
-from sitscad.checks.assembly.joints import JOINT_RULES
-from sitscad.checks.assembly.mount_walls import MOUNT_WALL_RULES
-from sitscad.checks.assembly.overhang import OVERHANG_RULES
-from sitscad.checks.assembly.pair_in_port import PAIR_IN_PORT_RULES
-from sitscad.checks.assembly.plates import PLATE_RULES
-from sitscad.checks.assembly.room_in_jaw import ROOM_IN_JAW_RULES
-from sitscad.checks.assembly.sheets_and_fingers import SHEET_AND_FINGER_RULES
-from sitscad.checks.assembly.solid_fit import SOLID_FIT_RULES
-from sitscad.checks.assembly.transduction import TRANSDUCTION_RULES
-from sitscad.checks.board.bend import BEND_RULES
-from sitscad.checks.board.clearances import CLEARANCE_RULES
-from sitscad.checks.board.coverlay import COVERLAY_RULES
-from sitscad.checks.board.drawn_form import DRAWN_FORM_RULES
-from sitscad.checks.board.fabrication import FABRICATION_RULES
-from sitscad.checks.board.offered import OFFER_RULES
-from sitscad.checks.board.plug import PLUG_RULES
-from sitscad.checks.board.room import ROOM_RULES
-from sitscad.checks.board.step import STEP_RULES
-from sitscad.checks.board.track_lines import TRACK_RULES
-from sitscad.checks.feeling.felt import noted
-from sitscad.checks.feeling.maps import MAP_RULES
-from sitscad.checks.feeling.requirements import REQUIREMENT_RULES
-from sitscad.checks.reading.drive import DRIVE_RULES
-from sitscad.checks.reading.electrical import ELECTRICAL_RULES
-from sitscad.checks.reading.leads import LEAD_RULES
-from sitscad.checks.reading.response import RESPONSE_RULES
-from sitscad.checks.reading.shear import SHEAR_RULES
-from sitscad.checks.reading.thin_target import THIN_TARGET_RULES
-from sitscad.checks.reading.timing import TIMING_RULES
+from sitscad.checks import performance, usual_ranges
+from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction
+from sitscad.checks.board import clearances, drawn_form, fabrication, plug, room, tail
+from sitscad.checks.reading import drive, electrical, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes
 from sitscad.checks.trials import Trials
-from sitscad.checks.usual_ranges import USUAL_RANGE_RULES
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.remedy.budget import DECISIVE, HINTS, Budget
+from sitscad.remedy.search import DECISIVE, HINTS, Budget
 from sitscad.spec.rules import SPEC_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.validity import refuse_unusable
@@ -58,15 +31,14 @@ _LOADING = tuple(
 )
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
-_TABLES = (
-    _LOADING, TRACK_RULES, FABRICATION_RULES, CLEARANCE_RULES, COVERLAY_RULES, ROOM_RULES, DRAWN_FORM_RULES,
-    BEND_RULES, PLUG_RULES, OFFER_RULES, STEP_RULES, ELECTRICAL_RULES, DRIVE_RULES, TIMING_RULES, RESPONSE_RULES,
-    FIT_RULES, ROOM_IN_JAW_RULES, PAIR_IN_PORT_RULES, MOUNT_WALL_RULES, JOINT_RULES, SHEET_AND_FINGER_RULES,
-    SHEAR_RULES, TRANSDUCTION_RULES, THIN_TARGET_RULES, PLATE_RULES, OVERHANG_RULES, LEAD_RULES, REQUIREMENT_RULES,
-    MAP_RULES, SOLID_FIT_RULES, USUAL_RANGE_RULES,
+_ROOMS = (
+    fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug, room,
+    tail, drive, electrical, response, thin_target, timing, performance, usual_ranges,
 )
 
-RULES: tuple[Rule, ...] = tuple(sorted((rule for table in _TABLES for rule in table), key=lambda rule: rule.id))
+RULES: tuple[Rule, ...] = tuple(
+    sorted((*_LOADING, *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
+)
 """Every rule, in the order of their identifiers."""
 
 
@@ -140,7 +112,7 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
 
     x0, y0, x1, y1 = bounding_box([design.layout.outline])
     return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit,
-                       design.closing, noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
+                       design.closing, performance.noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
@@ -148,9 +120,9 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     where only coils or turns lack room, hints and fixes name what gives it, laid out and checked as far as the budget
     of `hints` goes (as of `check`).
     """
-    from sitscad.checks import cramped, unread  # only specs that are refused
+    from sitscad.checks import refused  # only specs that are refused
 
-    return unread.tried(error, cramped.mended(error, all_rules(), hints))
+    return refused.tried(error, refused.mended(error, all_rules(), hints))
 
 
 def explain(rule_id: str) -> str:

@@ -15,9 +15,8 @@ from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.escape import SearchLimit
 from sitscad.record import record
-from sitscad.remedy.budget import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, estimate_work, layout_work, trial_work
-from sitscad.remedy.fix import Fix
 from sitscad.remedy.mending import worsened
+from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work
 from sitscad.spec.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
 

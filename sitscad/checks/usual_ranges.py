@@ -9,8 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from sitscad.checks.board.fabrication import outline_box
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict
 from sitscad.data import cited, rows
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -192,7 +191,7 @@ UNUSUAL = Case("{what} is {value}; {usual} are usual", f"look at number and unit
 TOGETHER = Case("nobody is known who makes what these rules say: {told}", f"look at numbers and units; {IGNORE}")
 
 
-USUAL_RANGE_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT134", "unusual", Severity.WARNING,
         "Lengths, angles, moduli, forces and temperatures are of a size that is usual for each "

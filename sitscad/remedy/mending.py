@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity
 from sitscad.record import record
-from sitscad.remedy.fix import warn
+from sitscad.remedy.search import warn
 from sitscad.spec.rewriting import CannotWriteError, rewritten
 
 

@@ -14,7 +14,7 @@ from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
 from sitscad.layout.board import Layout
-from sitscad.remedy.budget import Budget
+from sitscad.remedy.search import Budget
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec

@@ -12,8 +12,8 @@ from sitscad.checks.trials import NOT_FURTHER, Trials
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
-from sitscad.remedy import budget
-from sitscad.remedy.budget import Budget
+from sitscad.remedy import search as budget
+from sitscad.remedy.search import Budget
 from sitscad.spec.load import load_text
 
 

@@ -10,7 +10,7 @@ from string import Formatter
 import pytest
 
 import sitscad.checks
-from sitscad.checks.cases import Case, worded
+from sitscad.checks.rules import Case, worded
 from sitscad.finding import Severity
 
 ROOM = Path(sitscad.checks.__file__).parent

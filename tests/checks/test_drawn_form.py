@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
-from sitscad.checks.board.track_graph import TrackGraph, closed_loops
+from sitscad.checks.board.drawn_form import TrackGraph, closed_loops
 from sitscad.finding import Severity
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline
 from sitscad.layout import lay_out

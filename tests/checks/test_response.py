@@ -8,12 +8,12 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
+from sitscad.checks.rules import own_limits
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Severity
-from sitscad.remedy.feeling import other_metals
+from sitscad.remedy.pads import other_metals
 from sitscad.report.findings import checked_spec, json_document
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

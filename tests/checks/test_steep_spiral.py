@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
-from sitscad.checks.board.steep_spiral import nearer_by
+from sitscad.checks.board.clearances import nearer_by
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 

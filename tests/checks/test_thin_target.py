@@ -9,8 +9,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
+from sitscad.checks.rules import own_limits
 from sitscad.estimates import estimated
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth

@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates.signal import most_signal, signals
 from sitscad.inspection import as_configured
-from sitscad.remedy.feeling import best_thickness
+from sitscad.remedy.pads import best_thickness
 from sitscad.report import numbers
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -6,7 +6,7 @@ import numpy as np
 from tolerance import approx
 
 import sitscad
-from sitscad.checks.assembly.joints import JOINT_RULES
+from sitscad.checks.assembly.mount import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
@@ -68,7 +68,7 @@ def test_a_sheet_of_copper_before_the_window_hides_it():
 def test_a_rim_of_a_few_hundredths_beside_a_window_is_refused():
     def said(size):
         spec = sitscad.load_text(windowed(size), "t.yaml")
-        return apply_rule(JOINT_RULES[0], Design(spec))[0]
+        return apply_rule(RULES[0], Design(spec))[0]
 
     (found,) = said("[19.5, 4.3]")
     assert found.key == "mount.jaw.fenestration" and found.measured == approx(43e-6, rel=0.01)

@@ -18,9 +18,8 @@ from sitscad.layout import lay_out
 from sitscad.layout.arrangement import _attempt
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.escape import BUDGET, SearchLimit, _Search
-from sitscad.remedy import room
-from sitscad.remedy.budget import Budget
-from sitscad.remedy.fix import Fix
+from sitscad.remedy import moves as room
+from sitscad.remedy.search import Budget, Fix
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
-from sitscad.checks.board.bend import BEND_RULES
+from sitscad.checks.board.tail import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.drawing.sheet import Label, flattened
@@ -85,7 +85,7 @@ def test_a_tail_bends_down_beyond_its_bench_plate_not_into_it():
 
 
 def said(layout):
-    return apply_rule(BEND_RULES[0], Design(layout.spec, layout))[0]
+    return apply_rule(RULES[0], Design(layout.spec, layout))[0]
 
 
 def test_a_tail_too_short_to_be_let_down_is_told():

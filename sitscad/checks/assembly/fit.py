@@ -1,12 +1,13 @@
-"""SIT308, SIT309 and SIT311: the tail's bend, the shield behind the board, and bare metal."""
+"""SIT308, SIT309 and SIT311: the tail's bend, the shield behind the board, and bare metal; a design's measures in its
+jaw, as rules judge them: nominally, by root-sum-square of tolerances, at worst.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -14,6 +15,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure
 from sitscad.layout.lanes import coils_breadth
 from sitscad.layout.thickness import tail_thickness
+from sitscad.measured import Measure
 from sitscad.remedy.moves import bent_once, higher_seat, sealed, thinner_tails
 from sitscad.remedy.search import Left, first_tried, in_vain, named, ways
 from sitscad.scene.jaws import PartsError
@@ -21,6 +23,7 @@ from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
 from sitscad.spec.mount import Jaw
 from sitscad.spec.plates import ElastomerPad
+from sitscad.units import show
 
 ROUNDING = 1e-9
 
@@ -182,8 +185,28 @@ _WITH_A_FILM = "add a section encapsulation; a thick or stiff film, as one of PD
 
 BARE_METAL = Case("the {metal} target is not encapsulated, and in the jaw it touches tissue", hint=_WITH_A_FILM)
 
+JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
-FIT_RULES: tuple[Rule, ...] = (
+
+def measure_of(design: Design, name: str) -> Measure | None:
+    """One of the design's measures; None where it was not taken."""
+    return next((measure for measure in design.fit if measure.name == name), None)
+
+
+def weight_of(measure: Measure) -> Severity | None:
+    """An error where it is too much nominally or by root-sum-square, a warning where it is at worst."""
+    if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
+        return Severity.ERROR
+    return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
+
+
+def with_tolerances(measure: Measure) -> str:
+    """What tolerances make of a size, in words."""
+    likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
+    return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
+
+
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT308", "tail-bend", Severity.ERROR,
         "The tail can be bent as the spec says: one copper layer where it moves at every grasp (two are a warning, "

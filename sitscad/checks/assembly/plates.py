@@ -1,25 +1,233 @@
-"""SIT306: how large the target is, beside the coils."""
+"""SIT306: how large the target is, beside the coils; sizes and places, tried for SIT307, with which a target lies on
+its elastomer and that on the board's body.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.checks.assembly.fit import ROUNDING
-from sitscad.checks.assembly.plate_places import pair
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.assembly.fit import GRAIN, ROUNDING
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import Point
-from sitscad.remedy.fix import fail
-from sitscad.remedy.moves import larger_target
-from sitscad.remedy.search import Left, broken_by, first_that_mends
+from sitscad.finding import Edit, Severity
+from sitscad.geometry.convex import Footprint, beyond
+from sitscad.geometry.path import Path, Point, rectangle
+from sitscad.geometry.shapes import LONG_PLATE, PLATES
+from sitscad.layout.tail_frame import CORNER_RADIUS
+from sitscad.remedy.moves import Plate, carrying, larger_target, resized
+from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends
+from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.spec.places import footprint
 from sitscad.spec.plates import Target
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+
+MOST_MARGIN, MOST_SIDE = 0.1, 0.5
+"""The largest margin and the longest side (m) that a spec takes."""
+
+
+def lowest(spec: SensorSpec) -> Body | None:
+    """What lies on the board itself."""
+    return elastomer(spec) or target(spec)
+
+
+def film(spec: SensorSpec) -> float:
+    """The thickness (m) of the encapsulation, which stands round the plates too; 0 without one."""
+    return spec.encapsulation.thickness if spec.encapsulation is not None else 0.0
+
+
+def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
+    """A box (x_min, y_min, x_max, y_max) with so much more (m) on every side."""
+    return box[0] - by, box[1] - by, box[2] + by, box[3] + by
+
+
+def lies(spec: SensorSpec, body: Path) -> bool:
+    """Whether the target lies on the elastomer, and that with its film on a body's outline."""
+    pad, plate, low = elastomer(spec), target(spec), lowest(spec)
+    if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
+        return False
+    return low is None or low.footprint.hangs_over(body) + film(spec) <= ROUNDING
+
+
+def carried(spec: SensorSpec) -> Iterator[Fix]:
+    """The elastomer made as large as it must be to carry the whole target."""
+    pad, plate = elastomer(spec), target(spec)
+    if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
+        return
+    for edits, larger in resized("elastomer", spec.elastomer, carrying(pad.footprint, plate.footprint)):
+        if max(larger.size) <= MOST_SIDE:
+            yield Fix(edits, replace(spec, elastomer=larger))
+
+
+def moved(spec: SensorSpec) -> Iterator[Fix]:
+    """The elastomer moved under the target, then both back to the mean of the coils' centres."""
+    pad, plate = spec.elastomer, spec.target
+    if pad is not None and plate is not None and pad.offset != plate.offset:
+        edit = Edit("elastomer.offset", pair(plate.offset))
+        yield Fix((edit,), replace(spec, elastomer=replace(pad, offset=plate.offset)))
+    edits: list[Edit] = []
+    zero = (0.0, 0.0)
+    if pad is not None and pad.offset != zero:
+        edits, pad = [*edits, Edit("elastomer.offset", "[0, 0]")], replace(pad, offset=zero)
+    if plate is not None and plate.offset != zero:
+        edits, plate = [*edits, Edit("target.offset", "[0, 0]")], replace(plate, offset=zero)
+    if edits:
+        yield Fix(tuple(edits), replace(spec, elastomer=pad, target=plate))
+
+
+def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
+    """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
+    here = lowest(spec)
+    assert here is not None
+    box = grown(here.footprint.box, film(spec))
+    more = [max(0.0, body[k] - box[k], box[k + 2] - body[k + 2]) for k in (0, 1)]
+    radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
+
+    def has_room(beside: float) -> bool:
+        dx, dy = more[0] + beside, more[1] + beside
+        larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
+        return here.footprint.hangs_over(larger) + film(spec) <= 0.0
+
+    beside = _least(has_room, radius)
+    x, y = (_up(now + side + beside) if side + beside > 0.0 else now
+            for now, side in zip(spec.fpc.margin, more, strict=True))
+    return x, y
+
+
+WRITTEN = (100e-6, 50e-6, GRAIN)
+"""To what a smaller side (m) is rounded down: as people write it, finer only where that leaves too little."""
+
+
+def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
+    """Target and elastomer no larger than the body has room for where they stand, the roundest sides first."""
+    for grain in WRITTEN:
+        yield from _cut(spec, body, grain)
+
+
+def _cut(spec: SensorSpec, body: Path, grain: float) -> Iterator[Fix]:
+    if spec.elastomer is None:
+        if spec.target is not None:
+            for edits, plate in _fitting("target", spec, spec.target, body, film(spec), grain):
+                yield Fix(edits, replace(spec, target=plate))
+        return
+    wanted = [*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), spec.elastomer]
+    for pad in wanted:
+        for below, smaller in _fitting("elastomer", spec, pad, body, film(spec), grain):
+            if smaller == spec.elastomer:
+                below = ()
+            elif smaller == pad:
+                below = _written("elastomer", spec.elastomer, smaller)
+            if spec.target is None:
+                yield Fix(below, replace(spec, elastomer=smaller))
+                continue
+            outline = footprint(spec, smaller).outline()
+            for on_top, plate in _fitting("target", spec, spec.target, outline, 0.0, grain):
+                if below or on_top:
+                    yield Fix((*below, *on_top), replace(spec, target=plate, elastomer=smaller))
+
+
+def _fitting(
+    key: str, spec: SensorSpec, plate: Plate, on: Path, around: float, grain: float
+) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
+    """A plate in its place, cut to what an outline carries with a film round it; of its shape, then as a rectangle."""
+    here = footprint(spec, plate)
+    if here.hangs_over(on) + around <= ROUNDING:
+        yield (), plate
+        return
+    for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
+        cut = PLATES[shape]
+        kind = replace(here, is_round=cut.is_round)
+        size = _room(kind, on, around, not (cut.is_round or cut.is_long), grain)
+        if size is not None:
+            smaller = replace(plate, shape=shape, size=size)
+            yield _written(key, plate, smaller), smaller
+
+
+def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
+    """The sides (m) of the largest plate of a kind and no larger than now that lies in its place, in whole grains where
+    they are smaller; None without room.
+    """
+    room = -beyond(on, here.centre) - around
+    if room < GRAIN:
+        return None
+    if here.is_round:
+        side = _down(min(here.size[0], 2.0 * room), grain)
+        return side, side
+    size = [min(here.size[k], _widest(here, on, around, k)) for k in (0, 1)]
+    if is_square:
+        size = [min(size)] * 2
+
+    ways = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
+    found = [cut for way in ways if (cut := _shortened(here, size, way, on, around, grain)) is not None]
+    return max(found, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
+
+
+def _shortened(
+    here: Footprint, size: list[float], way: tuple[float, float], on: Path, around: float, grain: float
+) -> tuple[float, float] | None:
+    """Sides (m) made shorter, one or both of them, until the corners have room; None where that leaves nothing."""
+
+    def sides(less: float) -> tuple[float, float]:
+        x, y = (max(GRAIN, side - less * part) for side, part in zip(size, way, strict=True))
+        return x, y
+
+    def has_room(less: float) -> bool:
+        return replace(here, size=sides(less)).hangs_over(on) + around <= 0.0
+
+    if not has_room(max(size)):
+        return None
+    x, y = (now if now - side < ROUNDING else _down(side, grain)
+            for now, side in zip(here.size, sides(_least(has_room, max(size))), strict=True))
+    return x, y
+
+
+def _widest(here: Footprint, on: Path, around: float, axis: int) -> float:
+    """How wide (m) a narrow strip along one of a plate's axes may be in its place."""
+    sides = [GRAIN, GRAIN]
+
+    def has_room(less: float) -> bool:
+        sides[axis] = max(GRAIN, here.size[axis] - less)
+        return replace(here, size=(sides[0], sides[1])).hangs_over(on) + around <= 0.0
+
+    return max(GRAIN, here.size[axis] - _least(has_room, here.size[axis]))
+
+
+def _least(enough: Callable[[float], bool], most: float) -> float:
+    """The least amount (m) that is enough, within a thousandth of `GRAIN`; none where nothing is asked."""
+    if enough(0.0):
+        return 0.0
+    low, high = 0.0, most
+    while high - low > 1e-3 * GRAIN:
+        middle = (low + high) / 2
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high
+
+
+def _up(length: float) -> float:
+    return round(math.ceil(length / GRAIN - 1e-4) * GRAIN, 9)
+
+
+def _down(length: float, grain: float) -> float:
+    """A length (m) in whole grains, never more but for what bisection leaves."""
+    return max(GRAIN, round(math.floor((length + 1e-3 * GRAIN) / grain + 1e-9) * grain, 9))
+
+
+def pair(lengths: tuple[float, float]) -> str:
+    """Two lengths (m) as they are written."""
+    return f"[{lengths[0] * 1e3:.6g}, {lengths[1] * 1e3:.6g}]"
+
+
+def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
+    """How a plate's new shape and size are written."""
+    parts = []
+    if after.shape != before.shape:
+        parts.append(Edit(f"{key}.shape", after.shape))
+    if after.size != before.size:
+        size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
+        parts.append(Edit(f"{key}.size", size))
+    return tuple(parts)
 
 TARGET_LENGTH_TOLERANCE = 0.2
 
@@ -155,4 +363,4 @@ PROPORTIONS = Rule(
     target_proportions,
 )
 
-PLATE_RULES: tuple[Rule, ...] = (PROPORTIONS,)
+RULES = (PROPORTIONS,)

@@ -12,8 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict, located, named
+from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict, located, named
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.thickness import tail_thickness
@@ -155,7 +154,7 @@ FAULTS = {"interference": ("SIT320", IN_EACH_OTHER, "mount"), "port": ("SIT321",
           "no support": ("SIT326", HARDLY_CARRIED, "mount")}
 """By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
 
-SOLID_FIT_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule("SIT320", "solids-interfere", Severity.ERROR,
          "No two pieces of the assembly, as it is glued and closed, take the same room.",
          "What is drawn into each other cannot be put together.", "Other sizes for one of the two.",
@@ -198,4 +197,4 @@ SOLID_FIT_RULES: tuple[Rule, ...] = (
     ),
 )
 
-_RULES = {rule.id: rule for rule in SOLID_FIT_RULES}
+_RULES = {rule.id: rule for rule in RULES}

@@ -7,18 +7,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
-from sitscad.checks.assembly.plate_places import lies
-from sitscad.checks.cases import Case, worded
-from sitscad.checks.own_limits import own_limits
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.assembly.plates import lies
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, worded
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.mechanics import elastomer
 from sitscad.mechanics.pad import HELD_SHEAR
-from sitscad.remedy.feeling import other_thicknesses
-from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import stiffer_pad
-from sitscad.remedy.search import Left, first_tried, tried
+from sitscad.remedy.pads import other_thicknesses
+from sitscad.remedy.search import Fix, Left, first_tried, tried
 from sitscad.scene.stack import ground
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset
@@ -430,7 +427,7 @@ NO_GAP = Case(
 )
 
 
-TRANSDUCTION_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT304", "elastomer-strain", Severity.ERROR,
         "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "

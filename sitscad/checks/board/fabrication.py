@@ -1,15 +1,24 @@
-"""SIT104 to SIT106 and SIT116: holes and parts against what the fabricator can make."""
+"""SIT101 to SIT106, SIT116 and SIT131: tracks, gaps, holes and parts against what the fabricator makes, and what it
+offers at all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import islice
 
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Verdict
+from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
+from sitscad.remedy.moves import finer_fabricators, wider
+from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
+from sitscad.spec import presets
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.stackup import MASK, CopperLayer, LayerKind, Stackup
 from sitscad.units import show
 
 ROUNDING = 1e-9
@@ -185,8 +194,238 @@ LARGE_BOARD = Case(
     severity=Severity.WARNING,
 )
 
+WIDEN = "widen tracks and gaps and wind fewer turns, or choose {finer}"
+NO_FINER = "a finer fabricator (no installed profile is as fine)"
+NAMED = 4
+"""Finer fabricators that are named at most."""
+WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
-FABRICATION_RULES: tuple[Rule, ...] = (
+
+def trace_width(design: Design) -> Iterator[Verdict]:
+    """The coil's track against the fabricator's smallest track."""
+    yield from _too_fine(design, "trace_width", "tracks are {} wide", "wider")
+    yield from _thicker_foil(design, "trace_width", "tracks")
+    yield from _drawn_width(design)
+
+
+def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Complaint]:
+    """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
+    value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
+    if value < least - ROUNDING:
+        yield TOO_FINE.found(f"coil.{field}", value, least, "m",
+                             hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
+                             source=source_of(design, field), advice=lambda left: _widened(design, left),
+                             asked=asked.format(um(value)), house=house(design, field), more=more)
+
+
+def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
+    """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
+    spec = design.spec
+    rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
+    stated = rules.beyond.get(field)
+    if stated is not None:
+        yield THICKER_FOIL.found("fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
+                                 house=house(design, field), word=word, field=field)
+
+
+def _drawn_width(design: Design) -> Iterator[Complaint]:
+    """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
+    rules, coil = design.spec.fpc.rules, design.spec.coil
+    for trace in design.layout.traces:
+        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
+            yield DRAWN_TOO_FINE.found("fpc.rules", trace.width, rules.trace_width, "m",
+                                       source=source_of(design, "trace_width"),
+                                       place=Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
+                                       net=trace.net, layer=trace.layer, house=house(design, "trace_width"))
+
+
+def trace_spacing(design: Design) -> Iterator[Verdict]:
+    """The asked spacing against the fabricator's smallest spacing."""
+    yield from _too_fine(design, "trace_spacing", "turns stand {} apart", "more")
+    yield from _thicker_foil(design, "trace_spacing", "spacings")
+
+
+def loop_lines(design: Design) -> Iterator[Verdict]:
+    """Track and spacing of the turns against the fabricator's own minimum for coils ("loop lines")."""
+    coil, rules = design.spec.coil, design.spec.fpc.rules
+    pairs = (("trace_width", "track", coil.trace_width, rules.coil_trace_width),
+             ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing))
+    if all(smallest is None for *_, smallest in pairs):
+        yield Undecided(f"{rules.name} states no minimum of its own for coils")
+    copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
+    for field, word, value, smallest in pairs:
+        if smallest is not None and value < smallest - ROUNDING:
+            binds = rules.binds(f"coil_{field}")
+            why = "" if binds else f"this only warns: {_not_binding(design)}"
+            yield FINE_COIL.found(f"coil.{field}", value, smallest, "m", source=source_of(design, f"coil_{field}"),
+                                  advice=partial(_waived_or_widened if binds else _hardly_widened, design),
+                                  is_grave=binds, word=word, house=house(design, f"coil_{field}"), copper=copper,
+                                  why=why)
+    unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
+    if unknown is not None:
+        severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
+        yield from _thicker_foil(design, unknown, "coiled tracks", severity)
+
+
+def _widened(design: Design, left: Left) -> str:
+    """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
+    rules = design.spec.fpc.rules
+    width, spacing = (
+        max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
+        for field in ("trace_width", "trace_spacing")
+    )
+    wide, houses = list(wider(design.spec, width, spacing)), list(finer_fabricators(design.spec))
+    is_wide = first_that_mends(wide, left) is not None
+    found = None if is_wide else first_that_mends(houses[:NAMED], left)
+    finer = f"{found.words} (it was tried)" if found is not None else f"choose {_finer(houses)}"
+    return first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps"))
+
+
+def _finer(houses: Sequence[Fix]) -> str:
+    """The finer fabricators in words: their figures allow it."""
+    if not houses:
+        return NO_FINER
+    return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
+
+
+def _hardly_widened(design: Design, left: Left) -> str:
+    """Tracks and gaps as a rule asks that only warns, where the coil has room for that with all its turns."""
+    rules = design.spec.fpc.rules
+    widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
+    fixes = islice(wider(design.spec, *widths), 1)
+    found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
+    return "" if found is None else f"{found.words} takes no turn (it was tried); or {WAIVER}"
+
+
+def _waived_or_widened(design: Design, left: Left) -> str:
+    widened = _widened(design, left)
+    return f"{WAIVER}, or {widened}" if widened else ""
+
+
+def _not_binding(design: Design) -> str:
+    """Why a fabricator's minimum for coils only warns: not every house has it."""
+    rules = design.spec.fpc.rules
+    if rules.unbound:
+        return "it comes from the profile that yours is based on, which does not make it binding"
+    holder = rules.holders.get("coil_rule_binding", rules.name)
+    return f"{holder} does not make it binding (coil_rule_binding: no)"
+
+
+TOO_FINE = Case("{asked}; {house} makes {limit:m} and {more}",)
+
+THICKER_FOIL = Case(
+    "{house} gives no figure for {word} in {measured:m} copper; the thickest stated is {limit:m}",
+    hint="ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+)
+
+DRAWN_TOO_FINE = Case(
+    "the {role} of {net} on layer {layer} is drawn {measured:m} wide; {house} makes {limit:m} and wider",
+)
+
+FINE_COIL = Case(
+    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}", detail="{why}",
+    hint="ask the fabricator for a waiver (no electrical test sees a short between turns), or widen tracks and gaps, "
+    "which takes turns and lowers L and Rp (see SIT201 and SIT203)", severity=Severity.WARNING, grave=Severity.ERROR,
+)
+
+ALIKE = 0.1
+"""Films and foils that differ by less than this part are the same: fabricators' own tolerance of films is 10 %."""
+
+GLUES = ("adhesive", "bondply")
+"""Dielectrics that bond: not the core that copper comes on."""
+
+
+def offered(design: Design) -> Iterator[Verdict]:
+    """What the board is made of, against what the fabricator lists; what nobody states is not judged."""
+    spec = design.spec
+    rules, fpc = spec.fpc.rules, spec.fpc
+    stated = (rules.layer_counts, rules.foils, rules.cores, rules.covers, rules.stiffeners, rules.finishes)
+    if all(each is None for each in stated) and rules.order_multiple == 1:
+        yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
+        return
+    refused = list(_refused(fpc.stackup, rules))
+    hint = _other_stackup(rules) if refused else ""
+    for field, word, measured, asked in refused:
+        yield _complaint(design, "fpc.stackup", field, word, asked, hint, measured)
+    if rules.finishes is not None and fpc.finish not in rules.finishes:
+        hint = f"fpc.finish: {rules.finishes[0]}, or another fabricator" if rules.finishes else ANOTHER
+        yield _complaint(design, "fpc.finish", "finishes", "contacts", fpc.finish, hint)
+    plate = design.layout.stiffener
+    if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
+        yield _complaint(design, "fpc.tail", "stiffeners", "stiffener", plate.material, STIFF)
+    if fpc.boards is not None and fpc.boards % rules.order_multiple:
+        more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
+        yield ODD_NUMBER.found("fpc.boards", float(fpc.boards), float(more), source=source_of(design, "order_multiple"),
+                               boards=fpc.boards, more=more, house=house(design, "order_multiple"),
+                               multiple=rules.order_multiple)
+
+
+def _complaint(
+    design: Design, key: str, field: str, word: str, asked: str, hint: str, measured: float | None = None
+) -> Complaint:
+    listed = getattr(design.spec.fpc.rules, field)
+    found = NOT_OFFERED.found(key, measured, source=source_of(design, field), hint=hint, asked=f"{word}: {asked}",
+                              house=house(design, field), offered=_words(listed) or "none")
+    return found if measured is None or field == "layer_counts" else replace(found, unit="m")
+
+
+def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
+    """What of a stack-up the fabricator does not offer: the field, what it is, its figure, and the same in words."""
+    count = len(stackup.copper)
+    if rules.layer_counts is not None and count not in rules.layer_counts:
+        yield "layer_counts", "copper layers", float(count), str(count)
+    if rules.foils is not None:
+        for foil, plated in dict.fromkeys((_foil(stackup, layer), layer.plated) for layer in stackup.copper):
+            if not _is_listed(foil, rules.foils):
+                is_known = plated > 0.0 and stackup.is_plating_stated
+                made = f" (finished {show(foil + plated, 'm')}, of which {show(plated, 'm')} are plated on)" * is_known
+                yield "foils", "copper foil", foil, show(foil, "m") + made
+    films = [layer for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC and layer.material not in GLUES]
+    if rules.cores is not None:
+        for thickness in dict.fromkeys(film.thickness for film in films if not _is_listed(film.thickness, rules.cores)):
+            yield "cores", "film between copper", thickness, show(thickness, "m")
+    if rules.covers is not None:
+        covers = [layer for layer in stackup.layers if layer.kind is LayerKind.COVERLAY]
+        for kind in dict.fromkeys(MASK if layer.material == MASK else "film" for layer in covers):
+            if kind not in rules.covers:
+                yield "covers", "cover", None, kind
+
+
+def _foil(stackup: Stackup, layer: CopperLayer) -> float:
+    """The foil (m) that a layer is ordered as; all of its copper where it is not stated how much of it is plated."""
+    return layer.foil if stackup.is_plating_stated else layer.thickness
+
+
+def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
+    return any(abs(thickness - each) <= ALIKE * each for each in listed)
+
+
+def _other_stackup(rules: DesignRules) -> str:
+    """The installed stack-ups that the fabricator does offer, or what else there is to do."""
+    good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
+    return f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER
+
+
+def _words(listed: Sequence[object]) -> str:
+    return ", ".join(show(each, "m") if isinstance(each, float) else str(each) for each in listed)
+
+
+ANOTHER = "another fabricator (fpc.rules); where yours has told you that it is made, say so in a profile of your own"
+
+STIFF = (
+    "contacts for solder need none (fpc.tail.connector: solder-pads); or take another fabricator (fpc.rules); where "
+    "yours has told you that it is made, say so in a profile of your own"
+)
+
+NOT_OFFERED = Case("{asked}; {house} offers {offered}")
+
+ODD_NUMBER = Case(
+    "{boards} boards are wanted; {house} sells them in multiples of {multiple}", hint="fpc.boards: {more}",
+    severity=Severity.WARNING,
+)
+
+
+RULES: tuple[Rule, ...] = (
     Rule("SIT104", "via-drill", Severity.ERROR, "Every via is drilled at least as large as the fabricator drills.",
          "A smaller hole is not plated through.", "Use the fabricator's smallest drill or larger.", FABRICATOR,
          apply=via_drill),
@@ -203,5 +442,37 @@ FABRICATION_RULES: tuple[Rule, ...] = (
         "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
         "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
         "Order in a panel or with bridges narrow enough, and cut the parts out yourself.", FABRICATOR, apply=part_size,
+    ),
+    Rule(
+        "SIT101", "trace-width", Severity.ERROR,
+        "The coil's track, and every other one, is at least as wide as the fabricator makes.",
+        "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
+        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
+        apply=trace_width,
+    ),
+    Rule(
+        "SIT102", "trace-spacing", Severity.ERROR,
+        "Neighbouring turns stand at least as far apart as the fabricator makes.",
+        "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
+        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
+        apply=trace_spacing,
+    ),
+    Rule(
+        "SIT103", "coil-trace", Severity.ERROR,
+        "Coiled tracks keep the fabricator's own minimum for coils (loop lines), often twice the ordinary one.",
+        "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
+        "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
+        "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
+        "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
+        "0.254 mm, limit 0.15 mm", apply=loop_lines,
+    ),
+    Rule(
+        "SIT131", "offered", Severity.ERROR,
+        "Stack-up, cover, finish, stiffener and number of boards are among those that the fabricator offers.",
+        "A service that makes every board in one way makes this one in that way too, whatever the papers ask for: "
+        "coils on another film or in other copper have another inductance and resistance. Only what the profile states "
+        "is judged.",
+        "Take a stack-up that they list, or a fabricator who makes yours; or state in a profile what you were told.",
+        FABRICATOR, apply=offered,
     ),
 )

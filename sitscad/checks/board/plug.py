@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from sitscad.checks.board.coverlay import crossings
+from sitscad.checks.board.clearances import crossings
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -238,7 +237,7 @@ SPARE_CONTACTS = Case(
 )
 
 
-PLUG_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT117", "insertion-thickness", Severity.ERROR,
         "Bare contacts and stiffener have the thickness that the connector takes.",

@@ -8,15 +8,12 @@ from itertools import islice
 
 from sitscad.checks.board.clearances import drawn_rule
 from sitscad.checks.board.fabrication import FABRICATOR
-from sitscad.checks.cases import Case
-from sitscad.checks.rules import Complaint, Rule, Verdict
+from sitscad.checks.rules import Case, Complaint, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Severity, Shortfall
-from sitscad.remedy import room
-from sitscad.remedy.budget import winding_work
-from sitscad.remedy.fix import Fix
+from sitscad.remedy import moves
 from sitscad.remedy.moves import fewer_turns
-from sitscad.remedy.search import Left, first_that_mends, tried
+from sitscad.remedy.search import Fix, Left, first_that_mends, tried, winding_work
 from sitscad.spec.sensor import SensorSpec
 
 MOST_STEPS = 16
@@ -24,7 +21,7 @@ MOST_STEPS = 16
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """What the layout itself reported of one kind: it says what found no room."""
+    """What the layout itself reported of one kind: it says what found no moves."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_complaint(design, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -95,7 +92,7 @@ def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
         return plain
     assert plain.measured is not None and plain.limit is not None
     first = max(plain.limit - plain.measured, 0.5 * spec.fpc.rules.via_pad)
-    found = room.least(spec, room.larger_coils, lambda changed: _vias_fit(changed, left), first, left.wants_another)
+    found = moves.least(spec, moves.larger_coils, lambda changed: _vias_fit(changed, left), first, left.wants_another)
     if found is None:
         return plain
     more, fix = found
@@ -104,7 +101,7 @@ def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
 
 
 def _vias_fit(spec: SensorSpec, left: Left) -> bool:
-    return left.affords(winding_work(spec)) and room.inner_vias_fit(spec)
+    return left.affords(winding_work(spec)) and moves.inner_vias_fit(spec)
 
 
 def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | str:
@@ -116,10 +113,10 @@ def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | s
         return layout is not None and {lack.what for lack in layout.shortfalls} <= {Missing.TAIL_ROOM}
 
     def angle(of: SensorSpec) -> Fix | None:
-        return next((fix for fix in room.other_start_angles(of) if routes(fix.spec)), None)
+        return next((fix for fix in moves.other_start_angles(of) if routes(fix.spec)), None)
 
-    near, first = room.nearest_distance(spec), room.lead_room(spec)
-    found = None if near is None else room.least(spec, room.coils_apart, routes, first, left.wants_another)
+    near, first = moves.nearest_distance(spec), moves.lead_room(spec)
+    found = None if near is None else moves.least(spec, moves.coils_apart, routes, first, left.wants_another)
     if near is not None and found is not None:
         more, fix = found
         words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
@@ -129,8 +126,8 @@ def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | s
         return f"{turned.words} gives them one{tried(turned, left)}"
     if near is None:
         return ""
-    more = room.GROWTH * first
-    apart = room.coils_apart(spec, more)
+    more = moves.GROWTH * first
+    apart = moves.coils_apart(spec, more)
     turned = angle(apart.spec)
     if turned is None:
         return ""
@@ -151,7 +148,7 @@ def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: 
 
 def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint | str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
-    for fix in room.wider_connectors(design.spec):
+    for fix in moves.wider_connectors(design.spec):
         layout = left.drawn(fix.spec)
         if layout is not None and not layout.shortfalls:
             pitch = fix.spec.fpc.tail.connector.pitch if fix.spec.fpc.tail is not None else 0.0
@@ -172,7 +169,7 @@ _ROOM: dict[Missing, Callable[[Design, Complaint, Left], Complaint | str]] = {
 NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot be driven")
 
 
-ROOM_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT111", "no-way-out", Severity.ERROR, "Every coil leads from one contact to the other.",
         "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",

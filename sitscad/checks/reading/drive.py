@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.cases import Case
 from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
@@ -17,7 +16,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.readout.converter import source_in_all
@@ -247,7 +246,7 @@ UNSURE_DRIVE = Case(
 )
 
 
-DRIVE_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT204", "drive-amplitude", Severity.ERROR,
         "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "

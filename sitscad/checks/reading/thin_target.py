@@ -6,10 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.cases import Case
-from sitscad.checks.own_limits import own_limits
 from sitscad.checks.reading.readings import Reading, readings_of, where
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth
@@ -225,7 +223,7 @@ POOR_CONDUCTOR = Case(
 )
 
 
-THIN_TARGET_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT305", "target-thickness", Severity.ERROR,
         f"A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "

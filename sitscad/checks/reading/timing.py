@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from sitscad.checks.cases import Case, worded
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, worded
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.readout.converter import Converter, source_in_all
-from sitscad.remedy.fix import Fix
 from sitscad.remedy.moves import scans
-from sitscad.remedy.search import Left, first_that_mends, in_vain, tried
+from sitscad.remedy.search import Fix, Left, first_that_mends, in_vain, tried
 from sitscad.spec import presets
 from sitscad.units import show
 
@@ -237,7 +235,7 @@ ODD_CLOCK = Case(
 )
 
 
-TIMING_RULES: tuple[Rule, ...] = (
+RULES: tuple[Rule, ...] = (
     Rule("SIT207", "input-frequency", Severity.ERROR,
          "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
          "A faster input is counted wrongly.", "A faster clock, or a larger divider.",

@@ -1,4 +1,5 @@
-"""Hints of SIT014 and SIT016, for specs that were refused because coils or turns lack room: what is named was tried.
+"""Hints and fixes for specs that were refused: each is written into the text, which is read again; where coils or turns
+lack room (SIT014, SIT016), what is named was laid out.
 
 Loading knows in closed form how far apart coils must be and how many turns fit, not what their leads and vias need
 besides: whoever followed that was refused again, by SIT112 or SIT113.
@@ -7,20 +8,53 @@ besides: whoever followed that was refused again, by SIT112 or SIT113.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 from sitscad.checks.rules import Rule, apply_rule
 from sitscad.checks.trials import NOT_FURTHER, Trials, as_written
 from sitscad.design import Design
 from sitscad.finding import Edit, Finding, Missing, Remedy, Severity
-from sitscad.remedy import room
-from sitscad.remedy.budget import Budget, estimate_work, winding_work
-from sitscad.remedy.fix import Fix, fail
+from sitscad.remedy import moves
+from sitscad.remedy.mending import Applied, is_better, is_further
 from sitscad.remedy.moves import fewer_turns
-from sitscad.remedy.search import Left
+from sitscad.remedy.search import Budget, Fix, Left, estimate_work, fail, winding_work
+from sitscad.spec.load import load_text
 from sitscad.spec.resolver.coils import least_scale
+from sitscad.spec.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.source import SpecSource
+
+
+def tried(error: SpecError, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings of a spec that could not be loaded, with those of their fixes with which they are gone and nothing else
+    is wrong; those about other files have none.
+    """
+    source = error.source
+    if source is None:
+        return tuple(replace(finding, fixes=()) for finding in findings)
+    return tuple(
+        replace(finding, fixes=tuple(_mending(finding, error, source)) if finding.file is None else ())
+        for finding in findings
+    )
+
+
+def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterable[Remedy]:
+    """Of a finding's fixes those with which the text can be read, or is read further than before."""
+    for remedy in finding.fixes:
+        try:
+            edits = completed(source.text, remedy.edits)
+            load_text(rewritten(source.text, edits), source.path)
+        except CannotWriteError:
+            continue
+        except SpecError as left:
+            if is_further(error.findings, left.findings) or is_better(
+                Applied(finding, remedy), error.findings, left.findings
+            ):
+                yield replace(remedy, edits=edits)
+            continue
+        yield replace(remedy, edits=edits)
 
 MOST_COILS = 4
 """Each trial of a larger array would take many seconds: they keep the hint in closed form."""
@@ -74,13 +108,13 @@ class _Search:
         for fix in fewer_turns(self._spec, most, MOST_STEPS):
             if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec)):
                 break
-            if room.inner_vias_fit(fix.spec):
+            if moves.inner_vias_fit(fix.spec):
                 fitting.append(fix)
         return fitting
 
     def _apart(self, spec: SensorSpec) -> Fix | None:
         """The least distance of the coils that leaves room for the leads and vias between them."""
-        near = room.nearest_distance(spec)
+        near = moves.nearest_distance(spec)
         scale = None if near is None else least_scale(spec.array, spec.coil)
         if near is None or scale is None:
             return None
@@ -88,7 +122,7 @@ class _Search:
         beside = _written_apart(spec, near, by)
         if self._is_led_out(beside.spec):
             return beside
-        found = room.least(beside.spec, room.coils_apart, self._is_led_out, room.lead_room(beside.spec))
+        found = moves.least(beside.spec, moves.coils_apart, self._is_led_out, moves.lead_room(beside.spec))
         return None if found is None else _written_apart(spec, near, by + found[0])
 
     def _is_led_out(self, spec: SensorSpec) -> bool:
@@ -116,7 +150,7 @@ def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
     """Coils farther apart by so much (m), rounded up as it is written."""
     if spec.array.pitch is None:
         scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
-        return room.coils_apart(spec, near * (scale - 1.0))
+        return moves.coils_apart(spec, near * (scale - 1.0))
     pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
     # pitch and nearest distance grow alike: coils of a triangle and a grid stand one pitch apart
-    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), room.coils_apart(spec, pitch - spec.array.pitch).spec)
+    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), moves.coils_apart(spec, pitch - spec.array.pitch).spec)

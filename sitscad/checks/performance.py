@@ -1,29 +1,145 @@
-"""SIT401 to SIT406: resolution, crosstalk, errors by tilt, of friction and by temperature against what is required."""
+"""SIT401 to SIT409: whether the sensor feels forces as finely and as truly as the spec requires, by the quick method,
+worked out once a design; and what a reading can mean at all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import wraps
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.checks.cases import Case
-from sitscad.checks.feeling.felt import (
-    NOISE_STEPS_SOURCE,
-    farthest,
-    more_signal,
-    note_reached,
-    where_felt,
-    where_held,
-    worst,
-)
-from sitscad.checks.rules import Rule, Undecided, Verdict
+from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import Reached
+from sitscad.readout.converter import source_in_all
+from sitscad.record import record
+from sitscad.remedy.pads import other_metals, other_silicones, other_thicknesses, slower_scans
+from sitscad.remedy.search import first_tried
+from sitscad.spec.sensor import Requirements, SensorSpec
+from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.quick import QuickPerformance
+
+
+NOTHING_FELT = Undecided(
+    "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
+)
+
+GIVES_WAY = (
+    "the pad gives way sideways {where} (SIT304 and SIT312 judge that): nothing can be said of what is felt there"
+)
+
+NOISE_STEPS_SOURCE = (
+    f"noise by {source_in_all('noise_law')}, slopes as in the states and SIT218, pad by its law; within a few per cent "
+    "of `response --performance`, tilts 10 %"
+)
+
+
+def note_reached(design: Design, reached: Reached) -> None:
+    """Keep what is felt beside what is asked, met or not."""
+    design.once("reached", dict[str, Reached])[reached.requirement] = reached
+
+
+def noted(design: Design) -> tuple[Reached, ...]:
+    """What was kept, in the order of the rules; where something was, also what warmth after the tare makes of nothing
+    at all, asked or not: it is most of what many sensors are off by.
+    """
+    kept = sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule)
+    found, needs = design.felt if kept else None, design.spec.requirements
+    if found is None or not found.held[0]:
+        return tuple(kept)
+    end = farthest(needs)
+    drift = abs(end - needs.temperature) * found.warmed[0].temperature
+    k = int(np.argmax(drift / found.bench.full_scales))
+    at = f"between {needs.temperature:.3g} and {end:.3g} degC"
+    return (*kept, Reached("zero_drift", "SIT406", float(drift[k]), None, "N", _along(found.bench.names[k]), at))
+
+
+def farthest(needs: Requirements) -> float:
+    """The temperature (degrees Celsius) of the required range that is farthest from the tare's; `WARMER` where none is
+    required, as in the budget of errors.
+    """
+    from sitscad.estimates.performance.causes import WARMER  # loaded by whatever feels
+
+    ends = needs.temperature_range or (needs.temperature + WARMER,)
+    return max(ends, key=lambda end: abs(end - needs.temperature))
+
+
+def _along(axis: str) -> str:
+    return axis.replace("_", " along ")
+
+
+def where_felt(rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],) -> Callable[[Design], Iterator[Verdict]]:
+    """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
+    to feel, and of points at which the pad gives way.
+    """
+
+    @wraps(rule)
+    def apply(design: Design) -> Iterator[Verdict]:
+        found = design.felt
+        if found is None:
+            yield NOTHING_FELT
+        else:
+            yield from rule(found, design)
+            lost = [at for at, is_held in zip(POINTS, found.held, strict=True) if not is_held]
+            if lost:
+                yield Undecided(GIVES_WAY.format(where=lost[0]))
+
+    return apply
+
+
+def where_held(
+    rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
+) -> Callable[[QuickPerformance, Design], Iterator[Verdict]]:
+    """A rule about the whole working range: nothing where the pad gives way within it, and so undecided."""
+
+    @wraps(rule)
+    def apply(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+        if found.is_range_held:
+            yield from rule(found, design)
+        elif all(found.held):
+            yield Undecided(GIVES_WAY.format(where="under full shear"))
+
+    return apply
+
+
+POINTS = ("at rest", "at half load", "at full load")
+"""The working points, in words."""
+
+
+@record
+class Worst:
+    """The largest of some figures, and where it is."""
+
+    value: float
+    axis: str
+    at: str
+
+
+def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
+    """The largest of what `of` gives for a working point and an axis by their numbers, where the pad holds the target;
+    None without such axes.
+    """
+    names = found.bench.names
+    each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
+            where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
+    return max(each, key=lambda one: one.value, default=None)
+
+
+def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
+    """A hint with metals and pads that feel more per newton; with a factor, first as many times fewer scans."""
+    slower = [list(slower_scans(spec, factor))] if factor is not None else []
+    pads = [list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))]
+    return first_tried([*slower, list(other_metals(spec)), *pads])
+
+
+def less_travel(spec: SensorSpec) -> Advice:
+    """A hint with pads on which the target moves less."""
+    return first_tried([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
 
 SHEARS = ("shear_x", "shear_y")
 
@@ -185,7 +301,59 @@ _WEAK = (
     "middles, more distance from metal behind the coils"
 )
 
-REQUIREMENT_RULES: tuple[Rule, ...] = (
+BESIDE_NOISE = 10.0
+"""How many times the resolution one degree of tilt may be read as before it is worth a note."""
+
+
+@where_felt
+@where_held
+def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+    """Whether two loads within what is required read alike."""
+    twins = design.twins
+    if twins is not None:
+        words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
+                              for k, name in enumerate(("normal", "shear_x", "shear_y")) if name in found.bench.names)
+                 for load in twins]
+        yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
+
+
+@where_felt
+def tilt_beside_noise(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+    """One degree of tilt against the noise."""
+    from sitscad.estimates.performance.tilts import DEGREE
+
+    def over_noise(point: int, axis: int) -> float:
+        here = found.points[point]
+        return float(here.tilt_errors(DEGREE)[axis].max() / here.noise[axis])
+
+    most = worst(found, found.bench.names, over_noise)
+    if most is not None and most.value > BESIDE_NOISE:
+        point = found.points[POINTS.index(most.at)]
+        k = [name.replace("_", " along ") for name in found.bench.names].index(most.axis)
+        yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
+                                force=float(point.tilt_errors(DEGREE)[k].max()), noise=float(point.noise[k]))
+
+
+def unseen_shear(design: Design) -> Iterator[Verdict]:
+    """Shear that is to be borne and that a coil alone reads as normal force."""
+    if len(design.spec.array.placements) == 1:
+        yield UNSEEN.found("requirements.shear_force", force=design.spec.requirements.shear_force or 0.0)
+
+
+AMBIGUOUS = Case("two loads within what is required read alike: {one}, and {other}; no map tells them apart",)
+TILT_COVERS = Case(
+    "one degree of tilt is read as {force:N,2} of {axis} ({at}), {measured:.0f} times the noise of {noise:N,2}: the "
+    "contact's tilt, not the noise, says how fine it is",
+    hint="a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
+         "requirements.tilt with tilt_error, so that it is judged",
+)
+UNSEEN = Case(
+    "one coil alone sees no shear: {force:N} of it are borne, and what they do to the target is read as normal force",
+    hint="two coils in line tell shear along them, three or four both axes",
+)
+
+
+RULES: tuple[Rule, ...] = (
     Rule(
         "SIT401", "normal-resolution", Severity.ERROR,
         "One sigma of noise of the normal force is within requirements.normal_resolution at rest, half and full load.",
@@ -235,4 +403,22 @@ REQUIREMENT_RULES: tuple[Rule, ...] = (
         NOISE_STEPS_SOURCE + "; expansion and modulus by data/elastomers.csv, unverified: a warning",
         ("target", "elastomer", "temperature error"), temperature_error,
     ),
+    Rule(
+        "SIT407", "ambiguous-map", Severity.NOTE,
+        "No two loads within the required ones, a tenth of full scale apart or more, give one reading.",
+        "Where they do, the map from readings to forces cannot be inverted: no calibration helps.",
+        "Less travel (a stiffer pad), a target whose edges stay over the coils, or another coil.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "feeling"), two_loads_one_reading,
+    ),
+    Rule(
+        "SIT408", "tilt-beside-noise", Severity.NOTE,
+        f"One degree of tilt is read as at most {BESIDE_NOISE:.0f} times the noise of every axis.",
+        "A resolution that tilt covers is none in use.",
+        "Keep the face level, or calibrate with the tilts of use; state tilt and tilt_error.", NOISE_STEPS_SOURCE,
+        ("target", "elastomer", "feeling"), tilt_beside_noise,
+    ),
+    Rule("SIT409", "unseen-shear", Severity.NOTE, "A sensor that has to bear shear has coils that can see it.",
+         "A coil alone reads how near the target is and how much of it lies over the coil, and cannot tell them apart.",
+         "Two coils in line, or three or four.", "one reading, two unknowns (derived)",
+         ("target", "elastomer", "shear force"), unseen_shear),
 )
