@@ -19,7 +19,7 @@ from sitscad.finding import Severity
 if TYPE_CHECKING:
     from sitscad import SensorSpec
     from sitscad.policy import Baseline
-    from sitscad.report.findings import CheckedSpec, Manner
+    from sitscad.report.findings import CheckedSpec, OutputOptions
 
 
 class Example(click.Command):
@@ -151,15 +151,15 @@ def coloured(stream: Any) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
-def layout_of(stream: Any, named: bool = False, **asked: Any) -> Manner:
+def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
     """How findings are laid out on a stream: with colours or not, and folded at the terminal's width or the columns
     that COLUMNS names; not folded in a pipe, where a finding stays one line for whatever searches it.
     """
-    from sitscad.report.findings import Manner
+    from sitscad.report.findings import OutputOptions
 
     is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
     width = shutil.get_terminal_size().columns if is_folded else None
-    return Manner(coloured(stream), named=named, width=width, **asked)
+    return OutputOptions(coloured(stream), named=named, width=width, **asked)
 
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from sitscad.finding import Finding, Ignored, NotChecked, Place, Severity
 from sitscad.measured import Signal
-from sitscad.report.findings import CheckedSpec, Manner, as_json, as_text, excerpt, printable
+from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text, excerpt, printable
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"
 ERROR = Finding("SIT201", "floor", Severity.ERROR, "too weak", "more turns", "coil.turns", 4, 2, 1.4e-7, 2e-7, "H")
@@ -18,7 +18,7 @@ SKIPPED = tuple(NotChecked(rule, "no mount") for rule in ("SIT301", "SIT302"))
 CHECKED = CheckedSpec("a b.yaml", TEXT, (ERROR, NOTE), SKIPPED)
 
 WEAK = Finding("SIT217", "small", Severity.WARNING, "hardly felt", "a thinner pad", "coil", 3, 1, detail="by 3 steps")
-WHOLE = Manner(verbose=True)
+WHOLE = OutputOptions(verbose=True)
 
 BRIEF = """\
 a b.yaml:4:2 SIT201 error too weak
@@ -62,17 +62,20 @@ def test_whole_text_is_one_line_a_finding_with_its_source_detail_and_hint():
 @pytest.mark.parametrize(("fail_on", "told"), [("error", 0), ("warning", 1), ("note", 2)])
 def test_what_fails_the_command_is_told_in_full(fail_on, told):
     milder = CheckedSpec("a.yaml", TEXT, (replace(NOTE, hint="so"), WEAK))
-    text = as_text([milder], Manner(fail_on=Severity(fail_on)))
+    text = as_text([milder], OutputOptions(fail_on=Severity(fail_on)))
     assert text.count("hint: ") == told
     assert ("check -v shows notes" in text) == (fail_on != "note") and "SIT217 warning hardly felt\n" in text
 
 
-@pytest.mark.parametrize("manner", [Manner(width=40), Manner(verbose=True, width=40)], ids=["brief", "whole"])
-def test_lines_are_folded_at_the_width_and_say_all_the_same(manner):
+NARROW = OutputOptions(width=40)
+
+
+@pytest.mark.parametrize("output", [NARROW, replace(NARROW, verbose=True)], ids=["brief", "whole"])
+def test_lines_are_folded_at_the_width_and_say_all_the_same(output):
     long = replace(WEAK, message="the reading of 12 mm changes by 3 %, " * 5 + "C1", hint="a thinner pad " * 9)
     checked = CheckedSpec("a.yaml", "coil: {" + "turns: 6, " * 90 + "}", (replace(long, line=1),), SKIPPED, signals=(
         Signal("C1", 1.0, 1e-6, -1e-9, 1e-10, 10.0, 1.0, -0.01, 0.005, 90.0),))  # fmt: skip
-    folded, plain = (as_text([checked], each) for each in (manner, replace(manner, width=None)))
+    folded, plain = (as_text([checked], each) for each in (output, replace(output, width=None)))
     assert max(map(len, folded.splitlines())) <= 40 < max(map(len, plain.splitlines()))
     assert "3\n" not in folded and "12\n" not in folded, "a number stands apart from its unit"
     words = [[w for line in text.splitlines() if " | " not in line for w in line.split()] for text in (folded, plain)]
@@ -90,8 +93,8 @@ def test_an_excerpt_is_as_long_as_there_is_room_and_points_at_the_column(column)
 def test_colours_are_added_around_the_same_text():
     import re
 
-    for manner in (WHOLE, Manner(), Manner(width=30)):
-        plain, coloured = (as_text([CHECKED], replace(manner, colour=on)) for on in (False, True))
+    for output in (WHOLE, OutputOptions(), OutputOptions(width=30)):
+        plain, coloured = (as_text([CHECKED], replace(output, colour=on)) for on in (False, True))
         assert coloured != plain
         assert re.sub(r"\x1b\[[\d;]*m", "", coloured) == plain
 

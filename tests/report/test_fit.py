@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.measured import Measure, Share
-from sitscad.report.findings import CheckedSpec, Manner, as_json, as_text
+from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
 from sitscad.report.measures import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
 from sitscad.scene.fit import fit
 
@@ -38,7 +38,7 @@ def test_the_line_says_what_is_to_spare(sizes, words):
 def test_a_sensor_that_passes_prints_its_margin():
     checked = CheckedSpec("a.yaml", "", (), fit=(measure(4.6e-3, 4.7e-3, 4.95e-3),))
     assert "fit: closed pair at worst 4.95 of 5 mm, 50 um to spare\n" in as_text([checked])
-    whole = as_text([checked], Manner(verbose=True))
+    whole = as_text([checked], OutputOptions(verbose=True))
     assert "fit: closed pair 4.6, by root-sum-square 4.7, at worst 4.95 of 5 mm, 50 um to spare\n" in whole
     assert "fit:" not in as_text([CheckedSpec("a.yaml", "", ())])
 

@@ -33,7 +33,7 @@ def unescaped(text: str) -> str:
 
 
 def test_a_finding_is_an_annotation_at_its_place():
-    first, unread, *_ = commands(render(told.BOTH, told.MANNER))
+    first, unread, *_ = commands(render(told.BOTH, told.OUTPUT))
     assert first == {
         "name": "error",
         "file": "sensors/first, 100%: new.yaml",
@@ -46,21 +46,21 @@ def test_a_finding_is_an_annotation_at_its_place():
 
 
 def test_errors_come_first_and_names_are_githubs():
-    names = [command["name"] for command in commands(render(told.BOTH, told.MANNER))]
+    names = [command["name"] for command in commands(render(told.BOTH, told.OUTPUT))]
     assert names == ["error", "error", "warning", "warning", "notice", "notice"]
 
 
 def test_no_text_of_a_spec_becomes_a_command():
-    lines = render(told.BOTH, told.MANNER).splitlines()
+    lines = render(told.BOTH, told.OUTPUT).splitlines()
     assert len(commands("\n".join(lines))) == len([line for line in lines if line.startswith("::")]) == 6
     hostile = replace(told.FIRST, path="x\n::error::y")
-    assert len(commands(render((hostile,), told.MANNER))) == 5
+    assert len(commands(render((hostile,), told.OUTPUT))) == 5
 
 
 def test_the_ten_worst_are_shown_and_the_others_counted():
     milds = tuple(Finding("SIT206", "x", Severity.WARNING, str(i), line=i + 1) for i in range(SHOWN + 4))
     many = CheckedSpec("many.yaml", "", (*milds, told.TURNS))
-    text = render((many,), told.MANNER)
+    text = render((many,), told.OUTPUT)
     found = commands(text)
     assert len(found) == SHOWN and found[0]["name"] == "error"
     assert f"the {SHOWN} worst of 15 findings" in text

@@ -18,7 +18,7 @@ from sitscad.report.findings.ci import junit as render
 @pytest.fixture
 def written(tmp_path):
     path = tmp_path / "junit.xml"
-    path.write_text(render(told.BOTH, told.MANNER), encoding="utf-8")
+    path.write_text(render(told.BOTH, told.OUTPUT), encoding="utf-8")
     return path
 
 
@@ -80,7 +80,7 @@ def test_counts_stand_at_suites_and_in_all(written):
 )
 def test_what_fails_the_command_fails_the_case(tmp_path, fail_on, failed):
     path = tmp_path / "junit.xml"
-    path.write_text(render((told.FIRST,), replace(told.MANNER, fail_on=fail_on)), encoding="utf-8")
+    path.write_text(render((told.FIRST,), replace(told.OUTPUT, fail_on=fail_on)), encoding="utf-8")
     (cases,) = outcomes(path).values()
     assert {rule for rule, outcome in cases.items() if outcome == "failed"} == failed
 
@@ -94,6 +94,6 @@ def test_milder_findings_stand_in_the_output(written):
 def test_any_text_is_xml(tmp_path):
     hostile = Finding("SIT001", "x", Severity.ERROR, "]]><&\x00\x0b\ud800\ufffe\x1b", "\x7f\u2028", None, 1, 1)
     path = tmp_path / "junit.xml"
-    path.write_text(render((CheckedSpec("<&\x01.yaml", "", (hostile,)),), told.MANNER), encoding="utf-8")
+    path.write_text(render((CheckedSpec("<&\x01.yaml", "", (hostile,)),), told.OUTPUT), encoding="utf-8")
     (cases,) = outcomes(path).values()
     assert cases["SIT001"] == "error"

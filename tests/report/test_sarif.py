@@ -12,7 +12,7 @@ import told
 
 import sitscad
 from sitscad.inspection import inspect
-from sitscad.report.findings import CheckedSpec, Manner
+from sitscad.report.findings import CheckedSpec, OutputOptions
 from sitscad.report.findings.ci import extent
 from sitscad.report.findings.ci import sarif as render
 
@@ -22,8 +22,8 @@ VALID = jsonschema.validators.validator_for(SCHEMA)(SCHEMA)
 TEMPLATES = sorted((HERE.parents[1] / "templates").glob("*.yaml"))
 
 
-def document_of(checked: tuple[CheckedSpec, ...], manner: Manner = told.MANNER) -> dict:
-    document = json.loads(render(checked, manner))
+def document_of(checked: tuple[CheckedSpec, ...], output: OutputOptions = told.OUTPUT) -> dict:
+    document = json.loads(render(checked, output))
     VALID.validate(document)
     return document
 
@@ -43,7 +43,7 @@ def test_it_is_valid_by_the_official_schema():
 
 
 def test_the_validator_does_refuse():
-    document = json.loads(render(told.BOTH, told.MANNER))
+    document = json.loads(render(told.BOTH, told.OUTPUT))
     document["runs"][0]["results"][0]["level"] = "fatal"
     assert not VALID.is_valid(document)
 
@@ -93,10 +93,10 @@ def test_a_region_ends_where_the_value_does(line, column, text):
 
 def test_paths_count_from_the_root(tmp_path):
     spec = replace(told.FIRST, path=str(tmp_path / "sensors" / "a b.yaml"))
-    (run,) = document_of((spec,), replace(told.MANNER, root=str(tmp_path)))["runs"]
+    (run,) = document_of((spec,), replace(told.OUTPUT, root=str(tmp_path)))["runs"]
     place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
     assert place == {"uri": "sensors/a%20b.yaml", "uriBaseId": "%SRCROOT%"}
-    (run,) = document_of((spec,), replace(told.MANNER, root=str(tmp_path / "other")))["runs"]
+    (run,) = document_of((spec,), replace(told.OUTPUT, root=str(tmp_path / "other")))["runs"]
     place = run["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
     assert place["uri"].startswith("file:///") and "uriBaseId" not in place
 

@@ -33,7 +33,7 @@ BY_HAND = {"SIT111": "array.count", "SIT121": "coil", "SIT309": "shield", "SIT01
 
 
 def results_of(checked: CheckedSpec) -> list[dict]:
-    document = json.loads(render((checked,), told.MANNER))
+    document = json.loads(render((checked,), told.OUTPUT))
     VALID.validate(document)
     return document["runs"][0]["results"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sitscad
 from sitscad.finding import Finding, Ignored, NotChecked, Place, Severity
-from sitscad.report.findings import CheckedSpec, Manner
+from sitscad.report.findings import CheckedSpec, OutputOptions
 
 TEXT = """\
 sitscad: 1
@@ -46,4 +46,4 @@ SECOND = CheckedSpec(
     "second.yaml", "sitscad: 1\n\ta: b\n", (UNREAD,), (NotChecked("SIT002", "the spec could not be read"),)
 )
 BOTH = (FIRST, SECOND)
-MANNER = Manner(rules=tuple(sitscad.RULES))
+OUTPUT = OutputOptions(rules=tuple(sitscad.RULES))

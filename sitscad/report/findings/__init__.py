@@ -15,24 +15,24 @@ from sitscad.report.findings.checked import (
     worst_first,
 )
 from sitscad.report.findings.document import as_json, finding_json, json_document, to_json
-from sitscad.report.findings.text import Manner, RuleTexts, as_text, printable, styled, summary
+from sitscad.report.findings.text import OutputOptions, RuleTexts, as_text, printable, styled, summary
 
 __all__ = [
-    "FINDING_FORMATS", "CheckedSpec", "Manner", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
+    "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
     "excerpt", "finding_json", "in_order", "json_document", "numbered_places", "printable", "styled", "summary",
     "to_json", "worst_first",
 ]
 
-Format = Callable[[Sequence[CheckedSpec], Manner], str]
+Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]
 
 
 def _late(name: str) -> Format:
     """A form of `ci`, which is loaded when it is first asked for: a check that is read needs none of it."""
-    return lambda checked, manner: getattr(import_module("sitscad.report.findings.ci"), name)(checked, manner)
+    return lambda checked, output: getattr(import_module("sitscad.report.findings.ci"), name)(checked, output)
 
 
 FINDING_FORMATS: Mapping[str, Format] = {
-    "text": as_text, "json": lambda checked, manner: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
+    "text": as_text, "json": lambda checked, output: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
     "github": _late("github"),
 }
-"""How ``check`` can tell what it found: each takes the checked specs and the manner of telling."""
+"""How ``check`` can tell what it found: each takes the checked specs and the options of the output."""

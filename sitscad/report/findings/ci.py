@@ -21,7 +21,7 @@ from xml.etree.ElementTree import Element, SubElement
 from sitscad.finding import Finding, Ignored, Remedy, Severity
 from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, fingerprint, identities, worst_first
 from sitscad.report.findings.document import finding_json, to_json
-from sitscad.report.findings.text import Manner, RuleTexts, printable, summary
+from sitscad.report.findings.text import OutputOptions, RuleTexts, printable, summary
 from sitscad.spec.rewriting import CannotWriteError, rewritten
 from sitscad.version import __version__
 
@@ -34,10 +34,10 @@ _GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
 """The tag of a rule, by the first figure of its number."""
 
 
-def sarif(checked: Sequence[CheckedSpec], manner: Manner) -> str:
+def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """The SARIF document of some checked specs; deterministic: it holds neither times nor the machine's paths."""
-    indices = {rule.id: index for index, rule in enumerate(manner.rules)}
-    driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in manner.rules]}
+    indices = {rule.id: index for index, rule in enumerate(output.rules)}
+    driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in output.rules]}
     # What SARIF says of the run: rules that were not checked
     notifications = [
         {
@@ -55,7 +55,7 @@ def sarif(checked: Sequence[CheckedSpec], manner: Manner) -> str:
         "invocations": [{"executionSuccessful": True, "toolExecutionNotifications": notifications}],
         "originalUriBaseIds": {ROOT: {"description": {"text": "The folder of the repository."}}},
         "columnKind": "unicodeCodePoints",
-        "results": [result for spec in checked for result in _results(spec, manner, indices)],
+        "results": [result for spec in checked for result in _results(spec, output, indices)],
     }
     return to_json({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})
 
@@ -74,18 +74,23 @@ def _rule(rule: RuleTexts) -> dict[str, Any]:
     }
 
 
-def _results(spec: CheckedSpec, manner: Manner, indices: dict[str, int]) -> list[dict[str, Any]]:
+def _results(spec: CheckedSpec, output: OutputOptions, indices: dict[str, int]) -> list[dict[str, Any]]:
     ignored = {id(each.finding): each for each in spec.ignored}
     findings = [*spec.findings, *(each.finding for each in spec.ignored)]
     named = zip(findings, identities(findings), strict=True)
-    return [_result(spec, finding, name, manner, indices, ignored.get(id(finding))) for finding, name in named]
+    return [_result(spec, finding, name, output, indices, ignored.get(id(finding))) for finding, name in named]
 
 
 def _result(
-    spec: CheckedSpec, finding: Finding, name: str, manner: Manner, indices: dict[str, int], ignored: Ignored | None
+    spec: CheckedSpec,
+    finding: Finding,
+    name: str,
+    output: OutputOptions,
+    indices: dict[str, int],
+    ignored: Ignored | None,
 ) -> dict[str, Any]:
-    where = _artifact(manner.uri_from_root(finding.file or spec.path))
-    mark = fingerprint(manner.path_from_root(spec.path), name)
+    where = _artifact(output.uri_from_root(finding.file or spec.path))
+    mark = fingerprint(output.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
     # What the finding's JSON has beyond what SARIF has a place for
     entry = finding_json(finding)
@@ -176,35 +181,35 @@ def extent(line: str, column: int) -> int:
     return max(1, found.end() if found else 1)
 
 
-def junit(checked: Sequence[CheckedSpec], manner: Manner) -> str:
+def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """The XML document of some checked specs."""
     top = Element("testsuites", name="sitscad")
     for spec in checked:
-        _suite(top, spec, manner)
+        _suite(top, spec, output)
     for count in ("tests", "failures", "errors", "skipped"):
         top.set(count, str(sum(int(suite.get(count, "0")) for suite in top)))
     ElementTree.indent(top, " ")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(top, encoding="unicode")}\n'
 
 
-def _suite(top: Element, spec: CheckedSpec, manner: Manner) -> None:
-    path = _shown(manner.path_from_root(spec.path))
+def _suite(top: Element, spec: CheckedSpec, output: OutputOptions) -> None:
+    path = _shown(output.path_from_root(spec.path))
     suite = SubElement(top, "testsuite", name=path)
-    rules = {rule.id: rule.name for rule in manner.rules}
+    rules = {rule.id: rule.name for rule in output.rules}
     rules |= {finding.rule: finding.name for finding in spec.findings}
     for rule in sorted(rules):
-        _case(suite, spec, manner, path, rule, rules[rule])
+        _case(suite, spec, output, path, rule, rules[rule])
     for count, kind in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
         suite.set(count, str(sum(case.find(kind) is not None for case in suite)))
     suite.set("tests", str(len(suite)))
     suite.set("time", "0")
 
 
-def _case(suite: Element, spec: CheckedSpec, manner: Manner, path: str, rule: str, name: str) -> None:
+def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
     """Add one rule as a test, with what it found."""
     found = [finding for finding in spec.findings if finding.rule == rule]
     case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
-    failing = [finding for finding in found if finding.severity.weighs(manner.fail_on)]
+    failing = [finding for finding in found if finding.severity.weighs(output.fail_on)]
     if failing:
         first = failing[0]
         kind = "error" if rule.startswith("SIT0") else "failure"
@@ -241,19 +246,19 @@ SHOWN = 10
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
 
-def github(checked: Sequence[CheckedSpec], manner: Manner) -> str:
+def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """The worst ten findings as annotations, how many there are besides, and the line that ends every report."""
     pairs = worst_first(checked)
-    lines = [_command(spec, finding, manner) for spec, finding in pairs[:SHOWN]]
+    lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
     if len(pairs) > SHOWN:
         lines.append(f"sitscad: the {SHOWN} worst of {len(pairs)} findings are annotated; the others are not.")
     return "\n".join([*lines, f"sitscad: {summary(checked)}"]) + "\n"
 
 
-def _command(spec: CheckedSpec, finding: Finding, manner: Manner) -> str:
+def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
     places = {"line": finding.line, "col": finding.column}
     properties = {
-        "file": manner.path_from_root(finding.file or spec.path),
+        "file": output.path_from_root(finding.file or spec.path),
         **{name: str(value) for name, value in places.items() if value is not None},
         "title": f"{finding.rule} {finding.name}",
     }

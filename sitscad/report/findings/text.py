@@ -1,4 +1,4 @@
-"""Findings as text for a person: short first, and all of it where `Manner.verbose` asks for it.
+"""Findings as text for a person: short first, and all of it where `OutputOptions.verbose` asks for it.
 
 The short form tells in full what fails the command, a warning in a line, counts the rest and says how to see it. The
 whole form has ``file:line:column rule severity message``, the offending line and the hint of every finding, every rule
@@ -44,7 +44,7 @@ class RuleTexts(Protocol):
 
 
 @record
-class Manner:
+class OutputOptions:
     """How findings are told.
 
     ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
@@ -79,43 +79,43 @@ class Manner:
         return quote(os.fsencode(name))
 
 
-_BRIEF = Manner()
+_BRIEF = OutputOptions()
 
 
-def as_text(checked: Sequence[CheckedSpec], manner: Manner = _BRIEF) -> str:
+def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> str:
     """The findings of all specs, what their coils feel and how they fit, and the verdict in the end.
 
-    Every line names its spec where there are several, or `Manner.named` says that others are told before or after;
-    several specs have their figures in the whole form only.
+    Every line names its spec where there are several, or `OutputOptions.named` says that others are told before or
+    after; several specs have their figures in the whole form only.
     """
-    name_it, colour = manner.named or len(checked) > 1, manner.colour
-    groups = [group for spec in checked for group in _findings_text(spec, manner)]
-    if manner.verbose or not name_it:
-        groups += [_figures_text(spec, name_it, manner) for spec in checked]
-    name = _named(checked[0], manner.named) if len(checked) == 1 else ""
-    if manner.verbose:
-        last = [line for spec in checked for line in _reasons_text(spec, name_it, manner)]
+    name_it, colour = output.named or len(checked) > 1, output.colour
+    groups = [group for spec in checked for group in _findings_text(spec, output)]
+    if output.verbose or not name_it:
+        groups += [_figures_text(spec, name_it, output) for spec in checked]
+    name = _named(checked[0], output.named) if len(checked) == 1 else ""
+    if output.verbose:
+        last = [line for spec in checked for line in _reasons_text(spec, name_it, output)]
     else:
-        last = _not_checked_text(checked, name, manner)
-    last += [line for spec in checked for line in _ignored_text(spec, name_it, manner)]
-    said = summary(checked, colour) if manner.verbose else verdict(checked, colour) + _unsaid(checked, manner)
+        last = _not_checked_text(checked, name, output)
+    last += [line for spec in checked for line in _ignored_text(spec, name_it, output)]
+    said = summary(checked, colour) if output.verbose else verdict(checked, colour) + _unsaid(checked, output)
     last += [name + line for line in (*_fixes_text(checked), said)]
     return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
 
-def _findings_text(spec: CheckedSpec, manner: Manner) -> list[list[str]]:
+def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     """The findings of one spec as groups of lines: each that is told in full is one, all warnings in a line another."""
-    if manner.verbose:
-        return [_in_full(spec, finding, manner) for finding in in_order(spec.findings)]
+    if output.verbose:
+        return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
     found = by_weight(spec.findings)
-    full = [_in_full(spec, finding, manner) for finding in found if finding.severity.weighs(manner.fail_on)]
-    milder = [f for f in found if f.severity is Severity.WARNING and not f.severity.weighs(manner.fail_on)]
-    return [*full, [line for finding in milder for line in _head(spec, finding, manner)]]
+    full = [_in_full(spec, finding, output) for finding in found if finding.severity.weighs(output.fail_on)]
+    milder = [f for f in found if f.severity is Severity.WARNING and not f.severity.weighs(output.fail_on)]
+    return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
 
 
-def _unsaid(checked: Sequence[CheckedSpec], manner: Manner) -> str:
+def _unsaid(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """What the short form left out of the findings, and how it is seen."""
-    milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(manner.fail_on)}
+    milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(output.fail_on)}
     words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
     told = " and ".join(word for severity, word in words.items() if severity in milder)
     return f" (check -v shows {told})" if told else ""
@@ -160,37 +160,37 @@ def printable(text: str) -> str:
     return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def _head(spec: CheckedSpec, finding: Finding, manner: Manner) -> list[str]:
+def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
     """Where a finding is and what it says."""
     where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
-    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], manner.colour)
+    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
     plain = f"{where} {finding.rule} {finding.severity.value} "
-    first, *others = _folded(plain, finding.message, INDENT, manner)
-    return [f"{styled(where, 'bold', manner.colour)} {finding.rule} {severity} {first[len(plain) :]}", *others]
+    first, *others = _folded(plain, finding.message, INDENT, output)
+    return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *others]
 
 
-def _in_full(spec: CheckedSpec, finding: Finding, manner: Manner) -> list[str]:
+def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
     """One finding with its line of the spec, what more there is to say and its hint."""
-    lines, text = _head(spec, finding, manner), spec.line(finding.line, finding.file)
+    lines, text = _head(spec, finding, output), spec.line(finding.line, finding.file)
     if text is not None:
         margin = f"{finding.line:>5} | "
-        shown, caret = excerpt(text, finding.column or 1, manner.width and manner.width - len(margin))
-        mark = styled("^", SEVERITY_COLOURS[finding.severity], manner.colour)
+        shown, caret = excerpt(text, finding.column or 1, output.width and output.width - len(margin))
+        mark = styled("^", SEVERITY_COLOURS[finding.severity], output.colour)
         lines += [f"{margin}{printable(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
     for word, told in (("detail", finding.detail), ("hint", finding.hint)):
-        lines += _folded(f"{'':{INDENT}}{word}: ", told, INDENT + len(word) + 2, manner) if told else []
+        lines += _folded(f"{'':{INDENT}}{word}: ", told, INDENT + len(word) + 2, output) if told else []
     return lines
 
 
-def _folded(head: str, text: str, indent: int, manner: Manner) -> list[str]:
+def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
     """A text after its head as lines no wider than the terminal, all but the first moved in."""
     text = printable(text)
-    if manner.width is None:
+    if output.width is None:
         return [head + text]
     from textwrap import wrap  # nobody's who writes into a file
 
     lines = wrap(
-        _UNIT.sub(_UNBROKEN, text), max(manner.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
+        _UNIT.sub(_UNBROKEN, text), max(output.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
         break_long_words=False, break_on_hyphens=False,
     )
     return [line.replace(_UNBROKEN, " ") for line in lines] or [head]
@@ -200,16 +200,16 @@ _UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V
 """A number and its unit stand in one line."""
 
 
-def _not_checked_text(checked: Sequence[CheckedSpec], name: str, manner: Manner) -> list[str]:
+def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputOptions) -> list[str]:
     """How many rules were not checked, and the reason if it is one, in a line that `name` begins."""
     reasons = [skipped.reason for spec in checked for skipped in spec.not_checked]
     if not reasons:
         return []
     several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
-    return _dim(_folded(f"{name}not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, manner), manner)
+    return _dim(_folded(f"{name}not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
 
 
-def _reasons_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
     """The rules of one spec that were not checked, one line a reason."""
     reasons: dict[str, list[str]] = {}
     requirements: list[str] = []  # all that are not stated make one line, not one each
@@ -224,20 +224,20 @@ def _reasons_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
     head = f"{_named(spec, name_it)}not checked: "
     told = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
-    return _dim((line for words in told for line in _folded(head, words, INDENT, manner)), manner)
+    return _dim((line for words in told for line in _folded(head, words, INDENT, output)), output)
 
 
-def _ignored_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
     """What is ignored with its reason, in the whole form one line a finding, else one line a rule and reason; and the
     errors among it that mark a package.
     """
     head = f"{_named(spec, name_it)}ignored: "
-    lines = [line for words in _ignored_words(spec, manner.verbose) for line in _folded(head, words, INDENT, manner)]
+    lines = [line for words in _ignored_words(spec, output.verbose) for line in _folded(head, words, INDENT, output)]
     if spec.silenced:
         rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
         marked = f"{rules}: a package is marked as one that is not to be ordered"
-        lines += _folded(f"{_named(spec, name_it)}silenced errors: ", marked, INDENT, manner)
-    return _dim(lines, manner)
+        lines += _folded(f"{_named(spec, name_it)}silenced errors: ", marked, INDENT, output)
+    return _dim(lines, output)
 
 
 def _ignored_words(spec: CheckedSpec, whole: bool) -> Iterator[str]:
@@ -252,7 +252,7 @@ def _ignored_words(spec: CheckedSpec, whole: bool) -> Iterator[str]:
         yield f"{rule} {f'{count} times ' if count > 1 else ''}{reason}"
 
 
-def _figures_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]:
+def _figures_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
     """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
@@ -265,20 +265,20 @@ def _figures_text(spec: CheckedSpec, name_it: bool, manner: Manner) -> list[str]
     if spec.fit:
         from sitscad.report.measures import closing_words, fit_words
 
-        rows += [("fit", fit_words(spec.fit, manner.verbose))]
+        rows += [("fit", fit_words(spec.fit, output.verbose))]
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
     width = max((len(label) for label, words in rows if words), default=0) + 2
     labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
     name = _named(spec, name_it)
-    return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, manner)]
+    return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, output)]
 
 
 def _named(spec: CheckedSpec, name_it: bool) -> str:
     return f"{printable(spec.path)}: " if name_it else ""
 
 
-def _dim(lines: Iterable[str], manner: Manner) -> list[str]:
-    return [styled(line, "dim", manner.colour) for line in lines]
+def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
+    return [styled(line, "dim", output.colour) for line in lines]
 
 
 def _in_runs(rules: list[str]) -> list[str]:
