@@ -1,6 +1,8 @@
 """The pieces of the sensor in their places: what each is, where it lies from above, and how high.
 
-Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face.
+Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face. They are those
+of the pieces alone; every glue line between the board and a piece of metal takes that farther away from the coils
+(`target_gap`, `shield_span`, `metal_face`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Lengths with their tolerances: what is written, and by how much each cause may change it."""
+"""The closed pair from back to back: every layer with its tolerance, and every glue line between.
+
+The spec's heights (`sitscad.scene.bodies`) are those of the pieces alone, as they are cut, printed and bought; what
+glue adds and how far each piece may be off is here, with what a process keeps and can make at least. Whether the pair
+passes its port is decided with these.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +16,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 
@@ -133,19 +138,34 @@ class Layer:
         return self.part.startswith(GLUE)
 
 
+_read = cache(rows)
+"""Tables by their name, read once: every size asks."""
+
 Levels = dict[str, tuple[Toleranced, Toleranced]]
 
 
 def column(layout: Layout) -> tuple[Layer, ...]:
     """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw."""
-    mount = layout.spec.mount
+    spec, mount = layout.spec, layout.spec.mount
     if mount is None or mount.jaw is None:
         return ()
-    jaw = mount.jaw
-    glued = [*_behind(layout.spec, mount), _board(layout), *_above(layout.spec)]
-    lines = (_glue(layout.spec, layer.part) for layer in glued)
-    stacked = [layer for pair in zip(lines, glued, strict=True) for layer in pair if layer is not None]
-    return (_jaw(layout.spec, jaw, "jaw"), *stacked, *_upon(layout.spec, jaw), _jaw(layout.spec, jaw, "opposing-jaw"))
+    jaw, assembly = mount.jaw, spec.assembly
+    finished, written = finished_thickness(layout, Where.COIL), assembly.tolerance("board")
+    board = Tolerance(finished.maximum - finished.nominal, finished.source)
+    board = board if written is None else Tolerance(written, WRITTEN)
+    stacked = [_layer("jaw", jaw.height, jaw_tolerance(spec, jaw.height))]
+    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
+    for layer in (*_behind(spec, mount), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
+        if assembly.glue_line:
+            glue = Tolerance(assembly.glue_tolerance, source)
+            stacked.append(_layer(f"{GLUE}{layer.part}", assembly.glue_line, glue))
+        stacked.append(layer)
+    film, pad = film_thickness(spec), jaw.opposing_pad_thickness  # neither is glued
+    if film:
+        stacked.append(_layer("encapsulation", film, _tolerance(spec, "encapsulation", "film", "coated", film)))
+    if pad:
+        stacked.append(_layer("opposing-pad", pad, _tolerance(spec, "opposing_pad", "opposing-pad", "moulded", pad)))
+    return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(spec, jaw.height)))
 
 
 def levels(layers: tuple[Layer, ...]) -> Levels:
@@ -197,7 +217,7 @@ def plate_tolerance(spec: SensorSpec, name: str, size: float) -> Tolerance:
     """Of the sides of the elastomer or the target."""
     if name == "target":
         return _tolerance(spec, "target_size", "edge", "cut", size)
-    return _elastomer(spec, "elastomer_size", "elastomer size")
+    return _of_elastomer(spec, "elastomer_size", "elastomer size")
 
 
 def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
@@ -217,54 +237,25 @@ def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
     return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
 
 
-def _board(layout: Layout) -> Layer:
-    finished, written = finished_thickness(layout, Where.COIL), layout.spec.assembly.tolerance("board")
-    nominal = layout.spec.fpc.stackup.thickness
-    if written is not None:
-        return _layer("board", nominal, Tolerance(written, WRITTEN))
-    return _layer("board", nominal, Tolerance(finished.maximum - finished.nominal, finished.source))
-
-
 def _above(spec: SensorSpec) -> Iterator[Layer]:
     """Elastomer and target."""
     if spec.elastomer is not None:
-        yield _layer("elastomer", spec.elastomer.thickness, _elastomer(spec, "elastomer", "elastomer thickness"))
+        yield _layer("elastomer", spec.elastomer.thickness, _of_elastomer(spec, "elastomer", "elastomer thickness"))
     if spec.target is not None:
         thickness = spec.target.thickness
         yield _layer("target", thickness, _tolerance(spec, "target", "sheet", "rolled", thickness))
-
-
-def _upon(spec: SensorSpec, jaw: Jaw) -> Iterator[Layer]:
-    """What is not glued: the film, and the pad that the other jaw was bought with."""
-    film, pad = film_thickness(spec), jaw.opposing_pad_thickness
-    if film:
-        yield _layer("encapsulation", film, _tolerance(spec, "encapsulation", "film", "coated", film))
-    if pad:
-        yield _layer("opposing-pad", pad, _tolerance(spec, "opposing_pad", "opposing-pad", "moulded", pad))
-
-
-def _jaw(spec: SensorSpec, jaw: Jaw, name: str) -> Layer:
-    return _layer(name, jaw.height, jaw_tolerance(spec, jaw.height))
-
-
-def _glue(spec: SensorSpec, over: str) -> Layer | None:
-    assembly = spec.assembly
-    if not assembly.glue_line:
-        return None
-    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
-    return _layer(f"{GLUE}{over}", assembly.glue_line, Tolerance(assembly.glue_tolerance, source))
 
 
 def _layer(part: str, thickness: float, tolerance: Tolerance) -> Layer:
     return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
 
 
-def _elastomer(spec: SensorSpec, written: str, row: str) -> Tolerance:
+def _of_elastomer(spec: SensorSpec, written: str, row: str) -> Tolerance:
     """The tolerance of the pad, one and the same as the electrical estimate's."""
     own = spec.assembly.tolerance(written)
     if own is not None:
         return Tolerance(own, WRITTEN)
-    found = next(entry for entry in _elastomer_rows() if entry["name"] == row)
+    found = next(entry for entry in _read("tolerances") if entry["name"] == row)
     return Tolerance(float(found["half_width"]), cited(found))
 
 
@@ -276,20 +267,10 @@ def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: fl
 
 def process_tolerance(part: str, process: str, size: float) -> Tolerance:
     """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
-    fitting = [row for row in _rows() if (row["part"], row["process"]) == (part, process)]
+    fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
     for row in fitting:
         if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:
             band, _, unit = row["tolerance"].partition(" ")
             share = 0.01 * float(band) * size if unit == "%" else parse_quantity(row["tolerance"], "length")
             return Tolerance(share, cited(row))
     raise KeyError((part, process))
-
-
-@cache
-def _rows() -> tuple[dict[str, str], ...]:
-    return rows("process_tolerances")
-
-
-@cache
-def _elastomer_rows() -> tuple[dict[str, str], ...]:
-    return rows("tolerances")

@@ -1,4 +1,4 @@
-"""What is behind the jaws: the pin that they turn about, and the tube that the tail leaves through."""
+"""The jaws' hinge: the pin that they turn about, how near the tail comes to it, the tube behind, how the jaws close."""
 
 from __future__ import annotations
 

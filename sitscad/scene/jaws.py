@@ -100,35 +100,30 @@ def half_width(layout: Layout, z: float) -> float:
 
 def room_across(layout: Layout, z: float) -> float:
     """Half the width (m) that port and pad pocket leave at height z, glue and tolerances at their worst; endless
-    without a jaw.
+    without a jaw, and above the pocket's rims.
     """
     jaw, span = fitted_jaw(layout), closed_span(layout)
     if jaw is None or span is None:
         return math.inf
-    half = _pocket_half(jaw, z - (span[0] + jaw.height))
+    half = math.inf
+    if jaw.pocket is not None and z - (span[0] + jaw.height) <= jaw.recess - 1e-9:
+        half = jaw.pocket[1] / 2 - POCKET_CLEARANCE
     radius, aside = made_to_measure(layout, jaw), z - (span[0] + span[1]) / 2
     return min(half, math.sqrt(radius**2 - aside**2)) if abs(aside) < radius else half
+
+
+def made_to_measure(layout: Layout, jaw: Jaw) -> float:
+    """The radius (m) within which seat and shield are kept: the port's, less what glue and tolerances may move them."""
+    return jaw.port_diameter / 2 - math.hypot(*slack(layout))
 
 
 POCKET_CLEARANCE = 0.1e-3
 """Between a pad pocket's walls and what is glued into it, on each side (m)."""
 
 
-def _pocket_half(jaw: Jaw, above_floor: float) -> float:
-    """Half the width (m) of what may lie at a height above the pad pocket's floor; endless above its rims."""
-    if jaw.pocket is None or above_floor > jaw.recess - 1e-9:
-        return math.inf
-    return jaw.pocket[1] / 2 - POCKET_CLEARANCE
-
-
 def rim(jaw: Jaw) -> Jaw:
     """The jaw up to the rims of its pad pocket: itself without one."""
     return replace(jaw, height=jaw.height + jaw.recess) if jaw.pocket is not None and jaw.recess else jaw
-
-
-def made_to_measure(layout: Layout, jaw: Jaw) -> float:
-    """The radius (m) within which seat and shield are kept: the port's, less what glue and tolerances may move them."""
-    return jaw.port_diameter / 2 - math.hypot(*slack(layout))
 
 
 def shield_that_fits(spec: SensorSpec) -> Heights | None:

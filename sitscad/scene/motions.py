@@ -136,44 +136,31 @@ def read_motions(
 
     Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
     """
-    found = [np.array([_row(text, POSE)[0]]) for text in poses]
-    pushed, held, readings = [], [], list[str]()
-    for name in pose_files:
-        rows, _, passed = _from_file(name, POSE)
-        found.append(rows)
-        readings += passed
-    for text in loads:
-        row, rotation = _row(text, LOAD)
-        pushed.append(np.array([row]))
-        held.append(np.array([rotation]))
-    for name in load_files:
-        rows, turns, passed = _from_file(name, LOAD)
-        pushed.append(rows)
-        held.append(turns)
-        readings += passed
+    placed, pushed = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
+    held, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
+    for texts, names, rows in ((poses, POSE, placed), (loads, LOAD, pushed)):
+        for text in texts:
+            given, rotation = _parts(text, names, _number)
+            rows.append(np.array([[given.get(name, 0.0) for name in names]]))
+            if names == LOAD:
+                held.append(np.array([rotation]))
+        for file in pose_files if names == POSE else load_files:
+            found, turns, passed = _from_file(file, names)
+            rows.append(found)
+            readings += passed
+            if names == LOAD:
+                held.append(turns)
     for text in scans:
-        rows, names, rotation = _scanned(text)
-        if names == POSE:
-            found.append(rows)
-        else:
-            pushed.append(rows)
-            held.append(np.full(len(rows), rotation))
-    named = tuple(cases)
-    if not found and not pushed and not named:
-        found = [np.zeros((1, 6))]
-    forces, none = _stacked(pushed, 3), np.zeros(0, dtype=bool)
+        found, names, rotation = _scanned(text)
+        (placed if names == POSE else pushed).append(found)
+        if names == LOAD:
+            held.append(np.full(len(found), rotation))
+    if len(placed) == 1 and len(pushed) == 1 and not named:
+        placed = [np.zeros((1, len(POSE)))]
+    forces = np.concatenate(pushed)
     if np.any(forces[:, 0] < 0.0):
         raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
-    return Motions(_stacked(found, 6), forces, np.concatenate([none, *held]), named, tuple(readings))
-
-
-def _stacked(parts: Sequence[Array], width: int) -> Array:
-    return np.concatenate([np.zeros((0, width)), *parts])
-
-
-def _row(text: str, names: Names) -> tuple[list[float], bool]:
-    given, rotation = _parts(text, names, _number)
-    return [given.get(name, 0.0) for name in names], rotation
+    return Motions(np.concatenate(placed), forces, np.concatenate(held), named, tuple(readings))
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
@@ -258,33 +245,27 @@ def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_], Names
     except csv.Error as error:
         raise MotionError(f"{name} is no table that can be read: {error}") from error
     head = [cell.strip() for cell in next(table, [])]
-    columns = _columns(name, head, names)
-    rows, held = [], []
+    columns: dict[int, tuple[str, float | None]] = {}  # by column its name, and its factor where the header has a unit
+    for k, title in enumerate(head):
+        stem, _, unit = title.rpartition("_")
+        if title in names or (title == "rotation" and names == LOAD):
+            columns[k] = title, None
+        elif stem in names and IN_HEADERS.get(unit, ("", 0.0))[0] == dimension(stem):
+            columns[k] = stem, IN_HEADERS[unit][1]
+        elif not stem or stem in names or unit not in READINGS:
+            raise MotionError(f"{name}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
+    if not columns or len({stem for stem, _ in columns.values()}) < len(columns):
+        raise MotionError(f"{name}: the first line names the columns, each once: {', '.join(names)}")
+    found, held = [], []
     for number, cells in enumerate(table, start=2):
         if len(cells) != len(head):
             raise MotionError(f"{name}, row {number}: {len(cells)} cells under {len(head)} columns")
         row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
-        rows.append(row)
+        found.append(row)
         held.append(rotation)
     readings = ", ".join(title for k, title in enumerate(head) if k not in columns)
     passed = (f"{name}: columns of readings are passed over: {readings}",) if readings else ()
-    return np.array(rows, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool), passed
-
-
-def _columns(file: str, head: Sequence[str], names: Names) -> Mapping[int, tuple[str, float | None]]:
-    """By column its name, and its factor where the header names the unit; without columns of readings."""
-    found: dict[int, tuple[str, float | None]] = {}
-    for k, title in enumerate(head):
-        name, _, unit = title.rpartition("_")
-        if title in names or (title == "rotation" and names == LOAD):
-            found[k] = title, None
-        elif name in names and IN_HEADERS.get(unit, ("", 0.0))[0] == dimension(name):
-            found[k] = name, IN_HEADERS[unit][1]
-        elif not name or name in names or unit not in READINGS:
-            raise MotionError(f"{file}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
-    if not found or len({name for name, _ in found.values()}) < len(found):
-        raise MotionError(f"{file}: the first line names the columns, each once: {', '.join(names)}")
-    return found
+    return np.array(found, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool), passed
 
 
 def _cells(

@@ -1,4 +1,4 @@
-"""Where the target has gone from rest: a displacement and a turn, six numbers."""
+"""The states that a sensor is looked at in (alone, assembled, pressed), and where the target has gone from rest."""
 
 from __future__ import annotations
 

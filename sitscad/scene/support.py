@@ -10,7 +10,7 @@ from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, enclosed_area
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import Heights, above_board, board_heights, seat_spans
+from sitscad.scene.bodies import above_board, board_heights, seat_spans
 from sitscad.scene.jaws import (
     axis,
     closed_span,
@@ -88,31 +88,32 @@ def width_under(layout: Layout) -> float | None:
 
 def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
     """The area (m2) of a convex closed path over a carrier's box, less that over a window in it."""
+
+    def within(box: Box | None) -> float:
+        found = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
+        return 0.0 if found is None else enclosed_area(found)
+
     if carrier is None:
         return 0.0
-    return _within(path, carrier) - (_within(path, _common(carrier, window)) if window else 0.0)
-
-
-def _within(path: Path, box: Box | None) -> float:
-    found = None if box is None else within_box(path, box)
-    return 0.0 if found is None else enclosed_area(found)
-
-
-def _common(one: Box, other: Box) -> Box | None:
-    box = max(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), min(one[3], other[3])
-    return box if box[2] > box[0] and box[3] > box[1] else None
+    if window is None:
+        return within(carrier)
+    (x0, y0, x1, y1), (a0, b0, a1, b1) = carrier, window
+    return within(carrier) - within((max(x0, a0), max(y0, b0), min(x1, a1), min(y1, b1)))
 
 
 def _carriers(layout: Layout, mount: Mount) -> tuple[Box | None, Box | None] | None:
     """The box that the board's body can lie on and a window in it, from above; None where no figures say it."""
-    (x0, _, x1, _), y, under = layout.body, axis(layout).y, board_heights(layout.spec)[0]
-    sheet, jaw = shield_that_fits(layout.spec), fitted_jaw(layout)
+    (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec)[0]
+    sheet, jaw, closed = shield_that_fits(layout.spec), fitted_jaw(layout), closed_span(layout)
     spans = seat_spans(under, mount.standoff, sheet)
     if sheet is not None and under - sheet[1] <= 1e-9:
         half = half_width(layout, sheet[0])
         return (x0, y - half, x1, y + half), None
-    if spans and jaw is not None:
-        half = _seat_half(layout, spans[-1])
+    if spans and jaw is not None and closed is not None:
+        # the seat's upper face is cut back to the port where all of the seat is in it
+        middle = (closed[0] + closed[1]) / 2
+        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(layout, jaw)
+        half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
         return (x0, y - half, x1, y + half), None
     if spans or mount.kind == "bench-plate":
         return layout.body, None
@@ -120,15 +121,6 @@ def _carriers(layout: Layout, mount: Mount) -> tuple[Box | None, Box | None] | N
         half = mount.finger.size[0] / 2 if not mount.finger.outline.is_round else 0.0
         return ((x0, y - half, x1, y + half) if half else None), None
     return None if jaw is None or jaw.step is not None else _on_metal(layout, jaw)
-
-
-def _seat_half(layout: Layout, span: Heights) -> float:
-    """Half the width (m) of the seat's upper face, which is cut back to the port where all of the seat is in it."""
-    jaw, closed = fitted_jaw(layout), closed_span(layout)
-    assert jaw is not None and closed is not None
-    middle = (closed[0] + closed[1]) / 2
-    outside = max(abs(height - middle) for height in span) >= made_to_measure(layout, jaw)
-    return (layout.body[3] - layout.body[1]) / 2 if outside else half_width(layout, span[1])
 
 
 def _on_metal(layout: Layout, jaw: Jaw) -> tuple[Box, Box | None]:
