@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import chain, islice, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.branches import OuterEnd, Surroundings
@@ -20,9 +20,6 @@ from sitscad.layout.windings import WoundCoil
 from sitscad.record import record
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
-
-if TYPE_CHECKING:
-    from sitscad.layout.maze import Lattice
 
 
 @record
@@ -105,19 +102,35 @@ def route_in_line(
     farther round their coils than they must, the other side and wider boards are tried too, as far as the jaw allows.
     """
     searches.begin(len(wound))
-    begins = wound[0].windings[0].path.start.y - spec.array.placements[0].centre[1]
+    placements = spec.array.placements
+    begins = wound[0].windings[0].path.start.y - placements[0].centre[1]
     first_sides = ((1, -1) if begins >= -1e-9 else (-1, 1))[: len(wound)]
+    far_first = sorted(range(len(wound)), key=lambda i: placements[i].centre[0])
+    known: dict[tuple[Any, ...], Escape | None] = {}  # ways out that were found, or not, by what a search may differ by
+    joined: Joined = {}
+
+    def routed(turned: bool, reordered: bool) -> Iterator[Routing]:
+        for (raised, breadth), side in product(boards(spec, bus), first_sides):
+            board = _Board(spec, raised, wound, assign_lanes(placements, side), front, breadth, searches, joined)
+
+            def way_out(index: int, there: tuple[Escape, ...], board: _Board = board) -> Escape | Stuck:
+                for beside in (False, True) if turned else (False,):
+                    key = (*board.key(index, there), beside)
+                    if key not in known:
+                        choices = exits(spec, board.bus, board.lanes[index], front, beside)
+                        known[key] = _lead_out(board, index, choices, board.laid(there))
+                    if (found := known[key]) is not None:
+                        return found
+                return Stuck(index)
+
+            escapes = _in_turn(board, far_first, way_out, reordered)
+            if not isinstance(escapes, Stuck):
+                yield _routing(board, escapes, body_frame(spec, raised, front, breadth))
+
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
-    known: _Known = {}
-    joined: Joined = {}
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
-        tried = (
-            _Board(spec, raised, wound, assign_lanes(spec.array.placements, side), front, breadth, searches, joined)
-            for (raised, breadth), side in product(boards(spec, bus), first_sides)
-        )
-        routed = (_Lanes(board, turned, known).routed(reordered) for board in tried)
-        found = _least_round((one for one in routed if one is not None), widest(spec), searches)
+        found = _least_round(routed(turned, reordered), widest(spec), searches)
         if found is not None:
             return found
     return None
@@ -146,9 +159,7 @@ def widest(spec: SensorSpec) -> float:
     return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
 
 
-def _in_turn(
-    order: list[int], lead_out: Callable[[list[int]], dict[int, Escape] | Stuck], reordered: bool
-) -> dict[int, Escape] | Stuck:
+def _in_turn(board: _Board, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
     """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
 
     Or which coil finds no way.
@@ -156,12 +167,26 @@ def _in_turn(
     tried: set[tuple[int, ...]] = set()
     while True:
         tried.add(tuple(order))
-        found = lead_out(order)
+        found = _led_out(board, order, way_out)
         if not isinstance(found, Stuck) or not reordered:
             return found
         order = [found.coil, *(index for index in order if index != found.coil)]
         if tuple(order) in tried or len(tried) > len(order):
             return found
+
+
+def _led_out(board: _Board, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
+    """Every coil's escape, one after the other, or which coil found none."""
+    escapes: dict[int, Escape] = {}
+    for index in order:
+        if board.searches.is_spent:
+            return Stuck(index)
+        found = way_out(index, tuple(escapes.values()))
+        if isinstance(found, Stuck):
+            return found
+        escapes[index] = found
+        board.searches.led_out(len(escapes), len(board.wound))
+    return escapes
 
 
 @record
@@ -177,59 +202,20 @@ class _Board:
     searches: SearchLimit
     joined: Joined
 
-    def around(self, index: int) -> Surroundings:
-        """What lies around one coil."""
-        return Surroundings(self.spec, self.bus, self.lanes[index].placement, self.breadth)
+    def laid(self, there: Iterable[Escape]) -> Obstacles:
+        """The board with the ways out of some coils."""
+        found = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
+        for branch in chain.from_iterable(way.branches for way in there):
+            found.add(branch.tracks, branch.holes)
+        return found
+
+    def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
+        """By what a coil's search may differ: other efforts and orders come to the same one again."""
+        return (self.bus.base, self.breadth, self.lanes[index], index, *map(id, there))
 
 
-_Known = dict[tuple[Any, ...], Escape | None]
-"""Ways out that were found, or not, by board, coil, what stands there and where the coil may leave its ring."""
-
-
-@record(eq=False)
-class _Lanes:
-    # Coils in one line, led out to their lanes; `turned` where pairs may leave beside the corner of their ring, `known`
-    # what other efforts found.
-    board: _Board
-    turned: bool
-    known: _Known
-
-    def routed(self, reordered: bool) -> Routing | None:
-        """The board with all its coils led out, far ones first, if they find a way."""
-        board = self.board
-        far_first = sorted(range(len(board.wound)), key=lambda i: board.lanes[i].placement.centre[0])
-        escapes = _in_turn(far_first, self.lead_out, reordered)
-        if isinstance(escapes, Stuck):
-            return None
-        return _routing(board, escapes, body_frame(board.spec, board.bus, board.front, board.breadth))
-
-    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
-        """Every coil's escape, or which coil found none."""
-        board = self.board
-        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
-        escapes: dict[int, Escape] = {}
-        for index in order:
-            if board.searches.is_spent:
-                return Stuck(index)
-            found = None
-            for turned in (False, True) if self.turned else (False,):
-                found = found or self._way_out(index, turned, laid, tuple(escapes.values()))
-            if found is None:
-                return Stuck(index)
-            for branch in found.branches:
-                laid.add(branch.tracks, branch.holes)
-            escapes[index] = found
-            board.searches.led_out(len(escapes), len(board.wound))
-        return escapes
-
-    def _way_out(self, index: int, turned: bool, laid: Obstacles, there: tuple[Escape, ...]) -> Escape | None:
-        """One coil's escape on a board where some of the others are; efforts that come to the same search once."""
-        board = self.board
-        key = (board.bus.base, board.breadth, board.lanes[index], index, turned, *map(id, there))
-        if key not in self.known:
-            choices = exits(board.spec, board.bus, board.lanes[index], board.front, turned)
-            self.known[key] = _lead_out(board, index, choices, laid)
-        return self.known[key]
+_WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
+"""One coil's escape on a board where some of the others are."""
 
 
 def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
@@ -265,7 +251,8 @@ def _lead_out(
     obstacles = laid.copy()
     obstacles.add(others, passed)
     both = ends[0], ends[-1]
-    return escape(board.around(index), joins, both, choices, obstacles, board.searches, first, board.joined)
+    around = Surroundings(board.spec, board.bus, board.lanes[index].placement, board.breadth)
+    return escape(around, joins, both, choices, obstacles, board.searches, first, board.joined)
 
 
 def route_freely(
@@ -285,43 +272,72 @@ def _free_ways(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
     """Boards on which all coils are led out, narrow ones and likely orders first."""
-    from sitscad.layout.maze import Lattice  # coils in one line go without
+    from sitscad.layout.maze import Ground, Lattice, Maze  # coils in one line go without
 
-    orders = rows_of_lanes(spec.array.placements)
-    grounds = [
-        (raised, breadth, gathering_frame(spec, raised, front, breadth))
-        for raised, breadth in grounds_between(spec, bus)
-    ]
-    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    placements = spec.array.placements
+    grounds = []
+    for raised, breadth in grounds_between(spec, bus):
+        tail = body_frame(spec, raised, front, breadth)
+        gather = max(
+            tail.start, front + 0.3e-3 * len(placements)
+        )  # pairs come together in the taper, lanes begin there
+        grounds.append((raised, breadth, replace(tail, start=gather, funnel=gather)))
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in placements)
     roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
     lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
-    near_first = sorted(range(len(wound)), key=lambda i: -spec.array.placements[i].centre[0])
+    near_first = sorted(range(len(wound)), key=lambda i: -placements[i].centre[0])
     can_leave: set[int] = set()
     joined: Joined = {}
-    known: _InRows = {}
+    known: dict[tuple[Any, ...], tuple[Escape | Stuck, int]] = {}  # ways out, or none, with the trials that each took
 
-    def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> _Rows:
-        bus, breadth, tail = ground
-        return _Rows(_Board(spec, bus, wound, lanes, front, breadth, searches, joined), tail, lattice, known)
+    def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> tuple[_Board, TailFrame, _WayOut]:
+        """A board, its tail, and how a coil is led out on it through a maze."""
+        tail = ground[2]
+        board = _Board(spec, ground[0], wound, lanes, front, ground[1], searches, joined)
 
+        def search(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
+            maze = Maze(lattice, board.bus, Ground(front, tail.funnel, board.breadth, tail.half_width))
+            for branch in chain.from_iterable(way.branches for way in there):
+                maze.add(branch.tracks, branch.holes)
+            searches.left -= TRIALS_OF_A_WAVE
+            entry = Point(tail.funnel, pair_height(spec, tail, lanes[index]))
+            choices = islice(maze.exits(lanes[index].placement, entry), TRIED)
+            shortest = next(choices, None)
+            if shortest is None:
+                return Stuck(index, walled=True)
+            ways = chain([shortest], choices)
+            return _lead_out(board, index, ways, board.laid(there), first=True) or Stuck(index)
+
+        def way_out(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
+            key = board.key(index, there)
+            if key in known:  # counted as if it was tried again: so orders that begin alike get no more trials
+                searches.left -= known[key][1]
+            else:
+                before = searches.left
+                known[key] = search(index, there), before - searches.left
+            return known[key][0]
+
+        return board, tail, way_out
+
+    orders = rows_of_lanes(placements)
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
         walled: set[tuple[Breadth, int]] = set()
-        for ground in grounds[-BASES:] if reordered else grounds:
-            for rank, lanes in enumerate(ranks):
-                if (ground[1], rank) in walled:
-                    continue
-                tried = rows(ground, lanes)
-                escapes = _in_turn(near_first, tried.lead_out, reordered)
-                if not isinstance(escapes, Stuck):
-                    yield _routing(tried.board, escapes, tried.tail)
-                    continue
-                if escapes.walled:
-                    walled.add((ground[1], rank))
-                alone = [escapes.coil]
-                if escapes.coil not in can_leave and isinstance(rows(roomiest, lanes).lead_out(alone), Stuck):
+        for ground, (rank, lanes) in product(grounds[-BASES:] if reordered else grounds, enumerate(ranks)):
+            if (ground[1], rank) in walled:
+                continue
+            board, tail, way_out = rows(ground, lanes)
+            escapes = _in_turn(board, near_first, way_out, reordered)
+            if not isinstance(escapes, Stuck):
+                yield _routing(board, escapes, tail)
+                continue
+            if escapes.walled:
+                walled.add((ground[1], rank))
+            if escapes.coil not in can_leave:
+                board, _, way_out = rows(roomiest, lanes)
+                if isinstance(_led_out(board, [escapes.coil], way_out), Stuck):
                     return  # not even alone
-                can_leave.add(escapes.coil)
+            can_leave.add(escapes.coil)
 
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
@@ -337,66 +353,6 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
     bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
     return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
-
-
-_InRows = dict[tuple[Any, ...], tuple["Escape | Stuck", int]]
-"""Ways out that were found, or not, by board, coil and what stands there; and the trials that each took."""
-
-
-@record
-class _Rows:
-    # Coils that do not stand in one line, led out through a maze to the tail; `known` is what other orders found.
-    board: _Board
-    tail: TailFrame
-    lattice: Lattice
-    known: _InRows
-
-    def lead_out(self, order: list[int]) -> dict[int, Escape] | Stuck:
-        """Every coil's escape, or which coil found none."""
-        board, searches = self.board, self.board.searches
-        escapes: dict[int, Escape] = {}
-        for index in order:
-            if searches.is_spent:
-                return Stuck(index)
-            there = tuple(escapes.values())
-            key = (board.bus.base, board.breadth, board.lanes[index], index, *map(id, there))
-            if key in self.known:  # counted as if it was tried again: so orders that begin alike get no more trials
-                searches.left -= self.known[key][1]
-            else:
-                before = searches.left
-                self.known[key] = self._way_out(index, there), before - searches.left
-            found = self.known[key][0]
-            if isinstance(found, Stuck):
-                return found
-            escapes[index] = found
-            searches.led_out(len(escapes), len(board.wound))
-        return escapes
-
-    def _way_out(self, index: int, there: Iterable[Escape]) -> Escape | Stuck:
-        """One coil's escape on a board where some of the others are."""
-        from sitscad.layout.maze import Ground, Maze  # coils in one line go without
-
-        board, tail = self.board, self.tail
-        laid = Obstacles(board.spec.fpc.rules, board.bus.spacing, board.breadth)
-        maze = Maze(self.lattice, board.bus, Ground(board.front, tail.funnel, board.breadth, tail.half_width))
-        for branch in chain.from_iterable(way.branches for way in there):
-            laid.add(branch.tracks, branch.holes)
-            maze.add(branch.tracks, branch.holes)
-        board.searches.left -= TRIALS_OF_A_WAVE
-        lane = board.lanes[index]
-        entry = Point(tail.funnel, pair_height(board.spec, tail, lane))
-        choices = islice(maze.exits(lane.placement, entry), TRIED)
-        shortest = next(choices, None)
-        if shortest is None:
-            return Stuck(index, walled=True)
-        return _lead_out(board, index, chain([shortest], choices), laid, first=True) or Stuck(index)
-
-
-def gathering_frame(spec: SensorSpec, bus: Bus, front: float, breadth: Breadth) -> TailFrame:
-    """The tail of an array not in line: in the taper the pairs come together, their lanes begin behind it."""
-    tail = body_frame(spec, bus, front, breadth)
-    gather = max(tail.start, front + 0.3e-3 * len(spec.array.placements))
-    return replace(tail, start=gather, funnel=gather)
 
 
 def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> TailFrame:

@@ -182,11 +182,12 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
 
 def _layer_differences(folder: Path) -> Iterator[str]:
     """Layers and drill files against the job file."""
-    import sitscad.extraction as extraction
+    from sitscad.extraction.artwork import ExtractionError
+    from sitscad.extraction.differences import compare_job
 
     try:
-        yield from extraction.compare_job(folder / "fpc")
-    except extraction.ExtractionError as error:
+        yield from compare_job(folder / "fpc")
+    except ExtractionError as error:
         yield str(error)
 
 
@@ -228,17 +229,19 @@ def _file_differences(folder: Path, manifest: Manifest) -> tuple[list[str], list
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
-    import sitscad.extraction as extraction
+    from sitscad.extraction.differences import compare
+    from sitscad.extraction.intent import UNUSED
+    from sitscad.extraction.nets import extract
 
     try:
-        board = extraction.extract(folder)
+        board = extract(folder)
     except ValueError as error:  # an ExtractionError, or what a netlist is that cannot be read
         yield f"the Gerber files do not make up a board: {error}"
         return
-    yield from (f"{difference.kind.value}: {difference.message}" for difference in extraction.compare(board))
+    yield from (f"{difference.kind.value}: {difference.message}" for difference in compare(board))
     found: dict[str, set[str]] = {}
     for net in board.nets:
-        for contact in (each for each in net.contacts if not each.net.startswith(extraction.UNUSED)):
+        for contact in (each for each in net.contacts if not each.net.startswith(UNUSED)):
             found.setdefault(contact.net, set()).add(contact.function or contact.pin)
     for name in sorted({*intended, *found}):
         wanted, there = set(intended.get(name, ())), found.get(name, set())
@@ -252,11 +255,12 @@ def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tu
     """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
     if not any(name.startswith("fpc/panel/") for name in manifest.files):
         return None, ()
-    import sitscad.extraction as extraction
+    from sitscad.extraction.artwork import ExtractionError
+    from sitscad.extraction.panel import compare_panel
 
     try:
-        boards, differences = extraction.compare_panel(folder / "fpc", folder / "fpc" / "panel")
-    except extraction.ExtractionError as error:
+        boards, differences = compare_panel(folder / "fpc", folder / "fpc" / "panel")
+    except ExtractionError as error:
         return 0, (f"the panel's files do not make up a panel: {error}",)
     return boards, tuple(dict.fromkeys(differences))
 

@@ -284,7 +284,8 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     """The files are the spoilt layout's, the netlist is what was meant: `verify` reads both."""
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
-    from sitscad import extraction
+    from sitscad.extraction.differences import compare
+    from sitscad.extraction.nets import extract
     from sitscad.formats import ipc356
     from sitscad.formats.gerber import board as gerber
 
@@ -295,7 +296,7 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
-    found = extraction.compare(extraction.extract(tmp_path))
+    found = compare(extract(tmp_path))
     named = [difference for difference in found if difference.kind.value in SEEN_IN_FILES[spoil]]
     assert named, found
     if spoil in (ring_round_a_coil, bridged_turns):  # the loop's place is a point inside it, beside or inside the coil

@@ -99,7 +99,8 @@ def test_a_neck_shorter_than_the_lead_is_wide_does_not_vanish():
 @pytest.mark.needs("gerbonara", "gmsh", "scipy", "shapely")
 @pytest.mark.parametrize(("width", "within"), [(0.5, 0.016), (0.1, 0.006)])
 def test_wide_and_narrow_leads_have_the_resistance_of_their_copper(tmp_path, width, within):
-    from sitscad.extraction import copper_resistance, extract
+    from sitscad.extraction.nets import extract
+    from sitscad.extraction.resistance import copper_resistance
 
     layout = wide(width)
     built = sitscad.build(layout.spec, tmp_path, ["gerber"], force=True)

@@ -10,7 +10,9 @@ from tolerance import approx
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
-from sitscad.extraction import ExtractionError, Kind, compare, extract
+from sitscad.extraction.artwork import ExtractionError
+from sitscad.extraction.differences import Kind, compare
+from sitscad.extraction.nets import extract
 from tests.extraction.conftest import Board, count, pad, record, track, via
 
 

@@ -14,7 +14,9 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 
 from shapely import Point, Polygon, box
 
-from sitscad.extraction import Contact, ExtractedNet, Hole, Piece, extract, resistance
+from sitscad.extraction import resistance
+from sitscad.extraction.artwork import Hole
+from sitscad.extraction.nets import Contact, ExtractedNet, Piece, extract
 from sitscad.extraction.resistance import COPPER_RESISTIVITY, copper_resistance
 
 THICKNESS = 35e-6

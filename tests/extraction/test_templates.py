@@ -13,7 +13,10 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
 from sitscad.estimates import estimate
-from sitscad.extraction import UNUSED, Kind, compare, copper_resistance, extract
+from sitscad.extraction.differences import Kind, compare
+from sitscad.extraction.intent import UNUSED
+from sitscad.extraction.nets import extract
+from sitscad.extraction.resistance import copper_resistance
 from sitscad.formats import ipc356
 from sitscad.formats.gerber import board as gerber
 from sitscad.layout import lay_out

@@ -16,7 +16,8 @@ from shapely import box as shapely_box
 from tolerance import approx
 
 import sitscad
-from sitscad.extraction import compare, extract
+from sitscad.extraction.differences import compare
+from sitscad.extraction.nets import extract
 from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box

@@ -9,7 +9,8 @@ from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set
 
 import sitscad
-from sitscad.extraction import compare, extract
+from sitscad.extraction.differences import compare
+from sitscad.extraction.nets import extract
 from sitscad.formats.kicad import project as kicad
 
 

@@ -15,7 +15,8 @@ import sitscad
 from sitscad.cli import main
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
-from sitscad.extraction import ExtractionError, compare_panel
+from sitscad.extraction.artwork import ExtractionError
+from sitscad.extraction.panel import compare_panel
 
 SPEC = """
 sitscad: 1

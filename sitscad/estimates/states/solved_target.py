@@ -48,7 +48,9 @@ def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
     return Placed.of(spec, at_rest(spec), poses)
 
 
-def solved_target(layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float) -> TargetChanges:
+def solved_target(
+    layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float
+) -> TargetChanges:
     """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance."""
     spec, coils = layout.spec, layout.coils
     placed = _placed(spec, assembly)

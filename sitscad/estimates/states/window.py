@@ -217,7 +217,9 @@ class WindowedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        real, whole, none = (one.mutual(pair, distance, frequencies) for one in (self._real, self._whole, self._none))
+        real, whole, none = (
+            one.mutual(pair, distance, frequencies) for one in (self._real, self._whole, self._none)
+        )
         return np.asarray(real + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
