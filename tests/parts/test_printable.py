@@ -51,7 +51,7 @@ def test_a_wall_thinner_than_its_process_makes_is_a_fault_with_both_figures():
     piece = solid((block(5, 4, 3) - placed(block(4, 3, 3), 0.3, 0.5, 0.5)).solids()[0])
     assert printable(piece, "resin").wall == approx(0.3e-3, abs=2e-6)
     (fault,) = printable(piece, "resin").faults
-    assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "assembly.process" in fault.fix
+    assert (fault.what, fault.limit) == ("wall", print_limit("resin", "wall").value) and "mount.process" in fault.fix
 
 
 def test_holes_count_and_pins_do_not():
