@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     )
     from sitscad.calibration.bench_data import BenchError as BenchError
     from sitscad.checks import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
-    from sitscad.checks.rules import Complaint as Complaint, Rule as Rule, Undecided as Undecided
+    from sitscad.checks.rules import Violation as Violation, Rule as Rule, Undecided as Undecided
     from sitscad.design import Design as Design, respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
     from sitscad.estimates.performance.values import AxisPerformance as AxisPerformance, Performance as Performance
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     )
     from sitscad.layout import lay_out as lay_out
     from sitscad.layout.board import Layout as Layout
-    from sitscad.measured import Reached as Reached
+    from sitscad.measured import RequirementResult as RequirementResult
     from sitscad.package import (
         BuildResult as BuildResult,
         PackageError as PackageError,
@@ -70,7 +70,7 @@ _HOMES = {
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",
     "sitscad.checks": "CheckResult RULES check mended",
-    "sitscad.checks.rules": "Complaint Rule Undecided",
+    "sitscad.checks.rules": "Violation Rule Undecided",
     "sitscad.design": "Design respond",
     "sitscad.estimates": "Estimates estimate",
     "sitscad.estimates.performance.values": "AxisPerformance Performance",
@@ -82,7 +82,7 @@ _HOMES = {
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",
     "sitscad.layout.board": "Layout",
-    "sitscad.measured": "Reached",
+    "sitscad.measured": "RequirementResult",
     "sitscad.package": "BuildResult PackageError build verify",
     "sitscad.package.calibration_files": "write_calibration",
     "sitscad.parts": "MissingExtra PartsError Solid solids",

@@ -61,7 +61,7 @@ steel 0.2 and more up to a change of sign (derived: the templates, with such tar
 
 
 @record
-class Reached:
+class RequirementResult:
     """What is felt beside what `requirements` ask: the requirement's name, the rule that judges it, the largest figure
     of all axes and loads, what is asked (None: nothing), both in `unit` (``N``, or empty for shares), on which axis and
     where.

@@ -276,9 +276,9 @@ def test_what_is_quick_is_not_told(spec, caplog):
 )  # fmt: skip
 def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, field, value):
     given = {"message": "'m'", field: value}
-    body = f"return [sitscad.Complaint({', '.join(f'{name}={word}' for name, word in given.items())})]"
+    body = f"return [sitscad.Violation({', '.join(f'{name}={word}' for name, word in given.items())})]"
     code, said = typed("check", spec, "--hints", "none", "--plugin", plugin(RULE, body=body))
-    assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Complaint" in said.err
+    assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Violation" in said.err
 
 
 @pytest.mark.parametrize(

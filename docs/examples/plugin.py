@@ -13,7 +13,7 @@ LONGEST = 0.5
 """Track (m) that our coil winder can follow without a pause."""
 
 
-def track_length(design: sitscad.Design) -> Iterator[sitscad.Complaint]:
+def track_length(design: sitscad.Design) -> Iterator[sitscad.Violation]:
     """A complaint about each coil whose track is too long; a rule may look at all that a design has."""
     for coil in design.layout.coils:
         length = sum(winding.path.length for winding in coil.windings)
@@ -21,7 +21,7 @@ def track_length(design: sitscad.Design) -> Iterator[sitscad.Complaint]:
             message = (
                 f"the track of {coil.name} is {length * 1e3:.0f} mm long; the winder stops at {LONGEST * 1e3:.0f} mm"
             )
-            yield sitscad.Complaint(message, key="coil.turns", measured=length, limit=LONGEST, unit="m")
+            yield sitscad.Violation(message, key="coil.turns", measured=length, limit=LONGEST, unit="m")
 
 
 def filaments(layout: sitscad.Layout, estimates: sitscad.Estimates) -> dict[str, bytes]:

@@ -22,7 +22,7 @@ from sitscad.spec.validity import refuse_unusable
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.measured import Closing, Measure, Reached, Signal
+    from sitscad.measured import Closing, Measure, RequirementResult, Signal
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
@@ -69,7 +69,7 @@ class CheckResult:
     signals: tuple[Signal, ...] = ()
     fit: tuple[Measure, ...] = ()
     closing: Closing | None = None
-    reached: tuple[Reached, ...] = ()
+    reached: tuple[RequirementResult, ...] = ()
     board: tuple[float, float, float, float] | None = None
 
     @property

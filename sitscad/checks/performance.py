@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.measured import Reached
+from sitscad.measured import RequirementResult
 from sitscad.readout.converter import source_in_all
 from sitscad.record import record
 from sitscad.remedy.pads import other_metals, other_silicones, other_thicknesses, slower_scans
@@ -39,16 +39,16 @@ NOISE_STEPS_SOURCE = (
 )
 
 
-def note_reached(design: Design, reached: Reached) -> None:
+def note_reached(design: Design, reached: RequirementResult) -> None:
     """Keep what is felt beside what is asked, met or not."""
-    design.once("reached", dict[str, Reached])[reached.requirement] = reached
+    design.once("reached", dict[str, RequirementResult])[reached.requirement] = reached
 
 
-def noted(design: Design) -> tuple[Reached, ...]:
+def noted(design: Design) -> tuple[RequirementResult, ...]:
     """What was kept, in the order of the rules; where something was, also what warmth after the tare makes of nothing
     at all, asked or not: it is most of what many sensors are off by.
     """
-    kept = sorted(design.once("reached", dict[str, Reached]).values(), key=lambda each: each.rule)
+    kept = sorted(design.once("reached", dict[str, RequirementResult]).values(), key=lambda each: each.rule)
     found, needs = design.felt if kept else None, design.spec.requirements
     if found is None or not found.held[0]:
         return tuple(kept)
@@ -56,7 +56,8 @@ def noted(design: Design) -> tuple[Reached, ...]:
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
     k = int(np.argmax(drift / found.bench.full_scales))
     at = f"between {needs.temperature:.3g} and {end:.3g} degC"
-    return (*kept, Reached("zero_drift", "SIT406", float(drift[k]), None, "N", _along(found.bench.names[k]), at))
+    axis = _along(found.bench.names[k])
+    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
 
 
 def farthest(needs: Requirements) -> float:
@@ -166,7 +167,7 @@ def _resolution(
     asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
-        note_reached(design, Reached(key, rule, most.value, asked, "N", most.axis, most.at))
+        note_reached(design, RequirementResult(key, rule, most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         # Noise goes with the conversions that a scan has time for, so with the scans a second.
         yield TOO_COARSE.found(f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
@@ -198,7 +199,7 @@ def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
 
     most = worst(found, found.bench.names, of)
     if most is not None:
-        note_reached(design, Reached("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
+        note_reached(design, RequirementResult("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
     if most is not None and most.value > asked:
         yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
                             advice=more_signal(design.spec))
@@ -212,7 +213,7 @@ def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
     assert tilt is not None and asked is not None
     most = worst(found, found.bench.names, lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
     if most is not None:
-        note_reached(design, Reached("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
+        note_reached(design, RequirementResult("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))
@@ -233,7 +234,8 @@ def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
-    note_reached(design, Reached("friction_error", "SIT405", error, asked, "", "shear over normal", "at full load"))
+    where = ("shear over normal", "at full load")
+    note_reached(design, RequirementResult("friction_error", "SIT405", error, asked, "", *where))
     if error > asked:
         cause = max(causes, key=lambda one: causes[one])
         yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
@@ -250,9 +252,9 @@ def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdi
         return
     drift = apart * found.warmed[-1].temperature
     k = int(np.argmax(drift))
-    axis = found.bench.names[k].replace("_", " along ")
-    note_reached(design, Reached("temperature_error", "SIT406", float(drift[k]), needs.temperature_error, "N", axis,
-                                 "at full load"))
+    asked, axis = needs.temperature_error, found.bench.names[k].replace("_", " along ")
+    result = RequirementResult("temperature_error", "SIT406", float(drift[k]), asked, "N", axis, "at full load")
+    note_reached(design, result)
     if drift[k] > needs.temperature_error:
         causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
         yield DRIFTS.found("requirements.temperature_error", float(drift[k]), needs.temperature_error, "N", axis=axis,

@@ -22,7 +22,7 @@ from sitscad.units import show
 
 
 @record
-class Complaint:
+class Violation:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
 
     ``advice`` writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where
@@ -52,10 +52,10 @@ class Undecided:
     reason: str
 
 
-Advice = Callable[[Left], str | Complaint]
+Advice = Callable[[Left], str | Violation]
 """Writes a hint, given what tells whether a change mends the finding."""
 
-Verdict = Complaint | Undecided
+Verdict = Violation | Undecided
 
 
 @record
@@ -184,7 +184,7 @@ def _reason(need: str, spec: SensorSpec) -> str:
     return NEEDS[need][1]
 
 
-def named(rule: Rule, complaint: Complaint, converter: Converter) -> Finding:
+def named(rule: Rule, complaint: Violation, converter: Converter) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
     return Finding(
         rule=rule.id, name=rule.name, severity=complaint.severity or rule.severity, message=complaint.message,
@@ -231,10 +231,10 @@ class Case:
     def found(self, key: str | None = None, measured: float | None = None, limit: float | None = None,
               unit: str | None = None, *, hint: str | None = None, severity: Severity | None = None,
               is_grave: bool = False, source: str | None = None, place: Place | None = None, sigma: float | None = None,
-              advice: Advice | None = None, keeps_limit: bool = False, **values: object) -> Complaint:
+              advice: Advice | None = None, keeps_limit: bool = False, **values: object) -> Violation:
         """The complaint with its figures (SI, in ``unit``); a hint or severity that is given stands for the row's."""
         values |= {"measured": measured, "limit": limit}
-        return Complaint(worded(self.message, values), worded(self.hint, values) if hint is None else hint, key,
+        return Violation(worded(self.message, values), worded(self.hint, values) if hint is None else hint, key,
                          measured, limit, unit, severity or (self.grave if is_grave else self.severity), source, place,
                          sigma, advice, keeps_limit,
                          detail=worded(self.detail, values).replace("; ; ", "; ").strip("; "))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from sitscad.checks.rules import Complaint, Outcome, Rule, located, named, outcomes
+from sitscad.checks.rules import Outcome, Rule, Violation, located, named, outcomes
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
@@ -67,7 +67,7 @@ class Trials:
             return located(finding, self._design.spec)
         left = self.left(finding)
         advised = advice(left) if self.budget.left > 0.0 else ""
-        if isinstance(advised, Complaint):
+        if isinstance(advised, Violation):
             rule = next(rule for rule in self._rules if rule.id == finding.rule)
             finding = named(rule, advised, self._design.converter)
         elif advised:

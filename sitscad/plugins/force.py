@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from sitscad.checks import add_rules, all_rules
-from sitscad.checks.rules import NEEDS, Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.plugins.guard import Plugin, PluginError, at_work
@@ -96,12 +96,12 @@ def _fitting(verdict: object) -> Verdict:
     """A verdict that can be told; TypeError for what is none, or has fields of another kind."""
     if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
         return verdict
-    if not isinstance(verdict, Complaint):
-        raise TypeError(f"it gives a {type(verdict).__name__}, no Complaint and no Undecided")
+    if not isinstance(verdict, Violation):
+        raise TypeError(f"it gives a {type(verdict).__name__}, no Violation and no Undecided")
     for field, kinds in _FIELDS.items():
         value = getattr(verdict, field)
         if not isinstance(value, kinds) or isinstance(value, bool):
-            raise TypeError(f"the {field} of its Complaint is a {type(value).__name__}")
+            raise TypeError(f"the {field} of its Violation is a {type(value).__name__}")
     return replace(verdict, advice=None)
 
 
@@ -111,7 +111,7 @@ _FIELDS: dict[str, Any] = {
     **dict.fromkeys(("key", "unit", "source"), _TEXT),
     **dict.fromkeys(("measured", "limit", "sigma"), _NUMBER),
 }
-"""What the fields of a Complaint are."""
+"""What the fields of a Violation are."""
 
 
 def _checked(name: str, writer: Writer) -> Writer:

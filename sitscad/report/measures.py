@@ -11,7 +11,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
-    from sitscad.measured import Closing, Measure, Most, Reached, Signal
+    from sitscad.measured import Closing, Measure, Most, RequirementResult, Signal
 
 NONE = "-"
 
@@ -172,7 +172,7 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
 
 
-def felt_words(reached: Reached) -> str:
+def felt_words(reached: RequirementResult) -> str:
     """What is felt beside what is required: the figure, what is asked, and where the figure is."""
     if reached.limit is None:
         return f"temperature moves zero by {show(reached.measured, reached.unit, 2)} ({reached.axis}) {reached.at}"

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict, located, named
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, located, named
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.thickness import tail_thickness
@@ -76,7 +76,7 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
     return tuple(found)
 
 
-def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Complaint:
+def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Violation:
     """What a measurement that is not kept says."""
     x, y, z = each["where_m"]
     volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Case, Complaint, Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict, Violation
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Edit, Place, Severity
@@ -172,7 +172,7 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Complaint:
+def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Violation:
     """The complaint for copper of an item that lies a gap (m) from the board's edge."""
     rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
     at_plug = _is_at_plug(design, item)
@@ -190,7 +190,7 @@ def _connector_with_edge(design: Design, left: Left) -> str:
     return design.once("connector with more edge", lambda: _other_connector(design, left))
 
 
-def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> Iterator[Complaint]:
+def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> Iterator[Violation]:
     """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     for near in found:
@@ -200,7 +200,7 @@ def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> 
         yield _spacing_complaint(design, places[0], len(places), key)
 
 
-def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Complaint:
+def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
     """The complaint for two pieces that are too near, and how many such places there are."""
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
@@ -336,7 +336,7 @@ def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator
 
 def _narrow_web(
     design: Design, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
-) -> Iterator[Complaint]:
+) -> Iterator[Violation]:
     """A complaint where the strip of coverlay between two groups of edges is too narrow."""
     rules = design.spec.fpc.rules
     web = _smallest(one, other, rules.coverlay_web)
@@ -410,7 +410,7 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
     return inside
 
 
-def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Complaint:
+def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Violation:
     """The complaint for an opening of the coverlay that is too near to a track or via beside it."""
     rules = design.spec.fpc.rules
     return OPENING_NEAR_TRACK.found("fpc.tail", gap, rules.coverlay_opening_to_trace, "m",

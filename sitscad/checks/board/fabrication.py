@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -208,7 +208,7 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     yield from _drawn_width(design)
 
 
-def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Complaint]:
+def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Violation]:
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
     value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
     if value < least - ROUNDING:
@@ -218,7 +218,7 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Com
                              asked=asked.format(um(value)), house=house(design, field), more=more)
 
 
-def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Complaint]:
+def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Violation]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
     spec = design.spec
     rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
@@ -228,7 +228,7 @@ def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Se
                                  house=house(design, field), word=word, field=field)
 
 
-def _drawn_width(design: Design) -> Iterator[Complaint]:
+def _drawn_width(design: Design) -> Iterator[Violation]:
     """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
@@ -362,7 +362,7 @@ def offered(design: Design) -> Iterator[Verdict]:
 
 def _complaint(
     design: Design, key: str, field: str, word: str, asked: str, hint: str, measured: float | None = None
-) -> Complaint:
+) -> Violation:
     listed = getattr(design.spec.fpc.rules, field)
     found = NOT_OFFERED.found(key, measured, source=source_of(design, field), hint=hint, asked=f"{word}: {asked}",
                               house=house(design, field), offered=_words(listed) or "none")

@@ -8,7 +8,7 @@ from itertools import islice
 
 from sitscad.checks.board.clearances import drawn_rule
 from sitscad.checks.board.fabrication import FABRICATOR
-from sitscad.checks.rules import Case, Complaint, Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Severity, Shortfall
 from sitscad.remedy import moves
@@ -29,10 +29,10 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
     return reported
 
 
-def _complaint(design: Design, lack: Shortfall) -> Complaint:
+def _complaint(design: Design, lack: Shortfall) -> Violation:
     """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
     hint, key, source = _SAID[lack.what](design.spec, lack)
-    plain = Complaint(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
+    plain = Violation(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
     find = _ROOM.get(lack.what)
     return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
 
@@ -80,7 +80,7 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
         yield NO_WAY_OUT.found("coil.layers", place=Place(*open_coils[0].centre), names=names)
 
 
-def _room_inside(design: Design, plain: Complaint, left: Left) -> Complaint:
+def _room_inside(design: Design, plain: Violation, left: Left) -> Violation:
     """Fewer turns, then a larger coil with as much more room inside as its vias need."""
     spec = design.spec
     steps = fewer_turns(spec, spec.coil.most_turns, MOST_STEPS)
@@ -104,7 +104,7 @@ def _vias_fit(spec: SensorSpec, left: Left) -> bool:
     return left.affords(winding_work(spec)) and moves.inner_vias_fit(spec)
 
 
-def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | str:
+def _room_between(design: Design, plain: Violation, left: Left) -> Violation | str:
     """Coils farther apart, else other start angles, else both."""
     spec = design.spec
 
@@ -135,7 +135,7 @@ def _room_between(design: Design, plain: Complaint, left: Left) -> Complaint | s
     return _too_near(design, plain, near, more, both)
 
 
-def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: str) -> Complaint:
+def _too_near(design: Design, plain: Violation, near: float, more: float, hint: str) -> Violation:
     """The complaint about leads between coils, with their distance now and how much (m) is missing."""
     return replace(
         plain,
@@ -146,7 +146,7 @@ def _too_near(design: Design, plain: Complaint, near: float, more: float, hint: 
     )
 
 
-def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint | str:
+def _room_at_contacts(design: Design, plain: Violation, left: Left) -> Violation | str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
     for fix in moves.wider_connectors(design.spec):
         layout = left.drawn(fix.spec)
@@ -160,7 +160,7 @@ def _room_at_contacts(design: Design, plain: Complaint, left: Left) -> Complaint
     return ""
 
 
-_ROOM: dict[Missing, Callable[[Design, Complaint, Left], Complaint | str]] = {
+_ROOM: dict[Missing, Callable[[Design, Violation, Left], Violation | str]] = {
     Missing.INNER_ROOM: _room_inside, Missing.LEAD_ROOM: _room_between, Missing.TAIL_ROOM: _room_at_contacts,
 }
 """What gives room, by what lacks it."""

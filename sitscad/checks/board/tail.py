@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict, worded
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, worded
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
@@ -60,7 +60,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     yield from _too_sharp(design)
 
 
-def _mount_bends(design: Design) -> Iterator[Complaint]:
+def _mount_bends(design: Design) -> Iterator[Violation]:
     """A bend by which the mount lets the tail down, and which reaches beyond what may be bent."""
     path, straight = tail_path(design.layout), _straight(design)
     if path is not None and path.reason == TOO_SHORT:
@@ -74,7 +74,7 @@ def _mount_bends(design: Design) -> Iterator[Complaint]:
                                     last=last.end, straight=end)
 
 
-def _too_short(design: Design) -> Iterator[Complaint]:
+def _too_short(design: Design) -> Iterator[Violation]:
     """A complaint where the tail has no straight stretch long enough for its bend."""
     straight, needed, fits = _straight(design), bend_length(design.spec), _fits(design)
     if fits and straight.unfit is None:
@@ -119,7 +119,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _misplaced(design: Design) -> Iterator[Complaint]:
+def _misplaced(design: Design) -> Iterator[Violation]:
     """A bend whose place the spec gives, and which reaches beyond what may be bent there."""
     tail, zone, bend = design.spec.fpc.tail, design.layout.bend_zone, own_bend(design.layout)
     if tail is None or tail.bend_at is None or zone is None or bend is None:
@@ -140,7 +140,7 @@ def _misplaced(design: Design) -> Iterator[Complaint]:
                           into=what or "tracks that are not straight, or what the mount takes", room=room)
 
 
-def _too_sharp(design: Design) -> Iterator[Complaint]:
+def _too_sharp(design: Design) -> Iterator[Violation]:
     """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
     tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec), bend_figure(design.spec)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
@@ -215,7 +215,7 @@ def _straight(design: Design) -> _Straight:
     return _Straight(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
 
 
-def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Complaint]:
+def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Violation]:
     """A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent."""
     layout = design.layout
     for via in layout.vias:
@@ -231,7 +231,7 @@ def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Compla
             yield _in_bend("the stiffener", inside, Place(max(x0, zone[0]), (y0 + y1) / 2))
 
 
-def _in_bend(what: str, inside: float, place: Place) -> Complaint:
+def _in_bend(what: str, inside: float, place: Place) -> Violation:
     return IN_BEND.found("fpc.tail.bend", inside, 0.0, "m", place=place, what=what)
 
 
@@ -350,7 +350,7 @@ def step(design: Design) -> Iterator[Verdict]:
 
 def _too_near(
     design: Design, case: Case, gap: float, asked: float, field: str, place: Place, values: dict[str, Any]
-) -> Complaint:
+) -> Violation:
     """The complaint for something too near to the step in thickness, and a longer body as the way out."""
     missing, margin = asked - gap, design.spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)

@@ -16,7 +16,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Complaint, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.readout.converter import source_in_all
@@ -37,13 +37,13 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
-    near: list[Complaint] = []
+    near: list[Violation] = []
     yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
     yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
     yield from _as_one([*near, *_copper_ends(design)])
 
 
-def _copper_ends(design: Design) -> Iterator[Complaint]:
+def _copper_ends(design: Design) -> Iterator[Violation]:
     """The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
     although the board as drawn keeps it: no test of the bare board tells such copper from any other.
     """
@@ -66,7 +66,7 @@ def _copper_ends(design: Design) -> Iterator[Complaint]:
                                 code=_code(design, thin[2]))
 
 
-def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
+def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
     """The largest amplitude against what clamps; what keeps it by little goes to `near`."""
     high = design.converter.limit("amplitude_max")
     if largest is not None and largest.value > high * (1.0 + 1e-9):
@@ -80,7 +80,7 @@ def _too_strong(design: Design, largest: Reading | None, near: list[Complaint]) 
     yield from _cold_amplitude(design)
 
 
-def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -> Iterator[Verdict]:
+def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
     if smallest is None:
         return
@@ -100,7 +100,7 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Complaint]) -
     )
 
 
-def _as_one(near: list[Complaint]) -> Iterator[Verdict]:
+def _as_one(near: list[Violation]) -> Iterator[Verdict]:
     """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
     and another for a stronger one. Place and figures are those of the gravest.
     """

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Case, Complaint, Undecided, Verdict
+from sitscad.checks.rules import Case, Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.record import record
@@ -87,7 +87,7 @@ def more_distance(design: Design) -> str:
 
 def near_limit(
     reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str
-) -> Iterator[Complaint]:
+) -> Iterator[Violation]:
     """A note for a reading that keeps its limit by less than two sigma of manufacture, a warning by less than one."""
     if reading is None:
         return

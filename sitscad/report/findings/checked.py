@@ -13,7 +13,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
-    from sitscad.measured import Closing, Measure, Reached, Signal
+    from sitscad.measured import Closing, Measure, RequirementResult, Signal
 
 
 @record
@@ -38,7 +38,7 @@ class CheckedSpec:
     fit: tuple[Measure, ...] = ()
     silenced: tuple[Finding, ...] = ()
     closing: Closing | None = None
-    reached: tuple[Reached, ...] = ()
+    reached: tuple[RequirementResult, ...] = ()
     name: str = ""
     board: tuple[float, float, float, float] | None = None
 
@@ -96,7 +96,7 @@ def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
 
 def checked_spec(
     spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked], signals: Sequence[Signal] = (),
-    fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[Reached] = (),
+    fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[RequirementResult] = (),
     board: tuple[float, float, float, float] | None = None,
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
-from sitscad.measured import Closing, Measure, Reached, Share, Signal
+from sitscad.measured import Closing, Measure, RequirementResult, Share, Signal
 from sitscad.report.findings.checked import CheckedSpec
 from sitscad.version import __version__
 
@@ -135,7 +135,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         return CheckedSpec(
             path, text, findings, not_checked, signals=tuple(map(_signal, spec["signal"])), ignored=tuple(ignored),
             fit=tuple(map(_measure, spec["fit"])), closing=_closing(spec["closing"]),
-            reached=tuple(Reached(**each) for each in spec["felt"]), name=spec["name"] or "",
+            reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
             board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
         )
     except (ValueError, KeyError, TypeError):
