@@ -171,7 +171,7 @@ def test_a_fix_for_the_resolution_is_tried():
 def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
     spec = write_template("bench_7mm", tmp_path / "spec.yaml")
     run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \
-          "print([m for m in sys.modules if 'estimates.perf' in m or 'response.model' in m], file=sys.stderr)"  # fmt: skip
+          "print([m for m in sys.modules if 'estimates.perf' in m or 'response.model' in m], file=sys.stderr)"
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", run, str(spec)], capture_output=True, text=True,
                           env={"PYTHONPATH": source})  # fmt: skip
