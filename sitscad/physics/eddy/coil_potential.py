@@ -228,14 +228,16 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
     lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
     up = _cubic(level - lowest)
     flat = octave.table([first + k for first in np.unique(lowest).tolist() for k in range(4)]).reshape(-1)
-    runs = np.lib.stride_tricks.sliding_window_view(flat, 4)
+    # four neighbours along x are taken out as one record: numpy gathers records in half the time of rows of four
+    runs = np.ndarray((len(flat) - 3,), dtype=f"V{4 * flat.itemsize}", buffer=flat, strides=(flat.itemsize,))
     base = (lowest * count + rows[:, 0]) * count + columns[:, 0]
-    found = np.zeros(len(points), dtype=complex)
+    found = np.zeros((len(points), 8))
     for k in range(4):
         for row in range(4):
-            run = runs[base + (k * count + row) * count]
-            found += up[:, k] * along_y[:, row] * np.einsum("nx,nx->n", run, along_x)
-    return found
+            run = runs[base + (k * count + row) * count].view(flat.real.dtype).reshape(-1, 8)
+            found += (up[:, k] * along_y[:, row])[:, None] * run
+    pairs = np.einsum("nxc,nx->nc", found.reshape(-1, 4, 2), along_x)
+    return np.asarray(pairs[:, 0] + 1j * pairs[:, 1])
 
 
 def _cubic(t: Array) -> Array:
