@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
     "estimates": {"units", "measured", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
     "remedy": {"units", "finding", "geometry", "spec", "layout"},
-    "calibration": {"estimates", "scene", "mechanics", "readout", "spec", "design"},
+    "calibration": {"physics", "estimates", "scene", "mechanics", "readout", "spec", "design"},
     "design": {"measured", "spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",

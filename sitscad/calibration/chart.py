@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.basis import Exponents, chebyshev, exponents, spread
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.physics.polynomials import Exponents, chebyshev, exponents, spread
 from sitscad.record import record
 
 Array = NDArray[np.float64]

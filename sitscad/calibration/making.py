@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.basis import exponents, monomials
 from sitscad.calibration.maps.forms import Form, Samples, Shape, Tried, best, compared, fitted
 from sitscad.calibration.maps.inverse_map import InverseMap
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
+from sitscad.physics.polynomials import exponents, monomials
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.basis import spread
 from sitscad.estimates.performance.bench import (
     SLIP,
     axes_told_apart,
@@ -20,6 +19,7 @@ from sitscad.estimates.performance.bench import (
 )
 from sitscad.estimates.performance.values import AXES
 from sitscad.mechanics.elastomer import VALID_SHEAR
+from sitscad.physics.polynomials import spread
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 

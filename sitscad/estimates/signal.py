@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sitscad.estimates.states.moved_target import target_effects
 from sitscad.estimates.states.pressing import pressed
 from sitscad.measured import Most, Signal
+from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 
@@ -91,13 +92,12 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None
     if pad.thickness not in held:
         return None
     ends = np.array([(t, left[t].gap) for t in held]) - pad.thickness
-    middle, half = 0.5 * (ends.max() + ends.min()), 0.5 * (ends.max() - ends.min())
-    heights = middle + half * np.cos(np.pi * (np.arange(HEIGHTS) + 0.5) / HEIGHTS)
+    heights = chebyshev_points(float(ends.min()), float(ends.max()), HEIGHTS)
     effect = _effects(layout, estimates, best, heights)
     if not np.all(effect * effect[0] > 0.0):
         return None  # a magnetic target's effect goes through nothing: there is no logarithm of it
-    line = np.polynomial.Chebyshev.fit(heights, np.log(np.abs(effect)), HEIGHTS - 1)
-    change = np.abs(np.diff(np.exp(line(ends)), axis=1)[:, 0])
+    sizes = np.exp(shares(heights, ends.ravel()) @ np.log(np.abs(effect))).reshape(ends.shape)
+    change = np.abs(np.diff(sizes, axis=1)[:, 0])
     by_signal = [held[k] for k in np.argsort(-change, kind="stable")]
     thickness = next((t for t in by_signal if passes_port(layout, specs[t])), None)
     if thickness is None:

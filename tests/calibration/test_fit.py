@@ -12,13 +12,13 @@ from tolerance import approx
 import sitscad
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibrate import calibrate_by
-from sitscad.calibration.maps.basis import exponents, monomials, spread
 from sitscad.calibration.maps.forms import Form, Samples, fitted
 from sitscad.calibration.maps.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
 from sitscad.package.calibration_files import calibration_files
+from sitscad.physics.polynomials import exponents, monomials, spread
 from sitscad.scene.motions import read_motions
 from tests.oracles.bench import simulated
 

@@ -31,7 +31,6 @@ from numpy.typing import NDArray
 import sitscad
 from sitscad.calibration.calibrate import calibrate_by, sensors_of
 from sitscad.calibration.making import chosen_form, drawn_map
-from sitscad.calibration.maps.basis import exponents, monomials
 from sitscad.calibration.maps.forms import Tried
 from sitscad.calibration.maps.inverse_map import InverseMap
 from sitscad.calibration.maps.least_squares import ridge
@@ -39,6 +38,7 @@ from sitscad.calibration.plan import plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
+from sitscad.physics.polynomials import exponents, monomials
 from tests.oracles.bench import simulated
 
 Array = NDArray[np.float64]

@@ -25,9 +25,9 @@ from scipy.optimize import least_squares
 
 from sitscad.estimates.response.placed import Cover
 from sitscad.estimates.response.plate import solved_plate
-from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.layout import lay_out
 from sitscad.physics.eddy.target import turned
+from sitscad.physics.polynomials import chebyshev_points, evaluated
 from sitscad.spec.load import load_text
 
 MM = 1e-3
@@ -59,7 +59,8 @@ def sensor(coil: str, size: float, fill: float, target: str, across: float):
 
 def axes() -> list[np.ndarray]:
     """Places (m) beside the coil's centre along x and y, and logarithms of the gap."""
-    return [chebyshev(0.0, REACH, GRID[0]), chebyshev(0.0, REACH, GRID[1]), chebyshev(*np.log(GAPS), GRID[2])]
+    gaps = chebyshev_points(*np.log(GAPS), GRID[2])
+    return [*(chebyshev_points(0.0, REACH, count) for count in GRID[:2]), gaps]
 
 
 def tabulated(coil: str, size: float, fill: float, target: str, across: float, turn: float = 0.0) -> np.ndarray:

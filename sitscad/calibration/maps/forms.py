@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.basis import Exponents, exponents, monomials
 from sitscad.calibration.maps.inverse_map import BEYOND, changes, terms
+from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sitscad.calibration.maps.basis import Exponents, monomials
+from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.basis import monomials
 from sitscad.calibration.maps.inverse_map import InverseMap, terms
 from sitscad.calibration.maps.least_squares import ridge
+from sitscad.physics.polynomials import monomials
 from sitscad.record import record
 
 Array = NDArray[np.float64]

@@ -25,13 +25,13 @@ from sitscad.estimates.performance.tank_law import held, pressed_place, tank_law
 from sitscad.estimates.performance.tilts import QuickTilts
 from sitscad.estimates.performance.units import units_of
 from sitscad.estimates.response.pad import soft_pad
-from sitscad.estimates.response.scan import chebyshev, evaluated
 from sitscad.estimates.states.assembly import warmed
 from sitscad.estimates.states.moved_target import target_effects
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
+from sitscad.physics.polynomials import chebyshev_points, evaluated
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
@@ -82,9 +82,9 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     pad = spec.elastomer
     assert pad is not None
     reach, depth = _reach(spec)
-    heights = chebyshev(-depth * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
+    heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
     places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
-    sides = chebyshev(-reach * pad.thickness, reach * pad.thickness, places)
+    sides = chebyshev_points(-reach * pad.thickness, reach * pad.thickness, places)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
     law, pressed = tank_law(spec, estimates), pressed_place(estimates)
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]

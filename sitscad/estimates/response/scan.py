@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.polynomials import chebyshev_points, evaluated
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -162,12 +163,6 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
     return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
 
 
-def chebyshev(low: float, high: float, count: int) -> Array:
-    """Chebyshev's points (first kind) between two ends, rising."""
-    angle = math.pi * (np.arange(count) + 0.5) / count
-    return np.asarray(0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle))
-
-
 def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[Array]:
     """Points along each moved axis: as many as two lines need, through the middle and where the target is nearest."""
     found = []
@@ -176,43 +171,12 @@ def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[A
         lines = np.tile(0.5 * (low + high), (3, LINE, 1))
         lines[1:, :, 2] = low[2]
         lines[2, :, :2] = low[:2] + 0.2 * (high[:2] - low[:2])
-        lines[:, :, axis] = chebyshev(float(low[axis]), float(high[axis]), LINE)
+        lines[:, :, axis] = chebyshev_points(float(low[axis]), float(high[axis]), LINE)
         flat = lines.reshape(-1, 6)
         values = _packed(exact.solve(flat)) * np.exp(decay * flat[:, 2])[:, None]
-        waves = _waves(LINE, math.pi * (np.arange(LINE) + 0.5) / LINE)
+        waves = np.cos(np.arange(LINE)[:, None] * (math.pi * (np.arange(LINE) + 0.5) / LINE))
         size = np.abs(np.einsum("kl,nlv->nkv", waves, values.reshape(3, LINE, -1))) / LINE
         wanted = size.max(axis=(0, 2)) / max(float(np.abs(values).max()), 1e-300)
         count = 1 + max((k for k in range(LINE) if wanted[k] > TAIL), default=1)
-        found.append(chebyshev(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
+        found.append(chebyshev_points(float(low[axis]), float(high[axis]), min(max(count + 1, 3), LINE)))
     return found
-
-
-def _waves(count: int, angle: Array) -> Array:
-    return np.asarray(np.cos(np.arange(count)[:, None] * angle))
-
-
-def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
-    """The product of polynomials through a tensor's values (points of every axis of the `grid`, values), at (n, axes)
-    places: (n, values).
-    """
-    weights = [_barycentric(points, places[:, axis]) for axis, points in enumerate(grid)]
-    found = np.empty((len(places), tensor.shape[-1]))
-    for first in range(0, len(places), 2000):
-        some = slice(first, first + 2000)
-        part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
-        for weight in weights[1:]:
-            part = np.einsum("ni,ni...->n...", weight[some], part)
-        found[some] = part
-    return found
-
-
-def _barycentric(points: Array, at: Array) -> Array:
-    """Weights (n, points) of values at Chebyshev points in the polynomial through them, at (n,) places."""
-    count = points.size
-    angle = math.pi * (np.arange(count) + 0.5) / count
-    share = (-1.0) ** np.arange(count) * np.sin(angle)
-    away = at[:, None] - points
-    hit = np.abs(away) < 1e-15 + 1e-12 * np.abs(points).max()
-    weights = share / np.where(hit, 1.0, away)
-    weights = np.where(hit.any(axis=1)[:, None], hit, weights)
-    return np.asarray(weights / weights.sum(axis=1)[:, None])

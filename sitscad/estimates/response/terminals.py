@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.circuit.idle import idle_load
 from sitscad.estimates.circuit.tank import Tank
+from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.physics.resonator import LOWEST_SHARE, Network, oscillate
 from sitscad.record import record
 
@@ -33,30 +34,23 @@ MOST_SLOPE = 0.5
 
 @record(eq=False)
 class Curves:
-    """Functions of frequency (Hz), known at Chebyshev points of ln f between two of them: `coefficients` (points, ...)
-    of Chebyshev's polynomials.
-    """
+    """Functions of frequency (Hz) through `values` (points, ...) at Chebyshev's `points` of ln f, between two ends."""
 
     low: float
     high: float
-    coefficients: ComplexArray
+    points: Array
+    values: ComplexArray
 
     def __call__(self, frequencies: Array) -> ComplexArray:
-        """Values (n, ...) at (n,) frequencies."""
-        x = 2.0 * np.log(frequencies / self.low) / math.log(self.high / self.low) - 1.0
-        waves = np.cos(np.arange(len(self.coefficients)) * np.arccos(np.clip(x, -1.0, 1.0))[:, None])
-        flat = waves @ self.coefficients.reshape(len(self.coefficients), -1)
-        return np.asarray(flat.reshape(len(frequencies), *self.coefficients.shape[1:]))
+        """Values (n, ...) at (n,) frequencies; beyond the ends what they are there."""
+        at = np.log(np.clip(frequencies, self.low, self.high))
+        return np.asarray(np.tensordot(shares(self.points, at), self.values, axes=1))
 
 
 def curves(low: float, high: float, exact: Callable[[Array], ComplexArray], points: int = POINTS) -> Curves:
     """The curves through `exact`, which takes (m,) frequencies and gives (m, ...)."""
-    angle = math.pi * (np.arange(points) + 0.5) / points
-    values = exact(low * (high / low) ** (0.5 * (1.0 + np.cos(angle))))
-    waves = np.cos(np.arange(points)[:, None] * angle) * (2.0 / points)
-    waves[0] *= 0.5
-    found = np.tensordot(waves, values, axes=1)
-    return Curves(low, high, np.asarray(found, dtype=complex))
+    places = chebyshev_points(math.log(low), math.log(high), points)
+    return Curves(low, high, places, np.asarray(exact(np.exp(places)), dtype=complex))
 
 
 @record(eq=False)

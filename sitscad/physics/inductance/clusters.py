@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.inductance.heights import chebyshev, height_nodes, nodes_enough, shares
+from sitscad.physics.inductance.heights import height_nodes, nodes_enough
+from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -73,10 +74,10 @@ class Cluster:
         counts = _node_counts(*self.half.tolist())
         if counts[0] * counts[1] >= len(self.places):
             return self.places, self.elements
-        axes = [chebyshev(count)[0] for count in counts]
+        axes = [chebyshev_points(-1.0, 1.0, count) for count in counts]
         nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
-        x, y = (shares(at[:, k], counts[k]) for k in (0, 1))
+        x, y = (shares(points, at[:, k]) for k, points in enumerate(axes))
         both = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
         weighed = both.T @ self.elements.reshape(len(at), -1)
         return nodes, weighed.reshape(-1, *self.elements.shape[1:])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sitscad.physics.polynomials import chebyshev_points, shares
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -33,22 +34,5 @@ def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     if half <= 0.0:
         return squares[:1], np.ones((squares.size, 1))
-    return middle + half * chebyshev(count)[0], shares((squares - middle) / half, count)
-
-
-@lru_cache(maxsize=32)
-def chebyshev(count: int) -> tuple[Array, Array]:
-    """Roots of the Chebyshev polynomial of that order, and the weights of Lagrange's barycentric formula there."""
-    angle = math.pi * (np.arange(count) + 0.5) / count
-    return np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
-
-
-def shares(at: Array, count: int) -> Array:
-    """What places (n,) on [-1, 1] weigh at so many nodes, (n, count), no unit: the barycentric formula (Berrut and
-    Trefethen, SIAM Review 46, 2004).
-    """
-    nodes, weights = chebyshev(count)
-    away = at[:, None] - nodes
-    away[away == 0.0] = 1e-300
-    found = weights / away
-    return np.asarray(found / found.sum(axis=1, keepdims=True))
+    nodes = chebyshev_points(-1.0, 1.0, count)
+    return middle + half * nodes, shares(nodes, (squares - middle) / half)

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.inductance.heights import chebyshev, shares
+from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -116,13 +116,14 @@ class Box:
     @property
     def nodes(self) -> Array:
         """Chebyshev's, (n, 3; m)."""
-        local = np.stack(np.meshgrid(*[chebyshev(count)[0] for count in self.counts], indexing="ij"), axis=-1)
+        axes = [chebyshev_points(-1.0, 1.0, count) for count in self.counts]
+        local = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         return np.asarray(self.centre + (local.reshape(-1, 3) * self.half) @ self.axes)
 
     def weights(self, points: Array) -> Array:
         """What the nodes weigh at points (n, 3; m): (n, nodes), no unit."""
         at = (points - self.centre) @ self.axes.T / np.maximum(self.half, 1e-300)
-        x, y, z = (shares(at[:, k], count) for k, count in enumerate(self.counts))
+        x, y, z = (shares(chebyshev_points(-1.0, 1.0, count), at[:, k]) for k, count in enumerate(self.counts))
         return np.asarray(np.einsum("na,nb,nc->nabc", x, y, z).reshape(len(at), -1))
 
     def distance(self, start: Array, end: Array) -> Array:

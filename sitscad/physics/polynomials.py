@@ -1,8 +1,10 @@
-"""Polynomials of several variables: which terms they have, their values, points that serve to fit them."""
+"""Polynomials through values at Chebyshev's points, and sums of products of several variables with where to try them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -13,6 +15,46 @@ Exponents = NDArray[np.int64]
 
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of Halton's sequence."""
+
+AT_ONCE = 2000
+"""Places at which a polynomial of several variables is evaluated together: so few that what it takes stays in cache."""
+
+
+@lru_cache(maxsize=64)
+def _roots(count: int) -> tuple[Array, Array]:
+    """Roots of the Chebyshev polynomial of that order, rising, and the weights of the barycentric formula there."""
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    return -np.cos(angle), (-1.0) ** np.arange(count) * np.sin(angle)
+
+
+def chebyshev_points(low: float, high: float, count: int) -> Array:
+    """Chebyshev's points (first kind) between two ends, rising."""
+    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * _roots(count)[0])
+
+
+def shares(points: Array, at: Array) -> Array:
+    """What values at Chebyshev's points weigh in the polynomial through them at (n,) places, (n, points): the
+    barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    """
+    away = at[:, None] - points
+    away[away == 0.0] = 1e-300  # at a point its own weight outweighs all others
+    weights = _roots(points.size)[1] / away
+    return np.asarray(weights / weights.sum(axis=1)[:, None])
+
+
+def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
+    """The product of polynomials through a tensor's values (Chebyshev's points of every axis of the `grid`, values), at
+    (n, axes) places: (n, values).
+    """
+    weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
+    found = np.empty((len(places), tensor.shape[-1]))
+    for first in range(0, len(places), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
+        for weight in weights[1:]:
+            part = np.einsum("ni,ni...->n...", weight[some], part)
+        found[some] = part
+    return found
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:
