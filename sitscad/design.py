@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.readout.converter import Converter
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from sitscad.estimates import Estimates
-    from sitscad.estimates.performance.quick import QuickPerformance
-    from sitscad.estimates.performance.scatter import Scatter
+    from sitscad.estimates.performance.curves import Curves
+    from sitscad.estimates.performance.manufacture import Scatter
+    from sitscad.estimates.performance.points import Felt
     from sitscad.estimates.performance.values import Loads, Performance
     from sitscad.estimates.response.model import ResponseModel
     from sitscad.estimates.response.values import Response
@@ -32,6 +33,16 @@ Kept = TypeVar("Kept")
 
 ROOM_TEMPERATURE = 20.0
 """At which boards are tested and sensors are switched on (degrees Celsius)."""
+
+
+def _without_text(make: Callable[[Design], Kept]) -> cached_property[Kept]:
+    """What costs most, kept by the design without text: checks and files of one build ask for it alike."""
+
+    @wraps(make)
+    def kept(design: Design) -> Kept:
+        return make(design) if design.bare is design else cast(Kept, getattr(design.bare, make.__name__))
+
+    return cached_property(kept)
 
 
 @record
@@ -92,14 +103,21 @@ class Design:
 
         return estimated(self.layout)
 
-    @cached_property
+    @_without_text
     def response(self) -> ResponseModel:
         """What the coils read when the target moves; raises `NoResponse` where nothing can."""
         from sitscad.estimates.response.model import response_model
 
         return response_model(self.layout, self.estimates)
 
-    @cached_property
+    @_without_text
+    def solved(self) -> Felt:
+        """What the sensor feels by its response, each when it is asked for; raises `NoResponse` without a pad."""
+        from sitscad.estimates.performance.points import solved_performance
+
+        return solved_performance(self.response)
+
+    @_without_text
     def performance(self) -> tuple[Performance, ...]:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
         no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design.
@@ -108,9 +126,16 @@ class Design:
         from sitscad.estimates.response.pad import NoResponse
 
         try:
-            return performance(self.response, lambda: self.twins)
+            return performance(self.solved, self.response, lambda: self.twins)
         except NoResponse:
             return ()
+
+    @_without_text
+    def curves(self) -> Curves | None:
+        """What a data sheet draws of the sensor; None where `performance` is nothing."""
+        from sitscad.estimates.performance.curves import curves
+
+        return curves(self.solved, self.felt) if self.performance else None
 
     @cached_property
     def most_signal(self) -> tuple[Most, ...]:
@@ -119,31 +144,26 @@ class Design:
 
         return most_signal(self.layout, self.estimates)
 
-    @cached_property
-    def felt(self) -> QuickPerformance | None:
+    @_without_text
+    def felt(self) -> Felt | None:
         """The performance by the quick method, for checks; None where there is nothing to feel."""
         from sitscad.estimates.performance.quick import quick_performance
 
         return quick_performance(self.layout, self.estimates)
 
-    @cached_property
+    @_without_text
     def twins(self) -> tuple[Loads, Loads] | None:
         """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
         and papers. The quick method finds them, and the response judges them (in seconds).
         """
-        from sitscad.estimates.performance.bench import Solved, bench_of
-
         if self.felt is None or not self.felt.is_range_held:
             return None
-        found = self.felt
-        return found.working.twins(
-            lambda: bench_of(found.bench.spec, self.estimates, Solved(self.response).frequencies)
-        )
+        return self.felt.working.twins(lambda: self.solved.bench)
 
     @cached_property
     def scatter(self) -> tuple[Scatter, ...]:
         """By how much one unit differs from the next, cause by cause."""
-        from sitscad.estimates.performance.scatter import manufacturing_scatter
+        from sitscad.estimates.performance.manufacture import manufacturing_scatter
 
         return manufacturing_scatter(self.spec, self.estimates)
 
@@ -217,7 +237,9 @@ class Design:
         """The same design without the text that it was read from: comments and file name cannot change what is drawn
         from it. Layout and estimates are this one's.
         """
-        spec = without_text(self.spec)
+        spec, source = without_text(self.spec), self.spec.source
+        if (source, source.files) == (spec.source, spec.source.files):
+            return self
         return Design(spec, replace(self.layout, spec=spec), self.estimates)
 
     def has_board_of(self, changed: SensorSpec) -> bool:

@@ -55,8 +55,8 @@ class Chart:
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
-    """The same as the model has it, each pose solved."""
-    parts = [model.respond(poses[k : k + AT_ONCE]) for k in range(0, len(poses), AT_ONCE)]
+    """The same as the model has it, each pose solved, the target as for performance."""
+    parts = [model.respond(poses[k : k + AT_ONCE], within=model.pad_ends) for k in range(0, len(poses), AT_ONCE)]
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 
 

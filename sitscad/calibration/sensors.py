@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from sitscad.calibration.chart import Chart, chart, terminals, without_target
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
-from sitscad.calibration.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.terminals import tank_frequencies
+from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.readout.conversion import Conversion

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.data import rows
-from sitscad.estimates.performance import scatter
-from sitscad.estimates.performance.scatter import manufacturing_scatter
+from sitscad.estimates.performance import manufacture as scatter
+from sitscad.estimates.performance.manufacture import manufacturing_scatter
 from sitscad.estimates.response.errors import USUAL as CHANGE_SIGMA
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.uncertainty import CAPACITOR

@@ -22,7 +22,7 @@ from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.units import show
 
 if TYPE_CHECKING:
-    from sitscad.estimates.performance.quick import QuickPerformance
+    from sitscad.estimates.performance.points import Felt
 
 
 NOTHING_FELT = Undecided(
@@ -54,9 +54,9 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
         return tuple(kept)
     end = farthest(needs)
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
-    k = int(np.argmax(drift / found.bench.full_scales))
+    k = int(np.argmax(drift / found.bench.range.full_scales))
     at = f"between {needs.temperature:.3g} and {end:.3g} degC"
-    axis = _along(found.bench.names[k])
+    axis = _along(found.bench.range.axes[k])
     return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
 
 
@@ -74,7 +74,7 @@ def _along(axis: str) -> str:
     return axis.replace("_", " along ")
 
 
-def where_felt(rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],) -> Callable[[Design], Iterator[Verdict]]:
+def where_felt(rule: Callable[[Felt, Design], Iterator[Verdict]],) -> Callable[[Design], Iterator[Verdict]]:
     """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
     to feel, and of points at which the pad gives way.
     """
@@ -94,12 +94,12 @@ def where_felt(rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],) -
 
 
 def where_held(
-    rule: Callable[[QuickPerformance, Design], Iterator[Verdict]],
-) -> Callable[[QuickPerformance, Design], Iterator[Verdict]]:
+    rule: Callable[[Felt, Design], Iterator[Verdict]],
+) -> Callable[[Felt, Design], Iterator[Verdict]]:
     """A rule about the whole working range: nothing where the pad gives way within it, and so undecided."""
 
     @wraps(rule)
-    def apply(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+    def apply(found: Felt, design: Design) -> Iterator[Verdict]:
         if found.is_range_held:
             yield from rule(found, design)
         elif all(found.held):
@@ -121,11 +121,11 @@ class Worst:
     at: str
 
 
-def worst(found: QuickPerformance, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
+def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
     """The largest of what `of` gives for a working point and an axis by their numbers, where the pad holds the target;
     None without such axes.
     """
-    names = found.bench.names
+    names = found.bench.range.axes
     each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
             where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
     return max(each, key=lambda one: one.value, default=None)
@@ -146,22 +146,22 @@ SHEARS = ("shear_x", "shear_y")
 
 
 @where_felt
-def normal_resolution(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     """Noise of the normal axis at every working point."""
     yield from _resolution(found, design, "SIT401", "normal_resolution", ("normal",))
 
 
 @where_felt
-def shear_resolution(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     """Noise of the shear axes that the array tells apart; a coil alone tells none."""
-    if len(found.bench.names) == 1:
+    if len(found.bench.range.axes) == 1:
         yield NO_SHEAR.found("requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N")
         return
     yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
 
 
 def _resolution(
-    found: QuickPerformance, design: Design, rule: str, key: str, axes: tuple[str, ...]
+    found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...]
 ) -> Iterator[Verdict]:
     """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
     asked = getattr(design.spec.requirements, key)
@@ -183,21 +183,21 @@ ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as 
 
 @where_felt
 @where_held
-def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
     """What every axis errs by while another goes over its full scale, by the curved map."""
-    from sitscad.estimates.performance.inverse import crosstalk as crossed
+    from sitscad.estimates.performance.inversion import crosstalk as crossed
 
     asked = design.spec.requirements.crosstalk
     assert asked is not None
-    if len(found.bench.names) == 1:
+    if len(found.bench.range.axes) == 1:
         yield ONE_AXIS
         return
     tables = [crossed(found.working, point.load, point.inverse)[0] for point in found.points]
 
     def of(point: int, axis: int) -> float:
-        return max(tables[point][found.bench.names[axis]].values(), default=0.0)
+        return max(tables[point][found.bench.range.axes[axis]].values(), default=0.0)
 
-    most = worst(found, found.bench.names, of)
+    most = worst(found, found.bench.range.axes, of)
     if most is not None:
         note_reached(design, RequirementResult("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
     if most is not None and most.value > asked:
@@ -206,12 +206,13 @@ def crosstalk(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
 
 
 @where_felt
-def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """What the tilt that the contact may have costs on every axis."""
     needs = design.spec.requirements
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
-    most = worst(found, found.bench.names, lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
+    most = worst(found, found.bench.range.axes,
+                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
     if most is not None:
         note_reached(design, RequirementResult("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
     if most is not None and most.value > asked:
@@ -224,11 +225,11 @@ def tilt_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 @where_held
-def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Error of shear over normal at full load."""
     asked = design.spec.requirements.friction_error
     assert asked is not None
-    shear = next((name for name in found.bench.names if name != "normal"), None)
+    shear = next((name for name in found.bench.range.axes if name != "normal"), None)
     if shear is None:
         yield NO_FRICTION.found("requirements.friction_error", None, asked)
         return
@@ -243,7 +244,7 @@ def friction_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]
 
 
 @where_felt
-def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
     needs = design.spec.requirements
     assert needs.temperature_error is not None
@@ -252,7 +253,7 @@ def temperature_error(found: QuickPerformance, design: Design) -> Iterator[Verdi
         return
     drift = apart * found.warmed[-1].temperature
     k = int(np.argmax(drift))
-    asked, axis = needs.temperature_error, found.bench.names[k].replace("_", " along ")
+    asked, axis = needs.temperature_error, found.bench.range.axes[k].replace("_", " along ")
     result = RequirementResult("temperature_error", "SIT406", float(drift[k]), asked, "N", axis, "at full load")
     note_reached(design, result)
     if drift[k] > needs.temperature_error:
@@ -309,29 +310,31 @@ BESIDE_NOISE = 10.0
 
 @where_felt
 @where_held
-def two_loads_one_reading(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
     twins = design.twins
     if twins is not None:
+        from sitscad.estimates.performance.values import AXES  # loaded by whatever feels
+
         words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
-                              for k, name in enumerate(("normal", "shear_x", "shear_y")) if name in found.bench.names)
+                              for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
         yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
 
 
 @where_felt
-def tilt_beside_noise(found: QuickPerformance, design: Design) -> Iterator[Verdict]:
+def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     """One degree of tilt against the noise."""
-    from sitscad.estimates.performance.tilts import DEGREE
+    from sitscad.estimates.performance.causes import DEGREE
 
     def over_noise(point: int, axis: int) -> float:
         here = found.points[point]
         return float(here.tilt_errors(DEGREE)[axis].max() / here.noise[axis])
 
-    most = worst(found, found.bench.names, over_noise)
+    most = worst(found, found.bench.range.axes, over_noise)
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
-        k = [name.replace("_", " along ") for name in found.bench.names].index(most.axis)
+        k = [name.replace("_", " along ") for name in found.bench.range.axes].index(most.axis)
         yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
                                 force=float(point.tilt_errors(DEGREE)[k].max()), noise=float(point.noise[k]))
 

@@ -32,7 +32,8 @@ PAPERS: tuple[Writer, ...] = (
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(
         "data sheet", "papers.datasheet", "datasheet",
-        ("layout", "estimates", "response", "performance", "forced", "bench_estimates"), is_felt,
+        ("layout", "estimates", "response", "performance", "curves", "forced", "bench_estimates"),
+        is_felt,
     ),
     Writer("bom", "papers.parts_list:render", "report", ("layout", "estimates", "forced")),
 )

@@ -11,7 +11,6 @@ from html import escape
 from typing import Any
 
 from sitscad.calibration.calibrate import Calibration, foretell
-from sitscad.calibration.working_range import working_range
 from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
@@ -19,12 +18,12 @@ from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
 from sitscad.drawing.web_page import table as html_table
-from sitscad.estimates.performance.bench import held_shear
-from sitscad.estimates.performance.curves import curves
-from sitscad.estimates.performance.reach import INSTABILITY
+from sitscad.estimates.performance.curves import Curves
+from sitscad.estimates.performance.points import INSTABILITY
 from sitscad.estimates.performance.values import Performance, largest_lasting
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
+from sitscad.estimates.response.working_range import held_shear, working_range
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
@@ -41,15 +40,15 @@ TOP, LEFT = 192.0, 14.0
 
 
 def render(
-    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance], forced: str,
-    bench: Estimates,
+    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
+    drawn: Curves | None, forced: str, bench: Estimates,
 ) -> dict[str, bytes]:
     """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
     degrees Celsius). Raises `MissingExtra` without the plotting library.
     """
-    if not performance:
+    if not performance or drawn is None:
         return {}
-    plots, found = figures(curves(response), performance), _calibration(response)
+    plots, found = figures(drawn, performance), _calibration(response)
     whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
     if found is not None:
         known = found.document()

@@ -1,4 +1,4 @@
-"""Polynomials through values at Chebyshev's points, and sums of products of several variables with where to try them."""
+"""Polynomials through values at Chebyshev's points, and sums of products of several variables."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AT_ONCE = 2000
 def _roots(count: int) -> tuple[Array, Array]:
     """Roots of the Chebyshev polynomial of that order, rising, and the weights of the barycentric formula there."""
     angle = math.pi * (np.arange(count) + 0.5) / count
-    return -np.cos(angle), (-1.0) ** np.arange(count) * np.sin(angle)
+    return -np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
 
 
 def chebyshev_points(low: float, high: float, count: int) -> Array:

@@ -7,9 +7,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.calibration.working_range import working_range
-from sitscad.estimates.performance.bench import full_normal, shear_at
 from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.response.working_range import full_normal, shear_at, working_range
 from sitscad.spec import templates
 
 SENSOR = """

@@ -205,14 +205,10 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
 
 def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
     """Least squares leave such an axis out, and its noise was none."""
-    from sitscad.estimates.performance.scatter import manufacturing_scatter
-    from sitscad.estimates.performance.units import units_of
-
     quick = bench.felt
     point = quick.points[0]
     blind = replace(point, by_pose=0.0 * point.by_pose, inverse=0.0 * point.inverse)
     assert np.isfinite(point.noise).all() and np.isinf(blind.noise).all()
-    units = units_of(quick.working, manufacturing_scatter(quick.layout.spec, quick.estimates))
-    known, untold = (one.errors(units, quick.working.map_errors) for one in (point, blind))
+    known, untold = (one.errors(quick.units, quick.working.map_errors) for one in (point, blind))
     assert all(np.isfinite(error).all() for error in known.values())
     assert all(np.isinf(error).all() for error in untold.values())

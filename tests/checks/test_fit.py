@@ -15,8 +15,8 @@ import sitscad
 from sitscad import check
 from sitscad.checks.assembly.plates import target_proportions
 from sitscad.design import Design
-from sitscad.estimates.performance.bench import beyond_held_shear, held_shear, shear_at
 from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, shear_at
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR

@@ -12,10 +12,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.performance.bench import Solved, axes_told_apart, bench_of
-from sitscad.estimates.performance.inverse import _alike
-from sitscad.estimates.performance.polynomial import best_fitted, fitted
+from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
 from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.response.working_range import axes_told_apart
 from sitscad.spec import presets
 
 LDC1614 = presets.converter("ldc1614")
@@ -187,11 +186,11 @@ def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
     spec = sitscad.load(Path(__file__).parents[1] / "report/broken/SIT407.yaml")
     design = Design(spec.replace("requirements.shear_force", f"{shear} N"))
     one, other = design.twins
-    bench = bench_of(design.felt.bench.spec, design.estimates, Solved(design.response).frequencies)
+    bench = design.solved.bench
     span = np.ptp(design.felt.working.readings, axis=0)
     read = bench.readings(bench.poses(np.array([one, other])))
     assert np.linalg.norm((read[1] - read[0]) / span) < 3e-3
-    assert np.linalg.norm((np.array(other) - one)[bench.columns] / bench.full_scales) > 0.1
+    assert np.linalg.norm((np.array(other) - one)[bench.range.columns] / bench.range.full_scales) > 0.1
     full = design.performance[-1]
     assert full.ambiguous == (one, other) and not full.invertible
 

@@ -10,8 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.performance.quick import quick_performance
-from sitscad.estimates.performance.tank_law import tank_law
+from sitscad.estimates.performance.quick import quick_performance, tank_law
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.estimates import uncertainty
-from sitscad.estimates.performance import scatter
+from sitscad.estimates.performance import manufacture as scatter
 from sitscad.estimates.uncertainty import CAPACITOR
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

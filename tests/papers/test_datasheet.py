@@ -20,9 +20,8 @@ from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Label, Sheet, flattened
 from sitscad.drawing.svg import svg
-from sitscad.estimates.performance.bench import held_shear
-from sitscad.estimates.performance.curves import curves
 from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.calibration_files import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet import errors, from_unit_to_unit, notes, render, sensor, summary
@@ -40,12 +39,13 @@ def bench():
 
 @pytest.fixture(scope="module")
 def files(bench):
-    return render(bench.layout, bench.estimates, bench.response, bench.performance, "", bench.bench_estimates)
+    return render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "",
+                  bench.bench_estimates)
 
 
 @pytest.fixture(scope="module")
 def drawn(bench):
-    return curves(bench.response)
+    return bench.curves
 
 
 def test_shear_beyond_the_law_is_said_once():
@@ -133,7 +133,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
         spec = str(TEMPLATES / "bench_7mm.yaml")
         subprocess.run([sys.executable, "-c", code, spec, f"{tmp_path / seed}/"], check=True,
                        env={"PYTHONPATH": source, "PYTHONHASHSEED": seed, "HOME": str(tmp_path),
-                            "OPENBLAS_NUM_THREADS": "1"})  # fmt: skip
+                            "OPENBLAS_NUM_THREADS": "1"})
     names = sorted(path.name for path in (tmp_path / "1").iterdir())
     assert names == ["datasheet.html", "datasheet.json", "datasheet.pdf"]
     for name in names:
@@ -142,7 +142,8 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
 
 @pytest.mark.slow
 def test_a_forced_sheet_says_so(bench):
-    made = render(bench.layout, bench.estimates, bench.response, bench.performance, "why", bench.bench_estimates)
+    made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "why",
+                  bench.bench_estimates)
     page = made["datasheet.html"].decode()
     assert "does not meet its own checks" in page
 
@@ -167,7 +168,8 @@ def test_the_difference_is_that_of_the_thesis(drawn):
 @pytest.mark.parametrize("name", ["three_axis_triangle", "three_axis_grid", "fingertip_foil", "grasper_4layer"])
 def test_every_kind_of_array_has_one(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    made = render(design.layout, design.estimates, design.response, design.performance, "", design.bench_estimates)
+    made = render(design.layout, design.estimates, design.response, design.performance, design.curves, "",
+                  design.bench_estimates)
     assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
     assert made["datasheet.html"].decode().count("<svg") == (4 if name == "fingertip_foil" else 5)
 
@@ -175,7 +177,7 @@ def test_every_kind_of_array_has_one(name):
 def test_only_what_feels_has_one(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert render(bench.layout, bench.estimates, bench.response, (), "", bench.bench_estimates) == {}
+    assert render(bench.layout, bench.estimates, bench.response, (), None, "", bench.bench_estimates) == {}
 
 
 def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):

@@ -150,7 +150,7 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
 
 def _extrapolated_shear(spec: SensorSpec, force: float) -> Iterator[Verdict]:
     """That a shear force (N) goes beyond what the pad's law was held against, as data sheet and calibration say."""
-    from sitscad.estimates.performance.bench import beyond_held_shear, held_shear
+    from sitscad.estimates.response.working_range import beyond_held_shear, held_shear
 
     held = held_shear(spec)
     if force > held:

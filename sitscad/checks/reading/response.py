@@ -112,7 +112,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     if so; whether each feels enough is not known.
     """
     from sitscad.estimates import estimated
-    from sitscad.estimates.performance.bench import USUAL_STRAIN, full_normal
+    from sitscad.estimates.response.working_range import USUAL_STRAIN, full_normal
     from sitscad.estimates.states.pressing import rests_on_pad
 
     yield Undecided(NEEDS["normal force"][1])

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.tilts import DEGREE, Tilts
-from sitscad.estimates.performance.units import Units
+from sitscad.estimates.performance.manufacture import Units
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
+from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
@@ -33,6 +36,44 @@ UNTOLD = 0.01
 
 BRANCH = 0.5
 """Part of a loop of hysteresis by which either branch lies beside the middle of both."""
+
+DEGREE = math.radians(1.0)
+
+WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+"""The turns that are looked at, in angles of tilt: about x and y, either way."""
+
+
+@record(eq=False)
+class Tilts:
+    """Working points of a bench: loads (points, 3; N) and poses (points, 6) of their level target."""
+
+    bench: Bench
+    loads: Array
+    poses: Array
+    kept: dict[float, Array] = field(default_factory=dict)
+
+    def at(self, angle: float) -> Array:
+        """Change of the readings by a tilt (rad) in every one of `WAYS`: (points, ways, coils).
+
+        As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force.
+        """
+        if angle not in self.kept:
+            count, ways = len(self.poses), len(WAYS)
+            turned = np.log(self.bench.turned(np.concatenate([self.poses, self._tilted(angle)])))
+            self.kept[angle] = turned[count:].reshape(count, ways, -1) - turned[:count, None]
+        return self.kept[angle]
+
+    def _tilted(self, angle: float) -> Array:
+        """Poses (points times ways, 6); those that the pad cannot hold are the level ones, turned."""
+        ways = len(WAYS)
+        wrenches = np.zeros((len(self.loads) * ways, 6))
+        wrenches[:, 2] = -np.repeat(self.loads[:, 0], ways)
+        turns = np.tile(angle * WAYS, (len(self.loads), 1))
+        found = self.bench.pad.pose(wrenches, turns=turns, is_stuck=True)
+        lost = np.isnan(found[:, 0])
+        found[lost] = np.repeat(self.poses, ways, axis=0)[lost]
+        found[lost, 3:] = turns[lost]
+        return found
 
 
 @record(eq=False)
@@ -55,7 +96,7 @@ class Disturbed:
     @cached_property
     def carried(self) -> Array:
         """The force (N) on every axis where all carry their share of full scale."""
-        return np.asarray(self.share * self.bench.full_scales)
+        return np.asarray(self.share * self.bench.range.full_scales)
 
     @property
     def tilts(self) -> Array:
@@ -107,7 +148,7 @@ class Disturbed:
     @cached_property
     def by_load(self) -> Array:
         """Slopes of the readings by the load on the axes told apart (per N; coils, axes)."""
-        return np.asarray((self.by_pose @ self.bench.compliance(self.pose))[:, self.bench.columns])
+        return np.asarray((self.by_pose @ self.bench.compliance(self.pose))[:, self.bench.range.columns])
 
     @property
     def noise(self) -> Array:
@@ -122,14 +163,14 @@ class Disturbed:
         """By how much (N) either branch of the loop is off on every axis, of its full scale."""
         pad = self.bench.spec.elastomer
         assert pad is not None
-        losses, names = pad.material.losses, self.bench.names
+        losses, names = pad.material.losses, self.bench.range.axes
         widths = [losses.hysteresis_normal if name == "normal" else losses.hysteresis_shear for name in names]
-        return BRANCH * np.array(widths) * self.bench.full_scales
+        return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
         """Errors (N) of every axis by full scale on an axis that the array does not tell apart."""
         found = {}
-        for name in (axis for axis in AXES if axis not in self.bench.names):
+        for name in (axis for axis in AXES if axis not in self.bench.range.axes):
             loads = np.tile(self.load, (3, 1))
             loads[1:, AXES.index(name)] = self.bench.full[name] * np.array([1.0, -1.0])
             readings = self.bench.readings(self.bench.poses(loads))
@@ -178,7 +219,7 @@ class Disturbed:
 
         Modulus and its temperature leave the ratio as it is. The required tilt counts where there is one.
         """
-        names = self.bench.names
+        names = self.bench.range.axes
         k, n = names.index(shear), names.index("normal")
         force, ratio = self.carried[n], self.carried[k] / self.carried[n]
 
@@ -213,3 +254,34 @@ def by_metal(estimates: Estimates, warmer: Estimates, rest: Array) -> Array:
         for coil, warm in pairs
     ]
     return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)
+
+
+MOVING = 1.0 / 3.0
+"""Share of the pad's mass that moves with the target: its lower face stands still (Rayleigh)."""
+
+
+def moving_mass(spec: SensorSpec) -> float | None:
+    """Mass (kg) of target, film over it and a third of the pad under it; None where a density is not known."""
+    target, pad, skin = spec.target, spec.elastomer, spec.encapsulation
+    assert target is not None and pad is not None
+    known = {row["material"]: float(row["density"]) for row in rows("densities")}
+    metal = known.get(target.material.name)
+    if metal is None or pad.material.density is None:
+        return None
+    area = math.prod(target.size) * target.outline.area
+    mass = area * (metal * target.thickness + MOVING * pad.material.density * pad.thickness)
+    if skin is not None and skin.material.density is not None:
+        mass += area * skin.material.density * film_thickness(spec)
+    return mass
+
+
+def resonances(bench: Bench, pose: Array) -> dict[str, float]:
+    """Frequency (Hz) at which target and pad swing by themselves along every axis told apart, at a pose (6,) of a level
+    target with nothing on it: sqrt(k / m) / (2 pi), without damping. Nothing where a density is not known.
+    """
+    mass = moving_mass(bench.spec)
+    if mass is None:
+        return {}
+    stiffness = np.diag(bench.pad.stiffness(pose[None])[0])[[2, 0, 1]]
+    return {name: math.sqrt(max(float(stiffness[AXES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
+            for name in bench.range.axes}  # fmt: skip

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.performance.bench import Bench, Solved, bench_of, held_shear
-from sitscad.estimates.performance.quick import quick_performance
-from sitscad.estimates.performance.scatter import manufacturing_scatter
-from sitscad.estimates.performance.units import readings_of, together
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.manufacture import manufacturing_scatter, readings_of, together
+from sitscad.estimates.performance.points import Felt
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.working_range import held_shear
+from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.state import REST
 
@@ -48,16 +48,15 @@ class Curves:
     held: float
 
 
-def curves(model: ResponseModel) -> Curves:
-    """The curves of a design that `performance` has something to say of."""
-    spec, estimates = model.spec, model.estimates
-    bench = bench_of(spec, estimates, Solved(model).frequencies)
+def curves(felt: Felt, quick: Felt | None) -> Curves:
+    """The curves of a design by its response; bands by the quick method, one sigma of each cause."""
+    spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench
     full = bench.full["normal"]
-    shears = [name for name in bench.names if name != "normal"]
-    found = tuple(_curve(bench, model, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
+    shears = [name for name in bench.range.axes if name != "normal"]
+    found = tuple(_curve(felt, quick, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
-    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(bench, model, "normal", 0.0), found,
-                  tuple(_range(bench, model, name) for name in shears), held_shear(spec))  # fmt: skip
+    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, quick, "normal", 0.0), found,
+                  tuple(_range(felt, name) for name in shears), held_shear(spec))  # fmt: skip
 
 
 def _loads(bench: Bench, axis: str, normal: float) -> Array:
@@ -68,38 +67,38 @@ def _loads(bench: Bench, axis: str, normal: float) -> Array:
     return loads
 
 
-def _curve(bench: Bench, model: ResponseModel, axis: str, normal: float) -> Curve:
-    loads = _loads(bench, axis, normal)
-    inductance = _inductance(model, bench.readings(bench.poses(loads)))
-    return Curve(axis, normal, loads[:, AXES.index(axis)], inductance, 2.0 * inductance * _scatter(model, loads))
+def _curve(felt: Felt, quick: Felt | None, axis: str, normal: float) -> Curve:
+    loads = _loads(felt.bench, axis, normal)
+    inductance = _inductance(felt.estimates, felt.working.read(loads))
+    return Curve(axis, normal, loads[:, AXES.index(axis)], inductance, 2.0 * inductance * _scatter(quick, felt, loads))
 
 
-def _inductance(model: ResponseModel, readings: Array) -> Array:
+def _inductance(estimates: Estimates, readings: Array) -> Array:
     """What the converter's formula makes of readings (n, coils), with its own capacitor: 1 / (C omega^2)."""
-    rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in model.estimates.coils]
+    rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in estimates.coils]
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))
 
 
-def _scatter(model: ResponseModel, loads: Array) -> Array:
-    """One sigma of the readings (n, coils) by manufacture, each cause by the quick method."""
-    quick = quick_performance(model.layout, model.estimates)
+def _scatter(quick: Felt | None, felt: Felt, loads: Array) -> Array:
+    """One sigma of the readings (n, coils) by manufacture."""
     if quick is None:
-        return np.zeros((len(loads), len(model.estimates.coils)))
+        return np.zeros((len(loads), len(felt.estimates.coils)))
     nominal = quick.bench.readings(quick.bench.poses(loads))
     apart = [
         [one - nominal for one in ways]
-        for cause in manufacturing_scatter(model.spec, model.estimates)
+        for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
         for ways in readings_of(quick.bench, cause, loads)
     ]
     return together(apart)
 
 
-def _range(bench: Bench, model: ResponseModel, axis: str) -> tuple[str, Array, Array, Array]:
+def _range(felt: Felt, axis: str) -> tuple[str, Array, Array, Array]:
     # Normal and shear forces (N) of the grid, and the inductances over it.
+    bench = felt.bench
     normal = np.linspace(0.0, bench.full["normal"], LINES)
     shear = np.linspace(-1.0, 1.0, LINES) * bench.full[axis]
     loads = np.zeros((LINES, LINES, 3))
     loads[:, :, 0] = normal[:, None]
     loads[:, :, AXES.index(axis)] = shear[None, :]
-    readings = bench.readings(bench.poses(loads.reshape(-1, 3)))
-    return axis, normal, shear, _inductance(model, readings).reshape(LINES, LINES, -1)
+    readings = felt.working.read(loads.reshape(-1, 3))
+    return axis, normal, shear, _inductance(felt.estimates, readings).reshape(LINES, LINES, -1)

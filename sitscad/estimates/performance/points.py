@@ -8,25 +8,28 @@ crosstalk and manufacture go through the curved map of the whole working range.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates import estimated
-from sitscad.estimates.performance.bench import Bench, Solved, bench_of, beyond_held_shear, held_shear
-from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
-from sitscad.estimates.performance.inverse import WorkingRange, crosstalk, working_range
-from sitscad.estimates.performance.mechanics import resonances
-from sitscad.estimates.performance.reach import INSTABILITY, Course, course
-from sitscad.estimates.performance.scatter import manufacturing_scatter
-from sitscad.estimates.performance.tilts import DEGREE, Tilts
-from sitscad.estimates.performance.units import Units, units_of
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
+from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
+from sitscad.estimates.performance.manufacture import Units, manufacturing_scatter, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance
 from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.pad import TOO_SOFT, pushed
+from sitscad.estimates.response.values import Response
+from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import FREE
+from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
 
@@ -40,27 +43,123 @@ POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))
 """The working points, and their share of the full normal force."""
 
 
-def performance(model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]) -> tuple[Performance, ...]:
-    """At rest, half and full load (`Bench.full`); nothing where target, elastomer or tank are missing, or where the pad
-    gives way under full load. `twins` gives two loads of one reading (`Design.twins`).
+COURSE = 9
+"""Loads along an axis that are looked at."""
+
+
+INSTABILITY = "instability"
+"""What ends an axis where no shape of the pad bears the load: it gives way sideways."""
+
+
+@record(eq=False)
+class Course:
+    """Loads (n, 3; N) along one axis from a working point, the response there, and up to where it may go."""
+
+    loads: Array
+    response: Response
+    range: float
+    limited_by: str
+
+
+def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> Course:
+    """The course of one axis: the normal one from nothing, shear along + on top of the working point's load."""
+    column, most = AXES.index(name), bench.farthest[name]
+    loads = np.tile(load, (COURSE, 1))
+    loads[:, column] = np.linspace(0.0, most, COURSE)
+    poses, said = pushed(bench.spec, loads, np.ones(COURSE, dtype=bool))
+    found = model.on_pad(poses)
+    wrong = _wrong(bench, found) | {INSTABILITY: np.array([note == TOO_SOFT for note in said])}
+    firsts = {cause: int(np.argmax(bad)) for cause, bad in wrong.items() if bad.any()}
+    if not firsts:
+        return Course(loads, found, most, "strain")
+    cause = min(firsts, key=lambda one: firsts[one])
+    return Course(loads, found, float(loads[max(firsts[cause] - 1, 0), column]), cause)
+
+
+def _wrong(bench: Bench, found: Response) -> dict[str, NDArray[np.bool_]]:
+    """By cause, the points at which the axis has ended."""
+    converter = bench.spec.readout.device
+    least, most = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")
+    return {
+        "converter": np.any(~(found.frequency < converter.limit("sensor_frequency_max")), axis=1),
+        "amplitude": np.any(~(found.amplitude > least) | (found.amplitude > most), axis=1),
+        "contact": np.array([any("contact" in note for note in notes) for notes in found.notes]),
+    }
+
+
+@record(eq=False)
+class Felt:
+    """What a sensor feels by a bench, quick or solved; each is worked out when it is asked for."""
+
+    layout: Layout
+    estimates: Estimates
+    bench: Bench
+
+    @cached_property
+    def working(self) -> SolvedRange:
+        """The required loads with their readings, and the map that they give."""
+        return solved_range(self.bench)
+
+    @cached_property
+    def points(self) -> tuple[Disturbed, ...]:
+        """Rest, half and full load, what metal does left out."""
+        return disturbed(self.bench, np.zeros(len(self.bench.rest)))
+
+    @cached_property
+    def warmed(self) -> tuple[Disturbed, ...]:
+        """Rest, half and full load with what copper and other metal do."""
+        warm = self.estimates.temperature + WARMER
+        warmer = estimated(self.layout, temperature=warm, solved=self.estimates.solved)
+        return tuple(replace(one, by_metal=by_metal(self.estimates, warmer, self.bench.rest)) for one in self.points)
+
+    @cached_property
+    def held(self) -> tuple[bool, ...]:
+        """At which of the points the pad holds the target: where it gives way, their figures mean nothing."""
+        return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
+
+    @cached_property
+    def is_range_held(self) -> bool:
+        """Whether the pad holds the target under all the required loads."""
+        return bool(np.all(self.bench.is_held(self.working.loads)))
+
+    @cached_property
+    def units(self) -> Units:
+        """Units as manufacture makes them."""
+        return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
+
+    def friction(self, shear: str) -> dict[str, float]:
+        """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
+        full = self.warmed[-1]
+        return full.friction(full.errors(self.units, self.working.map_errors), shear)
+
+
+def can_feel(spec: SensorSpec, estimates: Estimates) -> bool:
+    """Whether there are a target on its pad and tanks that the converter can count."""
+    has_parts = spec.target is not None and spec.elastomer is not None and rests_on_pad(spec)
+    return has_parts and estimates.readout.rcount is not None
+
+
+def solved_performance(model: ResponseModel) -> Felt:
+    """What a sensor feels by its response. Raises NoResponse without a pad."""
+
+    def frequencies(poses: Array) -> Array:
+        return model.on_pad(poses).frequency
+
+    bench = Bench(model.spec, model.estimates, required_range(model.spec), frequencies, frequencies)
+    return Felt(model.layout, model.estimates, bench)
+
+
+def performance(
+    felt: Felt, model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]
+) -> tuple[Performance, ...]:
+    """At rest, half and full load; nothing where target, elastomer or tank are missing, or where the pad gives way
+    under full load. `twins` gives two loads of one reading (`Design.twins`).
     """
-    spec = model.spec
-    if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
+    if not can_feel(model.spec, model.estimates) or not all(felt.held):
         return ()
-    if model.estimates.readout.rcount is None:
-        return ()
-    solved = Solved(model)
-    bench = bench_of(spec, model.estimates, solved.frequencies)
-    if not bench.is_held(working_loads(bench)).all():
-        return ()
-    working = working_range(bench)
-    units = units_of(working, manufacturing_scatter(spec, model.estimates))
-    warm = model.estimates.temperature + WARMER
-    warmer = estimated(model.layout, temperature=warm, solved=model.estimates.solved)
-    metal = by_metal(model.estimates, warmer, bench.rest)
-    points, alike = disturbed(bench, metal), twins()
+    alike = twins()
     return tuple(
-        _at(_Working(at, point, working, units, solved, alike)) for (at, _), point in zip(POINTS, points, strict=True)
+        _at(_Working(at, point, felt, model, alike)) for (at, _), point in zip(POINTS, felt.warmed, strict=True)
     )
 
 
@@ -83,34 +182,28 @@ def working_loads(bench: Bench) -> Array:
 
 def _inverted(bench: Bench, pose: Array, by_pose: Array) -> Array:
     # Newtons per reading, (axes, coils), by least squares weighted with the noise.
-    by_load = (by_pose @ bench.compliance(pose))[:, bench.columns]
+    by_load = (by_pose @ bench.compliance(pose))[:, bench.range.columns]
     return np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
 
 
 @record(eq=False)
 class _Working:
-    # One working point, the map of the range, units, what the response is asked through, and two loads of one reading.
+    # One working point of all that is felt, what is asked for the response, and two loads of one reading.
     at: str
     point: Disturbed
-    working: WorkingRange
-    units: Units
-    solved: Solved
+    felt: Felt
+    model: ResponseModel
     twins: tuple[Loads, Loads] | None
-
-    @property
-    def is_held(self) -> bool:
-        """Whether the pad holds the target all over the working range."""
-        return bool(self.point.bench.is_held(self.working.loads).all())
 
 
 def _at(here: _Working) -> Performance:
     """What the sensor feels at one working point, a normal load (N) of the full one."""
     point, bench = here.point, here.point.bench
-    names = bench.names
-    courses = {name: course(bench, here.solved, point.load, name) for name in names}
-    errors = point.errors(here.units, here.working.map_errors)
-    curved, straight = crosstalk(here.working, point.load, point.inverse)
-    singular = np.linalg.svd(point.by_load * bench.full_scales, compute_uv=False)
+    names = bench.range.axes
+    courses = {name: course(bench, here.model, point.load, name) for name in names}
+    errors = point.errors(here.felt.units, here.felt.working.map_errors)
+    curved, straight = crosstalk(here.felt.working, point.load, point.inverse)
+    singular = np.linalg.svd(point.by_load * bench.range.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
     shear = next((name for name in names if name != "normal"), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
@@ -128,8 +221,8 @@ def _at(here: _Working) -> Performance:
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
         friction_causes=friction, bandwidth=min([scans, *swings.values()]),
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
-        condition_number=condition, invertible=here.is_held and here.twins is None, ambiguous=here.twins,
-        overload=overload, free_overload=free, map_degree=here.working.map.degree,
+        condition_number=condition, invertible=here.felt.is_range_held and here.twins is None, ambiguous=here.twins,
+        overload=overload, free_overload=free, map_degree=here.felt.working.map.degree,
         production=_production(bench.estimates), notes=(*_too_short(bench, courses), *_notes(here, free)),
     )  # fmt: skip
 
@@ -138,7 +231,7 @@ def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Ar
     """What every axis of load feels at a working point."""
     bench, found = here.point.bench, {}
     frequencies = bench.frequencies(here.point.pose[None])[0]
-    for k, name in enumerate(bench.names):
+    for k, name in enumerate(bench.range.axes):
         slopes = here.point.by_load[:, k] * frequencies
         found[name] = AxisPerformance(
             courses[name].range, courses[name].limited_by, bench.full[name], tuple(map(float, slopes)),
@@ -152,8 +245,8 @@ def _nonlinearity(here: _Working, name: str, k: int) -> float:
     """Largest distance of what the straight map reads from the best straight line, over the full scale."""
     loads = np.tile(here.point.load, (9, 1))
     loads[:, AXES.index(name)] = np.linspace(0.0, here.point.bench.full[name], 9)
-    working = here.working
-    read = working.forward(loads[:, here.point.bench.columns]) @ here.point.inverse[k]
+    working = here.felt.working
+    read = working.forward(loads[:, here.point.bench.range.columns]) @ here.point.inverse[k]
     line = np.polynomial.polynomial.Polynomial.fit(loads[:, AXES.index(name)], read, 1)
     return float(np.abs(read - line(loads[:, AXES.index(name)])).max() / max(np.ptp(read), 1e-300))
 
@@ -192,7 +285,7 @@ def _too_short(bench: Bench, courses: Mapping[str, Course]) -> Iterator[str]:
 
 def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
     """What whoever reads the performance has to know; `free` is its free overload (N)."""
-    names, pad = here.point.bench.names, here.point.bench.spec.elastomer
+    names, pad = here.point.bench.range.axes, here.point.bench.spec.elastomer
     assert pad is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
     found = [
@@ -204,13 +297,14 @@ def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
         f"by a force beside the middle is that of a free target{sooner}",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
-        f"crosstalk is what a polynomial of degree {here.working.map.degree} in the readings leaves of this design; "
-        "what one unit differs by from the next is apart from it: the data sheet's table of errors from unit to unit",
+        f"crosstalk is what a polynomial of degree {here.felt.working.map.degree} in the readings leaves of this "
+        "design; what one unit differs by from the next is apart from it: the data sheet's table of errors from unit "
+        "to unit",
         "how fast the silicone follows is in no data: its hysteresis, measured slowly, stands for its lag; the "
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
     found += _beyond_the_law(here.point.bench)
-    if not here.is_held:
+    if not here.felt.is_range_held:
         found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if len(names) < len(AXES):
         found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")
@@ -222,7 +316,7 @@ def _beyond_the_law(bench: Bench) -> list[str]:
     pressed, found = bench.estimates.compression, []
     if pressed is not None and not pressed.valid:
         found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
-    held, named = held_shear(bench.spec), [name for name in bench.names if name != "normal"]
+    held, named = held_shear(bench.spec), [name for name in bench.range.axes if name != "normal"]
     if named and max(bench.full[name] for name in named) > held:
         found.append(beyond_held_shear(held))
     return found

@@ -9,25 +9,20 @@ tilt are within a quarter. A tilt that a contact may have is asked of the respon
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates import estimated
-from sitscad.estimates.performance.bench import Bench, bench_of, full_scales
-from sitscad.estimates.performance.causes import WARMER, Disturbed, by_metal
-from sitscad.estimates.performance.inverse import WorkingRange, working_range
-from sitscad.estimates.performance.points import disturbed, working_loads
-from sitscad.estimates.performance.scatter import manufacturing_scatter
-from sitscad.estimates.performance.tank_law import held, pressed_place, tank_law
-from sitscad.estimates.performance.tilts import QuickTilts
-from sitscad.estimates.performance.units import units_of
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.performance.points import Felt, can_feel
 from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.working_range import required_range
 from sitscad.estimates.states.assembly import warmed
 from sitscad.estimates.states.moved_target import target_effects
-from sitscad.estimates.states.pressing import rests_on_pad
+from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
@@ -38,6 +33,79 @@ from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+TURNS, LATEST = 4, 1.3
+"""How often the frequency is put in again, and the angle (rad) that it is late by at most."""
+
+SLOWEST = 0.04
+"""Least square of a frequency over that at rest: tanks that a chart takes beyond what oscillates stay finite."""
+
+LEAST, MOST = 1e-6, 4.0
+"""Change, over the inductance, below which it is not held to that of the states; and by how much more or less it is."""
+
+
+@record(eq=False)
+class TankLaw:
+    """Tanks at rest, (coils,): inductance (H), resistance (ohm) and frequency (Hz); and the drive's delay (s).
+
+    The susceptance is minus the conductance times tan(omega delay), as in `physics.resonator.oscillate`:
+    (omega L)^2 = (L - R tan(omega delay) / omega) / C - R^2, C being what makes it that at rest. So loss pulls, too: a
+    magnetic metal's does as much as its change of inductance.
+    """
+
+    inductance: Array
+    resistance: Array
+    frequency: Array
+    delay: float
+
+    def logarithms(self, change: ComplexArray) -> Array:
+        """Of frequencies over those at rest, by changes of the inductances since then (H, complex; (..., coils))."""
+        start = 2.0 * np.pi * self.frequency
+        inductance = np.maximum(self.inductance + change.real, 0.1 * self.inductance)
+        resistance = np.maximum(self.resistance - start * change.imag, 0.0)
+        behind = np.tan(start * self.delay) / start
+        square = self.resistance**2 + (start * self.inductance) ** 2
+        capacitance = (self.inductance - self.resistance * behind) / square
+        omega = np.broadcast_to(start, inductance.shape)
+        for _ in range(TURNS):
+            late = np.tan(np.minimum(omega * self.delay, LATEST)) / omega
+            square = ((inductance - resistance * late) / capacitance - resistance**2) / inductance**2
+            omega = np.sqrt(np.maximum(square, SLOWEST * start**2))
+        return np.asarray(np.log(omega / start))
+
+
+def tank_law(spec: SensorSpec, estimates: Estimates) -> TankLaw:
+    """The law of all coils' tanks, which have a state at rest."""
+    states = [coil.states[REST] for coil in estimates.coils]
+    return TankLaw(
+        inductance=np.array([state.inductance for state in states]),
+        resistance=np.array([state.resistance for state in states]),
+        frequency=np.array([state.frequency for state in states]),
+        delay=spec.readout.device.limit("drive_delay"),
+    )
+
+
+def pressed_place(estimates: Estimates) -> float | None:
+    """The place along z (m) of the target in the state pressed; None without that state."""
+    poses = [state.pose for state in estimates.states if state.name == PRESSED]
+    return poses[0].z if poses and poses[0] is not None else None
+
+
+def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
+    """By what factor (coils,) the coils' inductances (complex) change from the state at rest to that pressed, over what
+    is `said` (H): crowding and neighbours are in those. Ones where there is no such state.
+    """
+    found = np.ones(len(estimates.coils), dtype=complex)
+    for k, coil in enumerate(estimates.coils):
+        rest, pressed = coil.states[REST], coil.states.get(PRESSED)
+        if pressed is None or abs(said[k]) < LEAST * rest.inductance:
+            continue
+        lost = (pressed.resistance - rest.resistance) / (2.0 * np.pi * rest.frequency)
+        factor = complex(pressed.inductance - rest.inductance, -lost) / said[k]
+        found[k] = factor * min(1.0, MOST / abs(factor))
+    return found
+
 
 HEIGHTS, PLACES, FARTHER = 5, 6, 4
 """Chebyshev points of the chart: heights, places along each axis, and how many more of these a thickness of the pad
@@ -102,8 +170,8 @@ def _reach(spec: SensorSpec) -> tuple[float, float]:
     """How far aside and down the chart goes (in thicknesses of the pad): as far as the required loads move the target,
     where the pad holds it, or every load beyond the chart's end would read like that end.
     """
-    normal, shear = full_scales(spec)
-    loads = np.array(list(product((0.0, normal), (0.0, shear), (0.0, shear))))
+    most = required_range(spec)
+    loads = np.array(list(product((0.0, most.normal), (0.0, most.shear), (0.0, most.shear))))
     pad = soft_pad(spec)
     moved = pad.pose(loads, is_held=True)[:, :3] / pad.thickness
     aside, down = np.nan_to_num(np.abs(moved[:, :2])).max(), np.nan_to_num(-moved[:, 2]).max()
@@ -124,59 +192,43 @@ def _pull(estimates: Estimates) -> Array:
 
 
 @record(eq=False)
-class QuickPerformance:
-    """What the rules ask of a sensor; each is worked out when it is asked for."""
+class QuickTilts:
+    """What a turn adds to a quick method's frequencies, by the response's own solution of the target at one frequency.
+
+    `level` gives frequencies (Hz; n, coils) at level poses; `law` how the tanks follow what the target changes of L and
+    R, and `pressed` (m) the place along z of the state pressed, if there is one, whose changes it is held to.
+    """
 
     layout: Layout
     estimates: Estimates
-    bench: Bench
+    spec: SensorSpec
+    level: Callable[[Array], Array]
+    law: TankLaw
+    pressed: float | None
 
-    @cached_property
-    def working(self) -> WorkingRange:
-        """The working range and its map."""
-        return working_range(self.bench)
+    def frequencies(self, poses: Array) -> Array:
+        """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
+        level, states = poses.copy(), np.zeros((2, 6))
+        level[:, 3:] = 0.0
+        states[1, 2] = self.pressed or 0.0
+        change = self._changes(np.concatenate([states, poses, level]))
+        change = change[1:] - change[0]
+        said = self.law.logarithms(change[1:] * held(self.estimates, change[0]))
+        return np.asarray(self.level(level) * np.exp(said[: len(poses)] - said[len(poses) :]))
 
-    @cached_property
-    def points(self) -> tuple[Disturbed, ...]:
-        """Rest, half and full load, what metal does left out."""
-        return disturbed(self.bench, np.zeros(len(self.bench.rest)))
-
-    @cached_property
-    def held(self) -> tuple[bool, ...]:
-        """At which of the points the pad holds the target: where it gives way, their figures mean nothing."""
-        return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
-
-    @cached_property
-    def is_range_held(self) -> bool:
-        """Whether the pad holds the target all over the working range."""
-        return bool(np.all(self.bench.is_held(self.working.loads)))
-
-    def friction(self, shear: str) -> dict[str, float]:
-        """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
-        units = units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
-        full = self.warmed[-1]
-        return full.friction(full.errors(units, self.working.map_errors), shear)
-
-    @cached_property
-    def warmed(self) -> tuple[Disturbed, ...]:
-        """Rest, half and full load with what copper and other metal do."""
-        warm = self.estimates.temperature + WARMER
-        warmer = estimated(self.layout, temperature=warm, solved=self.estimates.solved)
-        return disturbed(self.bench, by_metal(self.estimates, warmer, self.bench.rest))
+    def _changes(self, poses: Array) -> ComplexArray:
+        """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
+        return own_changes(replace(self.layout, spec=self.spec), poses, float(self.law.frequency.mean()))
 
 
-def quick_performance(layout: Layout, estimates: Estimates) -> QuickPerformance | None:
-    """None where target, pad, the state at rest or the tank are missing."""
-    if not _can_feel(layout.spec, estimates):
+def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
+    """What the rules ask of a sensor; None where target, pad, the state at rest or the tank are missing."""
+    if not can_feel(layout.spec, estimates):
+        return None
+    if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     known = chart(layout, estimates)
-    law, pressed = tank_law(spec, estimates), pressed_place(estimates)
-    tilts = QuickTilts(layout, estimates, spec, known.frequencies, law, pressed)
-    return QuickPerformance(layout, estimates, bench_of(spec, estimates, known.frequencies, tilts.frequencies))
-
-
-def _can_feel(spec: SensorSpec, estimates: Estimates) -> bool:
-    if spec.target is None or spec.elastomer is None or not rests_on_pad(spec) or estimates.readout.rcount is None:
-        return False
-    return all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils)
+    tilts = QuickTilts(layout, estimates, spec, known.frequencies, tank_law(spec, estimates), pressed_place(estimates))
+    bench = Bench(spec, estimates, required_range(spec), known.frequencies, tilts.frequencies)
+    return Felt(layout, estimates, bench)

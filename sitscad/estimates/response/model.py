@@ -18,7 +18,8 @@ from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_re
 from sitscad.estimates.response.plate import Plate, endless_like, plate_over_jaw
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
-from sitscad.estimates.response.values import Response
+from sitscad.estimates.response.values import Response, joined
+from sitscad.estimates.response.working_range import normal_at, shear_at
 from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import rests_on_pad
@@ -26,6 +27,7 @@ from sitscad.estimates.steps import Wound, given, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
+from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import Plate as Sheet
 from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
@@ -41,6 +43,9 @@ Progress = Callable[[int, int], None]
 
 BAND = 0.9, 1.15
 """Frequencies for which the target is solved: this part of the lowest and of the highest that any state has."""
+
+AT_ONCE = 250
+"""Poses that are worked out together where none may be interpolated."""
 
 HEIGHTS = 4
 """Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out."""
@@ -58,7 +63,8 @@ class _Near:
 
 @record(eq=False)
 class ResponseModel:
-    """Layout and estimates of a design with a target; what is solved is kept in `solved`.
+    """Layout and estimates of a design with a target; what is solved is kept in `solved`, poses
+    on the pad in `known`.
 
     `finer` is how many times finer than usual everything is resolved: to see what that changes.
     """
@@ -67,6 +73,7 @@ class ResponseModel:
     estimates: Estimates
     finer: float = 1.0
     solved: dict[tuple[object, ...], _Near] = field(default_factory=dict)
+    known: dict[bytes, Response] = field(default_factory=dict)
 
     @cached_property
     def wound(self) -> Wound:
@@ -108,10 +115,11 @@ class ResponseModel:
 
     def respond(
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
-        progress: Progress | None = None,
-    ) -> Response:  # fmt: skip
+        progress: Progress | None = None, within: Array | None = None,
+    ) -> Response:
         """Everything at (n, 6) poses; see `Response`. Many of them are interpolated where that stays within the stated
-        error, or within `tolerance` (of the larger of a change and 1 % of the free inductance).
+        error, or within `tolerance` (of the larger of a change and 1 % of the free inductance). The target is solved as
+        for poses as low and as far as those `within` (m, 6) which it is to serve, too.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
@@ -119,13 +127,15 @@ class ResponseModel:
         if tolerance is not None and not tolerance > 0.0:
             raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
         placed = Placed.of(self.spec, self.rest, poses)
-        at_tank = self._near(placed, self.band)
+        served = placed if within is None else Placed.of(self.spec, self.rest, np.vstack([poses, within]))
+        cover = served.cover(self.spec, self.layout.coils)
+        at_tank = self._near(cover, self.band)
         changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)
         terminals = self._terminals(at_tank, placed, changes)
         near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = terminals.inductance, terminals.resistance
         if frequency is not None:
-            near = self._near(placed, (frequency, 1.05 * frequency))
+            near = self._near(cover, (frequency, 1.05 * frequency))
             shown = mapped(self._exact(near), poses, self._scale, tolerance, progress)
             taken_at = np.full_like(taken_at, frequency)
             whole = self._impedances(near, placed, shown)
@@ -133,7 +143,6 @@ class ResponseModel:
         filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
-        cover = placed.cover(self.spec, self.layout.coils)
         mirror += cover.error
         size = np.abs(shown.total).max(axis=0)
         errors = stated_errors(cover.part(self.spec), change, size, self._scale, placed.lowest, shown.error, mirror, at)
@@ -160,6 +169,27 @@ class ResponseModel:
         found = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
+
+    @cached_property
+    def pad_ends(self) -> Array:
+        """Poses as low and as far as the pad takes the target where its law is trusted, and a little tilted."""
+        aside = shear_at(self.spec, VALID_SHEAR)
+        loads = np.array([[normal_at(self.spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
+        found = pushed(self.spec, loads)[0]
+        found[0, 3:5] = 0.02
+        return found
+
+    def on_pad(self, poses: Array) -> Response:
+        """The response at (n, 6) poses, each of them solved, once for all who ask, and never interpolated; one solution
+        of the target serves all within what the pad takes. Raises NoResponse without a pad.
+        """
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6) + 0.0  # no pose is another for a zero's sign
+        new = [row for key, row in {row.tobytes(): row for row in poses}.items() if key not in self.known]
+        for first in range(0, len(new), AT_ONCE):
+            some = np.array(new[first : first + AT_ONCE])
+            found = self.respond(some, within=self.pad_ends)
+            self.known.update({row.tobytes(): found.part([k]) for k, row in enumerate(some)})
+        return joined([self.known[row.tobytes()] for row in poses])
 
     def lowest(self, poses: Array) -> Array:
         """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
@@ -224,9 +254,8 @@ class ResponseModel:
 
         return Exact(plate.frequencies, exact, endless_like(self.spec))
 
-    def _near(self, placed: Placed, band: tuple[float, float]) -> _Near:
-        """What holds for all poses no nearer than these, solved at most once for each step of height and reach."""
-        cover = placed.cover(self.spec, self.layout.coils)
+    def _near(self, cover: Cover, band: tuple[float, float]) -> _Near:
+        """What holds for all poses of a cover, solved at most once."""
         key = (cover, band)
         if key not in self.solved:
             self.solved[key] = self._solve(cover, band)

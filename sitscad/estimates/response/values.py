@@ -58,6 +58,12 @@ class Response:
     def __len__(self) -> int:
         return len(self.poses)
 
+    def part(self, rows: Sequence[int]) -> Response:
+        """Some of the poses."""
+        known = {name: getattr(self, name)[rows] for name in ARRAYS if getattr(self, name) is not None}
+        notes, cases = tuple(self.notes[k] for k in rows), tuple(self.cases[k] for k in rows if self.cases)
+        return replace(self, notes=notes, cases=cases, **known)
+
     def arrays(self) -> dict[str, Array]:
         """The arrays by the names that the documents give them, those that are not known left out."""
         found = {

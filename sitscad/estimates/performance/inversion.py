@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.polynomial import Polynomial, best_fitted
 from sitscad.estimates.performance.values import AXES, Loads
+from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -33,6 +33,9 @@ ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
 """The same of what the response itself says of two loads, and of what a chart says that errs by a few per cent of the
 span; by how much (in full scales) a load is moved to see how its reading changes."""
 
+DRAWN = 3e-3
+"""What readings may be off by (rms), of their span, where loads are drawn: less than the width of a line."""
+
 TOLD = 0.1
 """Singular values of the readings' slopes, over the largest, from which on a step goes along them: along what is hardly
 told any load reads alike, and a step there would bring two loads together."""
@@ -45,8 +48,67 @@ LEAST_TOLD, POLISHED, POLISHING = 4, 8, 8
 the polynomials found, and the steps it brings them nearer by."""
 
 
+LEAST_SHARE, LEAST_SHARE_REDUNDANT = 1e-10, 1e-4
+"""Combinations of terms that the points hardly change (singular values over the largest) are left out. With more
+variables than outputs the points lie on a surface, and what is off it by less than 1e-4 is how one design's leads and
+manufacture lie: coefficients made of that err by several full scales on the next unit (four coils, three forces).
+"""
+
+
 @record(eq=False)
-class WorkingRange:
+class Polynomial:
+    """A polynomial without constant term: nothing read is no load. `scale` (variables) divides what goes in, `powers`
+    (terms, variables) are exponents, `coefficients` (terms, outputs).
+    """
+
+    degree: int
+    scale: Array
+    powers: Exponents
+    coefficients: Array
+
+    def __call__(self, points: Array) -> Array:
+        """Values (n, outputs) at (n, variables) points."""
+        return np.asarray(monomials(points / self.scale, self.powers) @ self.coefficients)
+
+    def slope(self, points: Array) -> Array:
+        """Derivatives (n, outputs, variables), by central differences of a thousandth of the scale."""
+        steps = 1e-3 * self.scale
+        found = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
+        return np.stack(found, axis=2)
+
+
+def fitted(points: Array, values: Array, degree: int) -> Polynomial:
+    """The polynomial of least squares through (n, variables) points and (n, outputs) values, of those the smallest
+    where the points leave some combinations of terms open.
+
+    Raises ValueError where the points are fewer than its terms.
+    """
+    powers = exponents([1.0] * points.shape[1], degree, 1)
+    if len(points) < len(powers):
+        raise ValueError(f"{len(points)} points do not hold {len(powers)} terms")
+    scale = np.maximum(np.abs(points).max(axis=0), 1e-300)
+    least = LEAST_SHARE_REDUNDANT if points.shape[1] > values.shape[1] else LEAST_SHARE
+    found = np.linalg.lstsq(monomials(points / scale, powers), values, rcond=least)[0]
+    return Polynomial(degree, scale, powers, np.asarray(found))
+
+
+def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
+    """Of the polynomials up to a degree, the one that errs least (rms over the values' spread) at points held out."""
+    found, apart = None, np.inf
+    spread = np.maximum(np.ptp(values, axis=0), 1e-300)
+    for degree in range(1, most + 1):
+        if 1.5 * len(exponents([1.0] * points.shape[1], degree, 1)) > len(points):
+            break
+        one = fitted(points, values, degree)
+        error = float(np.sqrt(np.mean(((one(held_out[0]) - held_out[1]) / spread) ** 2)))
+        if error < 0.9 * apart:
+            found, apart = one, error
+    assert found is not None
+    return found
+
+
+@record(eq=False)
+class SolvedRange:
     """Loads (n, 3; N) from nothing to full scale on the normal axis, to both sides on those of shear that the array
     tells apart, with their readings (n, coils): those that the map is fitted to, then those that it is judged at.
     """
@@ -59,14 +121,14 @@ class WorkingRange:
     @cached_property
     def map(self) -> Polynomial:
         """Loads (N, of the axes told apart) by readings: the polynomial that errs least at loads held out."""
-        columns = self.bench.columns
+        columns = self.bench.range.columns
         return best_fitted(self.readings, self.loads[:, columns],
                            (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)  # fmt: skip
 
     @cached_property
     def forward(self) -> Polynomial:
         """Readings by loads (of the axes told apart)."""
-        columns = self.bench.columns
+        columns = self.bench.range.columns
         return best_fitted(self.loads[:, columns], self.readings,
                            (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)  # fmt: skip
 
@@ -74,13 +136,28 @@ class WorkingRange:
     def map_errors(self) -> Array:
         """Rms error (N) of the map at loads held out, of every axis told apart."""
         loads, readings = self.held_out
-        return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.columns]) ** 2, axis=0)))
+        return np.asarray(np.sqrt(np.mean((self.map(readings) - loads[:, self.bench.range.columns]) ** 2, axis=0)))
+
+    @cached_property
+    def interpolated(self) -> bool:
+        """Whether `forward` errs by less than `DRAWN` of every coil's span (rms over the loads held out)."""
+        loads, readings = self.held_out
+        off = np.sqrt(np.mean((self.forward(loads[:, self.bench.range.columns]) - readings) ** 2, axis=0))
+        return bool(np.all(off < DRAWN * np.ptp(self.readings, axis=0)))
+
+    def read(self, loads: Array) -> Array:
+        """Readings (n, coils) under loads (n, 3; N) of the range, off by less than `DRAWN` of the coils' spans (rms):
+        through those that are solved for the map, or else each solved.
+        """
+        if self.interpolated:
+            return self.forward(loads[:, self.bench.range.columns])
+        return self.bench.readings(self.bench.poses(loads))
 
     def twins(self, exact: Callable[[], Bench]) -> tuple[Loads, Loads] | None:
         """Two loads in the range that give one reading by another bench, which is asked about those only that read
         nearly alike by this one; None where none are found.
         """
-        full, names = self.bench.full_scales, self.bench.names
+        full, names = self.bench.range.full_scales, self.bench.range.axes
         pairs = islice(chain(self._unseen(), _alike(self.forward, full, names)), POLISHED)
         nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
@@ -91,7 +168,7 @@ class WorkingRange:
         """Two places (in full scales) on either side of where the readings tell least, along what they do not tell
         there: where they turn back, or nearly so.
         """
-        names, coils = self.bench.names, self.readings.shape[1]
+        names, coils = self.bench.range.axes, self.readings.shape[1]
         count, lowest = GRID[len(names)], _lowest(names)
         span = np.maximum(np.ptp(self.readings, axis=0), 1e-300)
         table = (self.readings / span).reshape((count,) * len(names) + (coils,))
@@ -107,7 +184,7 @@ class WorkingRange:
         """Two places (in full scales) whose readings differ by less than `alike` of their span by the bench itself, the
         second moved by steps of Gauss-Newton from where it was thought to be; None where the steps lead to none.
         """
-        span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.names)
+        span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.range.axes)
         for _ in range(POLISHING):
             aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from wherever the steps have led
             read = self._readings(np.vstack([one, other, other + np.diag(aside)])) / span
@@ -122,32 +199,31 @@ class WorkingRange:
     def _readings(self, places: Array) -> Array:
         """Readings (n, coils) at places (n, axes told apart) in full scales."""
         loads = np.zeros((len(places), 3))
-        loads[:, self.bench.columns] = places * self.bench.full_scales
+        loads[:, self.bench.range.columns] = places * self.bench.range.full_scales
         return self.bench.readings(self.bench.poses(loads))
 
     def _load(self, place: Array) -> Loads:
         """The load (N) of a place in full scales."""
         load = np.zeros(3)
-        load[self.bench.columns] = place * self.bench.full_scales
+        load[self.bench.range.columns] = place * self.bench.range.full_scales
         x, y, z = map(float, load)
         return x, y, z
 
 
-def working_range(bench: Bench) -> WorkingRange:
-    """The working range of a bench, solved."""
-    axes = len(bench.names)
+def solved_range(bench: Bench) -> SolvedRange:
+    """The loads that are required of a bench, and what they read."""
+    axes = len(bench.range.axes)
     fit, judged = (_grid(bench, count[axes], inside) for count, inside in ((GRID, 1.0), (HELD_OUT, 0.93)))
     readings = bench.readings(bench.poses(np.concatenate([fit, judged])))
-    return WorkingRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
+    return SolvedRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
 
 
 def _grid(bench: Bench, count: int, inside: float) -> Array:
     """Loads (n, 3), all of them `inside` the range by that factor."""
-    lines = [
-        np.linspace(0.0 if name == "normal" else -1.0, 1.0, count) * inside * bench.full[name] for name in bench.names
-    ]
+    lines = [np.linspace(low, 1.0, count) * inside * full
+             for low, full in zip(_lowest(bench.range.axes), bench.range.full_scales, strict=True)]  # fmt: skip
     loads = np.zeros((count ** len(lines), 3))
-    loads[:, bench.columns] = list(product(*lines))
+    loads[:, bench.range.columns] = list(product(*lines))
     return loads
 
 
@@ -187,11 +263,11 @@ def _same_reading(
     return here if left < SAME and float(np.linalg.norm(here - fixed)) > APART else None
 
 
-def crosstalk(working: WorkingRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
+def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
     """By the curved map and by a `straight` one (N per reading; axes, coils): how far (of its full scale) every axis
     errs while another goes to both ends of its full scale, from a working point's `load` (3; N).
     """
-    bench, names = working.bench, working.bench.names
+    bench, names = working.bench, working.bench.range.axes
     found: tuple[dict[str, dict[str, float]], ...] = ({a: {} for a in names}, {a: {} for a in names})
     for b in names:
         loads = np.tile(load, (6, 1))
@@ -199,7 +275,7 @@ def crosstalk(working: WorkingRange, load: Array, straight: Array) -> tuple[dict
         loads[1:, AXES.index(b)] = np.linspace(*ends, 5) * bench.full[b]
         readings = bench.readings(bench.poses(loads))
         for maps, read in zip(found, (working.map(readings), readings @ straight.T), strict=True):
-            error = np.abs((read - read[0]) - (loads - loads[0])[:, bench.columns]).max(axis=0)
+            error = np.abs((read - read[0]) - (loads - loads[0])[:, bench.range.columns]).max(axis=0)
             for k, a in enumerate(names):
                 if a != b:
                     maps[a][b] = float(error[k] / bench.full[a])

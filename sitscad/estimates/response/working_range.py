@@ -1,0 +1,176 @@
+"""The loads that a design is looked at for: what is required of it, and how far its pad goes."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.response.pad import soft_pad
+from sitscad.mechanics.elastomer import VALID_SHEAR
+from sitscad.mechanics.pad import HELD_SHEAR, Pad
+from sitscad.physics.polynomials import spread
+from sitscad.record import record
+from sitscad.spec.coil import ArraySpec
+from sitscad.spec.sensor import SensorSpec
+
+Array = NDArray[np.float64]
+
+SLIP = 0.42
+"""Shear over normal at slip on tissue (Jones, thesis, 4.4)."""
+
+USUAL_STRAIN = 0.2
+"""Strain of the pad at full scale where no normal force is required."""
+
+@record
+class WorkingRange:
+    """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
+    any direction: of two shears together their root of the sum of squares. `notes` say where that is less than what is
+    required.
+    """
+
+    axes: tuple[str, ...]
+    normal: float
+    shear: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_round(self) -> bool:
+        """Whether two shears share one limit."""
+        return len(self.axes) == len(AXES)
+
+    @property
+    def full_scales(self) -> Array:
+        """The largest force (N) on every axis."""
+        return np.array([self.normal if name == "normal" else self.shear for name in self.axes])
+
+    @property
+    def columns(self) -> list[int]:
+        """Where the axes stand in a load."""
+        return [AXES.index(name) for name in self.axes]
+
+    @property
+    def corners(self) -> Array:
+        """The loads at its corners, (n, 3)."""
+        ends = [(0.0, self.normal), *(((-self.shear, 0.0, self.shear)) if name in self.axes else (0.0,)
+                                      for name in AXES[1:])]  # fmt: skip
+        return np.array(list(product(*ends)))
+
+    def inside(self, count: int, skip: int = 0) -> Array:
+        """Loads (count, 3) that fill it evenly, always the same."""
+        part = spread(count, 3, skip)
+        found = np.zeros((count, 3))
+        found[:, 0] = self.normal * part[:, 0]
+        shears = [k for k in self.columns if k]
+        if len(shears) == 1:
+            found[:, shears[0]] = self.shear * (2.0 * part[:, 1] - 1.0)
+        elif shears:
+            angle = 2.0 * np.pi * part[:, 2]
+            found[:, 1:] = (self.shear * np.sqrt(part[:, 1]))[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+        return found
+
+
+def required_range(spec: SensorSpec) -> WorkingRange:
+    """The required forces; where there are none, the one that presses the pad by 20 %, and the shear at slip on tissue,
+    as far as half the pad's thickness, up to where its law was held against finite elements. Raises NoResponse without
+    a pad.
+    """
+    normal = full_normal(spec)
+    shear = spec.requirements.shear_force or min(SLIP * normal, held_shear(spec))
+    return WorkingRange(axes_told_apart(spec.array), normal, shear)
+
+
+def working_range(spec: SensorSpec) -> WorkingRange:
+    """The loads for which a sensor is calibrated: those required, shear as far as the pad's thickness, two shears
+    together within one limit. Raises NoResponse without a pad.
+    """
+    found, most, notes = required_range(spec), shear_at(spec, VALID_SHEAR), []
+    shear, held = found.shear, held_shear(spec)
+    if len(found.axes) > 1 and shear > held:
+        notes.append(beyond_held_shear(held))
+        if shear > most:
+            notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
+        shear = min(shear, most)
+    if found.is_round:
+        notes.append(together(shear))
+    return WorkingRange(found.axes, found.normal, shear, tuple(notes))
+
+
+def together(shear: float) -> str:
+    """What is said of two shears that share one limit (N)."""
+    return (
+        f"the calibration's map is made for shear up to {shear:.3g} N in any direction: along x and y together, the "
+        f"root of the sum of their squares stays within that ({shear / math.sqrt(2.0):.3g} N of each); beyond, all "
+        "forces may read wrong, the normal one most"
+    )
+
+
+@lru_cache(maxsize=64)
+def shear_at(spec: SensorSpec, travel: float) -> float:
+    """The shear force (N) under which a level target travels by so many of its pad's thicknesses, with the full normal
+    force or without, along x or y, whichever is least; or under which the pad gives way.
+    """
+    pad, normal = soft_pad(spec), full_normal(spec)
+    starts = [(along, pressed) for along in (0, 1) for pressed in (0.0, normal)]
+    return min(_sheared(pad, along, pressed, travel * pad.thickness) for along, pressed in starts)
+
+
+def _sheared(pad: Pad, along: int, normal: float, travel: float) -> float:
+    # By the law itself: film, rim, exponent and the press make it stiffer or softer than G A over the thickness.
+    loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
+    loads[:, 0] = normal
+    for _ in range(DOUBLED):
+        loads[:, 1 + along] = np.linspace(0.0, most, LOADS)
+        reached = pad.pose(loads, is_held=True)[:, along]
+        if not reached[-1] < travel:
+            break
+        most *= 2.0
+    held = int(np.argmin(np.append(reached, np.nan) >= 0.0))  # from the first on that is lost
+    return float(np.interp(travel, reached[:held], loads[:held, 1 + along])) if held else 0.0
+
+
+LOADS, DOUBLED = 25, 8
+"""Shear forces that are looked at, first up to G A, and how often twice as far where the pad does not go far enough."""
+
+
+def held_shear(spec: SensorSpec) -> float:
+    """The shear force (N) up to which the pad's law was held against finite elements."""
+    return shear_at(spec, HELD_SHEAR)
+
+
+def beyond_held_shear(held: float) -> str:
+    """What is said, in every paper alike, where shear goes beyond the force (N) that `held_shear` gives."""
+    return (
+        f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
+        "against finite elements up to there: put points of the calibration there"
+    )
+
+
+def full_normal(spec: SensorSpec) -> float:
+    """The normal force (N) that is required, else the one that presses the pad by `USUAL_STRAIN`."""
+    return spec.requirements.normal_force or normal_at(spec, USUAL_STRAIN)
+
+
+def normal_at(spec: SensorSpec, strain: float) -> float:
+    """The normal force (N) that presses the pad by a strain."""
+    pad = soft_pad(spec)
+    return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
+
+
+def axes_told_apart(array: ArraySpec) -> tuple[str, ...]:
+    """The axes that the coils of an array can tell apart: one coil the normal force alone, coils in a line also shear
+    along it, others all three.
+    """
+    places = np.array([place.centre for place in array.placements])
+    away = places - places.mean(axis=0)
+    spread = np.linalg.svd(away, compute_uv=False)
+    if len(places) == 1:
+        return AXES[:1]
+    if len(places) > 2 and spread[1] > 1e-3 * spread[0]:
+        return AXES
+    along = np.abs(away[np.argmax(np.hypot(*away.T))])
+    return ("normal", "shear_x" if along[0] >= along[1] else "shear_y")
