@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sitscad.calibration.calibrate import Calibration
-from sitscad.calibration.maps.inverse_map import InverseMap, map_of
+from sitscad.calibration.inverse_map import InverseMap, map_of
 
 if TYPE_CHECKING:
     from sitscad.design import Design
@@ -26,11 +26,9 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     """
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
-    from sitscad.calibration.maps.least_squares import NoFit
+    from sitscad.calibration.least_squares import NoFit
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
-    from sitscad.calibration.possible import require_possible, require_told
-    from sitscad.calibration.second_readings import second_readings
-    from sitscad.calibration.suspicion import require_plausible
+    from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.scene.motions import is_held
 
     asked = is_held(rotation or USUAL_ROTATION)

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.calibration.forms import Tried
+from sitscad.calibration.inverse_map import Correction, InverseMap, correct
+from sitscad.calibration.least_squares import NoFit
 from sitscad.calibration.making import chosen_form, drawn_map, error_by_misfit, error_by_unknowns, own_map
-from sitscad.calibration.maps.forms import Tried
-from sitscad.calibration.maps.inverse_map import InverseMap
-from sitscad.calibration.maps.least_squares import NoFit
-from sitscad.calibration.maps.residual import Correction, correct
 from sitscad.calibration.misfit import far_off, pattern
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
 from sitscad.calibration.plan import Plan, plan

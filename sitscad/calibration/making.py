@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.forms import Form, Samples, Shape, Tried, best, compared, fitted
-from sitscad.calibration.maps.inverse_map import InverseMap
+from sitscad.calibration.forms import Form, Samples, Shape, Tried, best, compared, fitted
+from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.calibration.bench_data import Table
-from sitscad.calibration.maps.least_squares import NoFit
+from sitscad.calibration.least_squares import NoFit
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors

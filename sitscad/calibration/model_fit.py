@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.least_squares import Fitted, NoFit, levenberg_marquardt
+from sitscad.calibration.least_squares import Fitted, NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record

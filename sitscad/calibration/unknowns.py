@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from sitscad.data import rows
 from sitscad.estimates.performance import manufacture as scatter
 from sitscad.estimates.performance.manufacture import manufacturing_scatter
-from sitscad.estimates.response.errors import USUAL as CHANGE_SIGMA
 from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.plate import USUAL as CHANGE_SIGMA
 from sitscad.estimates.uncertainty import CAPACITOR
 from sitscad.estimates.values import Estimates
 from sitscad.record import record

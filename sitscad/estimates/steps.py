@@ -47,8 +47,8 @@ from sitscad.estimates.values import (
     ReadoutEstimate,
     StateEstimate,
 )
-from sitscad.estimates.winding.cross_checks import cross_checks, no_cross_check
 from sitscad.estimates.winding.losses import near_metal_notes
+from sitscad.estimates.winding.methods import cross_checks, no_cross_check
 from sitscad.estimates.winding.own_capacitance import metal_notes
 from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
 from sitscad.layout.board import Coil, Layout

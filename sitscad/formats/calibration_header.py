@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.inverse_map import BEYOND, LEAST, InverseMap
+from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
 from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
 

@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.calibration.bench_data import BenchError, frequencies_of, points_of, read_table
-from sitscad.calibration.suspicion import require_plausible
+from sitscad.calibration.refusals import require_plausible
 from sitscad.readout.conversion import Conversion
 from sitscad.spec import presets
 

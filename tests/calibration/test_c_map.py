@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tolerance import approx
 
+from sitscad.calibration.forms import FORMS, Form
 from sitscad.calibration.making import gain, own_map, samples
-from sitscad.calibration.maps.forms import FORMS, Form
 from sitscad.formats.calibration_header import header
 from sitscad.formats.calibration_program import program
 

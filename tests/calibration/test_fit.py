@@ -12,8 +12,8 @@ from tolerance import approx
 import sitscad
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibrate import calibrate_by
-from sitscad.calibration.maps.forms import Form, Samples, fitted
-from sitscad.calibration.maps.least_squares import NoFit, levenberg_marquardt, ridge
+from sitscad.calibration.forms import Form, Samples, fitted
+from sitscad.calibration.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file

@@ -12,10 +12,9 @@ from tolerance import approx
 
 import sitscad.calibration
 from sitscad.calibration.bench_data import BenchError, points_of, read_table
-from sitscad.calibration.maps.least_squares import NoFit
+from sitscad.calibration.least_squares import NoFit
 from sitscad.calibration.model_fit import fit_model
-from sitscad.calibration.possible import require_possible, require_told
-from sitscad.calibration.second_readings import second_readings
+from sitscad.calibration.refusals import require_possible, require_told, second_readings
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from neumann import sampled_mutual_inductance
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.idle import idle_load, idle_neighbours
+from sitscad.estimates.circuit.neighbours import idle_load, idle_neighbours
 from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import spiral_spectrum

@@ -14,7 +14,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuit.leads import estimate_leads
 from sitscad.estimates.winding.losses import Strip, near_metal_notes, winding_losses, winding_resistance
 from sitscad.estimates.winding.methods import bent_track, winding_geometry
-from sitscad.estimates.winding.resistance_bounds import near_metal_error
+from sitscad.estimates.winding.solved import near_metal_error
 from sitscad.geometry.path import Point, rounded_polyline
 from sitscad.layout import lay_out
 from sitscad.layout.board import Winding

@@ -10,7 +10,7 @@ from windings import UM, coil
 
 from sitscad.estimates.winding.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
 from sitscad.estimates.winding.methods import winding_geometry
-from sitscad.estimates.winding.resistance_bounds import resistance_bound
+from sitscad.estimates.winding.solved import resistance_bound
 from sitscad.physics.loss import proximity
 
 REFERENCES = designs.references()

@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.idle import Circuit, idle_neighbours
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
+from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.states.assembly import (
     Assembly,

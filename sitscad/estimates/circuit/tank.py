@@ -9,8 +9,8 @@ from dataclasses import field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.idle import Circuit
 from sitscad.estimates.circuit.leads import LeadEstimate
+from sitscad.estimates.circuit.neighbours import Circuit
 from sitscad.estimates.states.assembly import NoReflection, Reflection
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.physics.loss.current_modes import ProximityLoss

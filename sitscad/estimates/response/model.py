@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.response.errors import LOSSY, stated_errors
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
-from sitscad.estimates.response.plate import Plate, endless_like, plate_over_jaw
+from sitscad.estimates.response.plate import LOSSY, Plate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response, joined

@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.idle import idle_load
+from sitscad.estimates.circuit.neighbours import idle_load
 from sitscad.estimates.circuit.tank import Tank
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.physics.resonator import LOWEST_SHARE, Network, oscillate

@@ -8,9 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.response.errors import LOSSY, poles_error, stated_errors
 from sitscad.estimates.response.placed import Placed, at_rest
-from sitscad.estimates.response.plate import endless_like, plate_over_jaw, solving_work
+from sitscad.estimates.response.plate import (
+    LOSSY,
+    endless_like,
+    plate_over_jaw,
+    poles_error,
+    solving_work,
+    stated_errors,
+)
 from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil, Layout

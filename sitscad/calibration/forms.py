@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.maps.inverse_map import BEYOND, changes, terms
+from sitscad.calibration.inverse_map import BEYOND, changes, terms
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 

@@ -1,1 +1,0 @@
-"""From readings to forces: forms of maps and their fits, arrays in and arrays out."""

@@ -1,0 +1,343 @@
+"""Tables that no sensor of a design can have given: rows, columns and fits that are refused with their place and the
+reason before they spoil a map, and columns of one coil that do not agree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.bench_data import BenchError, Table, frequencies_of, rounded
+from sitscad.calibration.misfit import cause, noise_share
+from sitscad.calibration.model_fit import SUSPECT, ModelFit
+from sitscad.calibration.points import Points, foretold
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY, usual
+from sitscad.mechanics.motion import rotations
+from sitscad.scene.motions import LOAD, POSE
+
+Array = NDArray[np.float64]
+
+STEEPEST = math.radians(15.0)
+"""Tilt up to which the response is computed (the contract of `sitscad response`)."""
+
+STIFF = 2.0
+"""Standard deviations by which a pad may be stiffer than its preset, before a load is more than it can bear."""
+
+THINNEST = 0.1
+"""What is left of the pad's height at the least: no silicone is pressed further and is whole afterwards."""
+
+ALONE, OUT_OF_LINE = 4.0, 0.3
+"""A row is refused that is so many times as far off as the others (their root mean square), and by so much of full
+scale."""
+
+HONEST = 5.0
+"""How many times larger than expected errors may be before a row is looked for that all others contradict: true
+readings of 5 points left up to 2.3, a load of the wrong sign 80 and more."""
+
+UNSETTLED = 2.5
+"""How many times larger than expected errors may be of a fit that did not settle. Below, where true readings of few
+points come to lie, it is taken, and it is said that its unknowns are not to be trusted."""
+
+HARDLY = 4.0
+"""Standard deviations of manufacture beyond which an unknown is not believed where loads and model disagree, too: half
+of all shear in a table, or a target askew by 3 degrees, came to lie at 4.3 to 5.5 and left errors of 4 to 39 %."""
+
+WORST, WORST_OF_POSES = 15.0, 40.0
+"""How many times larger than expected errors may be: loads that are off by a thirteenth of themselves (hysteresis of a
+tenth of full scale makes 6, and 20 a map that is a third of full scale off); and of poses, for whose own errors nothing
+is allowed."""
+
+
+def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
+    """Raises BenchError for poses that a target cannot take, and for loads that not even a stiff pad bears."""
+    if points.poses is not None:
+        _require_room(table, points.poses, sensors)
+    if points.loads is not None:
+        errors = np.zeros(len(sensors.known))
+        place = [one.name for one in sensors.known].index("modulus")
+        errors[place] = STIFF * sensors.known[place].sigma
+        stiffer = f"even if it is {100.0 * math.expm1(errors[place]):.0f} % stiffer than its material says"
+        _require_borne(table, points.loads, sensors, errors, stiffer)
+
+
+def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
+    """Raises BenchError where the fit of a table did not settle, put an unknown where none is, was pulled there by one
+    row, or has the pad give way under a load of the table; what is `said` of the fit beside stands at the end.
+    """
+    said = f". {said[:1].upper()}{said[1:]}" if said else ""
+    _require_alike(table, points, sensors, fit)
+    k = int(np.argmax(np.abs(fit.moved)))
+    of_shear = [n for n, one in enumerate(sensors.known) if one.name in SHEAR_ERRORS]
+    together = float(np.linalg.norm(fit.moved[of_shear]))
+    if together > abs(fit.moved[k]):
+        k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
+    one, far = sensors.known[k], float(fit.moved[k])
+    row, share = _worst(points, fit)
+    where = f"{table.path}:{table.lines[row]}:1"
+    if not fit.settled and fit.excess > UNSETTLED:
+        raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
+                         f"this row is farthest off ({share}): {cause(one.name)}; another "
+                         f"sensor's spec, or rows of several runs?{said}")  # fmt: skip
+    if max(abs(far), together) > (SURELY if fit.excess < SUSPECT else HARDLY):
+        beside = "" if together <= abs(far) else f", with others of the pad's shear {together:.1f} sigma"
+        raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
+                         f"{'relative' if one.unit == '1' else one.unit}{beside}), which no sensor of this design is; "
+                         f"this row is farthest off ({share}): {cause(one.name)}? Or is it another sensor's spec?{said}"
+                         )  # fmt: skip
+    if fit.excess > (WORST_OF_POSES if points.loads is None else WORST):
+        raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
+                         f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
+                         f"order or unit?{said}")  # fmt: skip
+    noise = noise_share(points, sensors, fit)
+    if noise > WORST * usual("force"):
+        raise BenchError(f"{table.path}:{table.lines[int(np.argmax(points.at_rest))]}:1 rows without load scatter by "
+                         f"{points.noisier:.0f} times the converter's noise, {100.0 * noise:.0f} % of full scale on a "
+                         "force: no calibration comes out of that; find the noise first")  # fmt: skip
+    if points.loads is not None:
+        _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
+
+
+def _require_room(table: Table, poses: Array, sensors: Sensors) -> None:
+    """Poses above the board, and no more tilted than the response is computed for."""
+    turned = rotations(poses[:, 3:])
+    tilt = np.arccos(np.clip(turned[:, 2, 2], -1.0, 1.0))
+    row = int(np.argmax(tilt))
+    if tilt[row] > STEEPEST:
+        raise BenchError(f"{_place(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
+                         f"{math.degrees(STEEPEST):.0f} are the most that are computed: is the header's unit right?"
+                         )  # fmt: skip
+    lowest = sensors.model.lowest(poses)
+    row = int(np.argmin(lowest))
+    gap = sensors.model.lowest(np.zeros((1, 6)))[0]
+    if 0.0 <= lowest[row] < THINNEST * gap:
+        raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
+                         f"{1e3 * lowest[row]:.3g} mm above the board, and the pad of {1e3 * gap:.3g} mm pressed to "
+                         "nothing: are poses counted from rest, and is the unit right?")  # fmt: skip
+    if lowest[row] < 0.0:
+        raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
+                         f"{-1e3 * lowest[row]:.3g} mm inside the board: are poses counted from rest, z away from the "
+                         "board, and is the unit right?")  # fmt: skip
+
+
+def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
+    """Loads under which the pad finds an equilibrium."""
+    lost = sensors.gives_way(errors, loads)
+    if lost.any():
+        row = int(np.argmax(lost))
+        said = ", ".join(f"{name} {force:.4g} N" for name, force in zip(LOAD, loads[row], strict=True) if force)
+        raise BenchError(f"{_place(table, row, LOAD)}: {said}: the pad gives way sideways under this load, {how}; "
+                         "leave the row out, or hold the target level (--rotation held)")  # fmt: skip
+
+
+def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> None:
+    """No row by far worse than all others, as they foretell its force."""
+    if fit.force_errors is None or fit.excess < HONEST:
+        return
+    share = np.abs(fit.force_errors) / sensors.range.full_scales
+    off = np.where(points.at_rest, -np.inf, np.nan_to_num(share.max(axis=1), nan=-np.inf))
+    row = int(np.argmax(off))
+    others = np.delete(off, row)
+    others = others[np.isfinite(others)]
+    usual = math.sqrt(float(np.mean(others**2))) if others.size else math.inf
+    if off[row] > max(OUT_OF_LINE, ALONE * usual):
+        axis = int(np.argmax(share[row]))
+        raise BenchError(f"{table.path}:{table.lines[row]}:1 the other rows foretell {sensors.range.axes[axis]} "
+                         f"{abs(fit.force_errors[row, axis]):.3g} N off this one, {off[row] / usual:.0f} times as much "
+                         "as they are off themselves: a typing error, or another load?")  # fmt: skip
+
+
+def _worst(points: Points, fit: ModelFit) -> tuple[int, str]:
+    """The row that is farthest off, and by how much of its frequency, in words."""
+    off = np.where(points.at_rest, -np.inf, np.nan_to_num(np.abs(fit.reading_errors).max(axis=1), nan=-np.inf))
+    row = int(np.argmax(off))
+    return row, f"{1e6 * off[row]:.3g} ppm of the frequency"
+
+
+def _place(table: Table, row: int, names: tuple[str, ...]) -> str:
+    """The place of the first of some columns that the table has."""
+    found = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
+    return f"{table.path}:{table.lines[row]}:{1 if found is None else found.number}"
+
+
+FAR_BEYOND = 4.0
+"""Full scales beyond which a load is a slip of the unit."""
+
+LARGEST_CHANGE = 2.0
+"""How many times as much as any load or pose in the table moves a soft sensor a reading may change."""
+
+MODULI = tuple(np.linspace(-1.2, 1.2, 9))
+"""Logarithms of moduli with which readings are compared."""
+
+UNLIKE, BETTER = 0.3, 0.5
+"""A table is suspected whose readings are so unlike (rms, over their own) what the design says, where another order of
+its columns halves that."""
+
+ALIKE = 1.05, 0.02
+"""Orders that are named together: so many times as far off as the best one, and so much (of the readings) farther. Of
+two coils exchanged columns are nearly shear turned round, apart by 0.2 % of the readings and less than units differ."""
+
+
+def require_plausible(table: Table, points: Points, sensors: Sensors) -> None:
+    """Raises BenchError for readings beyond what manufacture explains, and for columns that look exchanged."""
+    _require_range(table, points, sensors)
+    _require_level(table, points, sensors)
+    _require_changes(table, points, sensors)
+    _require_order(table, points, sensors)
+
+
+def _require_range(table: Table, points: Points, sensors: Sensors) -> None:
+    """Loads that are not far beyond what the sensor is made for."""
+    if points.loads is None:
+        return
+    columns, full = sensors.range.columns, sensors.range.full_scales
+    times = np.abs(points.loads[:, columns]) / full
+    row, axis = np.unravel_index(int(np.argmax(times)), times.shape)
+    if times[row, axis] > FAR_BEYOND:
+        name = LOAD[columns[int(axis)]]
+        place = table.named(name)
+        assert place is not None
+        force = points.loads[row, columns[int(axis)]]
+        raise BenchError(
+            f"{table.where(int(row), table.columns[place])} {name}: {force:.4g} N, where "
+            f"this sensor's full scale is {full[axis]:.4g} N: is the header's unit right?"
+        )
+
+
+def _require_level(table: Table, points: Points, sensors: Sensors) -> None:
+    """Frequencies within what coils and capacitors of the design explain."""
+    expected = foretold(sensors, np.zeros(len(sensors.known)), points)
+    spread = {one.name: one.sigma for one in sensors.known}
+    for k, coil in enumerate(sensors.coils):
+        most = SURELY * 0.5 * np.hypot(spread[f"capacitor.{coil}"], spread["inductance"])
+        off = np.log(points.frequency[:, k] / expected[:, k])
+        if np.abs(off).max() > most:
+            raise BenchError(_off_level(table, coil, off, float(most)))
+
+
+def _off_level(table: Table, coil: str, off: Array, most: float) -> str:
+    """What is said of a reading whose ln f is `off` (n) by more than `most`."""
+    row, place = int(np.argmax(np.abs(off))), table.named(coil)
+    assert place is not None
+    column, said = table.columns[place], float(table.values[row, place])
+    power = -2.0 if column.unit.endswith("H") else 1.0
+    usual, share = said * np.exp(-power * off[row]), 100.0 * abs(power) * most
+    return (f"{table.where(row, column)} {coil}: {said:.6g} {column.unit}, where this design reads about {usual:.4g} "
+            f"{column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this sensor's spec?"
+            )  # fmt: skip
+
+
+def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
+    """Changes from rest no larger than a soft sensor's."""
+    soft = np.zeros(len(sensors.known))
+    names = [one.name for one in sensors.known]
+    soft[names.index("modulus")] = -2.0 * sensors.known[names.index("modulus")].sigma
+    settled = points.settled
+    change = np.log(settled.frequency / settled.rest)
+    largest = np.abs(
+        np.log(foretold(sensors, soft, points) / foretold(sensors, soft, points)[points.at_rest][:1])
+    ).max()
+    if np.abs(change).max() > LARGEST_CHANGE * largest:
+        row, coil = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
+        place = table.named(sensors.coils[int(coil)])
+        assert place is not None
+        raise BenchError(f"{table.where(int(row), table.columns[place])} {sensors.coils[int(coil)]}: "
+                         f"{100.0 * change[row, coil]:.2g} % off rest, where nothing in the table moves this design by "
+                         f"more than {100.0 * largest:.2g} %: a typing error, or another sensor?")  # fmt: skip
+    if np.abs(change[~points.at_rest]).max() < 0.01 * largest:
+        raise BenchError(f"{table.path}:{table.lines[0]}:1 the readings do not change with the loads: is the target "
+                         "on, and are rows and loads those of one run?")  # fmt: skip
+
+
+def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
+    """Columns in the order that fits."""
+    settled = points.settled
+    seen = np.log(settled.frequency / settled.rest)
+    size = np.linalg.norm(seen)
+    as_given, others = None, []
+    expected: dict[bytes, list[Array]] = {}
+    for order, signs, said in _orders(sensors, points.loads is not None):
+        if signs.tobytes() not in expected:
+            expected[signs.tobytes()] = [_moved(sensors, points, signs, modulus) for modulus in MODULI]
+        left = min(np.linalg.norm(one - seen[:, order]) for one in expected[signs.tobytes()]) / size
+        if not said:
+            as_given = left
+        else:
+            others.append((left, said))
+    assert as_given is not None
+    best = min(others, default=(np.inf, ""))
+    if as_given > UNLIKE and best[0] < BETTER * as_given:
+        alike = " or ".join(dict.fromkeys(said for left, said in others if left < ALIKE[0] * best[0] + ALIKE[1]))
+        first = next(column for column in table.columns if column.is_coil)
+        raise BenchError(f"{table.path}:1:{first.number} {alike}: then the readings agree with the design to "
+                         f"{100.0 * best[0]:.0f} %, as they stand they are {100.0 * as_given:.0f} % off")  # fmt: skip
+
+
+def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
+    """Orders of the coils, signs of the load or pose, and what is wrong if they are right: nothing, as given."""
+    names, count = (LOAD, 3) if loaded else (POSE, 6)
+    coils = sensors.coils
+    for order in permutations(range(len(coils))):
+        moved = [coils[k] for k in range(len(coils)) if order[k] != k]
+        yield list(order), np.ones(count), f"the columns {' and '.join(moved)} look exchanged" if moved else ""
+    sideways = (1, 2) if loaded else (0, 1)
+    for chosen in product((1.0, -1.0), repeat=2):
+        signs = np.ones(count)
+        signs[list(sideways)] = chosen
+        turned = [names[k] for k in sideways if signs[k] < 0.0]
+        if turned:
+            yield list(range(len(coils))), signs, f"{' and '.join(turned)} look turned round"
+
+
+def _moved(sensors: Sensors, points: Points, signs: Array, modulus: float) -> Array:
+    """Changes of ln f from rest (n, coils) that the design with another modulus makes of loads with other signs."""
+    errors = np.zeros(len(sensors.known))
+    errors[[one.name for one in sensors.known].index("modulus")] = modulus
+    loads = None if points.loads is None else points.loads * signs
+    poses = None if points.poses is None else points.poses * signs
+    found = np.log(foretold(sensors, errors, Points(loads, poses, points.frequency, points.at_rest)))
+    return np.asarray(found - found[points.at_rest][:1])
+
+
+BEYOND = 6.0
+"""Standard deviations of the converter's noise by which two columns of one coil may differ."""
+
+CAPACITOR = 0.01
+"""Relative difference of inductances at rest from which they were computed with another capacitor's value."""
+
+
+def second_readings(table: Table, points: Points, sensors: Sensors) -> tuple[str, ...]:
+    """What there is to say of columns that are not used: nothing where every coil has one."""
+    found = []
+    for coil in sensors.coils:
+        used = table.named(coil)
+        assert used is not None
+        for k, column in enumerate(table.columns):
+            if column.name == coil and k != used:
+                found.append(_compared(table, points, sensors, (used, k)))
+    return tuple(found)
+
+
+def _compared(table: Table, points: Points, sensors: Sensors, pair: tuple[int, int]) -> str:
+    """The note on a coil's second column."""
+    used, other = (table.columns[k] for k in pair)
+    apart = np.log(frequencies_of(table, sensors, other)) - np.log(frequencies_of(table, sensors, used))
+    level = float(apart[points.at_rest].mean())
+    left = np.abs(apart - level)
+    row = int(np.argmax(left))
+    noise = float(sensors.noise[sensors.coils.index(used.name)])
+    allowed = BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]
+    said = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
+    if left[row] > allowed:
+        said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
+                 f"({table.where(row, other)}), {left[row] / noise:.0f} times the converter's noise: rows of another "
+                 "run, or a changed formula")  # fmt: skip
+    else:
+        said += f"; their changes from rest agree within {1e6 * max(left[row], 0.1e-6):.2g} ppm of the frequency"
+    if abs(2.0 * level) > CAPACITOR:
+        said += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
+    return said
