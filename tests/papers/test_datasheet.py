@@ -125,7 +125,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
         "import sitscad, sys; from sitscad import Design; from sitscad.papers.datasheet import render; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
-        "render(d.layout, d.estimates, d.response, d.performance, '', d.bench_estimates).items()]"
+        "render(d.layout, d.estimates, d.response, d.performance, d.curves, '', d.bench_estimates).items()]"
     )
     source = str(Path(sitscad.__file__).parents[1])
     for seed in ("1", "7"):
