@@ -28,6 +28,9 @@ TAKES = (
 )
 """What a writer may ask for."""
 
+NUMBERS = frozenset({"estimates", "coupon_estimates", "bench_estimates", "response", "performance"})
+"""What of that is estimated."""
+
 
 @record
 class Writer:
@@ -55,6 +58,11 @@ class Writer:
     def maker(self) -> str:
         """What messages call it: a plugin's with the plugin."""
         return self.name if self.function is None else f"{self.module}: writer {self.name}"
+
+    @property
+    def reads_numbers(self) -> bool:
+        """Whether it takes what is estimated: the others' files stay as they are when the readout changes."""
+        return not NUMBERS.isdisjoint(self.takes)
 
     def render(self, *values: object) -> dict[str, bytes]:
         """The finished files by their paths inside the package."""

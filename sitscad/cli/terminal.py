@@ -60,7 +60,7 @@ def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) 
         sitscad.use_plugin(file)
 
 
-JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes for several specs (default: the processors).")
+JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
 PLUGIN = click.option(
     "--plugin",
     multiple=True,

@@ -88,6 +88,7 @@ def build(
     progress: Progress | None = None,
     policy: Policy | None = None,
     baseline: Baseline | None = None,
+    jobs: int = 1,
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
@@ -97,7 +98,8 @@ def build(
     made again, and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: what
     its checks found is then read from it. `policy` and `baseline` are held against the findings, and so are the
     comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as `force`
-    does.
+    does. With two `jobs` or more the solids are made in a process of their own, beside all else (where processes can be
+    forked, and from a program that has no threads of its own).
 
     Raises
     ------
@@ -109,11 +111,11 @@ def build(
     asked, design = _request(spec, out, only, force, policy, baseline)
     left_out = {} if only is not None else unplotted(asked.spec)
     asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out))
-    result = _build(asked, design or asked.spec, progress or (lambda *_: None))
+    result = _build(asked, design or asked.spec, progress or (lambda *_: None), jobs)
     return dataclasses.replace(result, left_out=left_out) if left_out and result.written else result
 
 
-def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress) -> BuildResult:
+def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
     directory = asked.directory
     before = _require_ours(directory)
     key = asked.made_from(before)
@@ -130,7 +132,7 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress) -> 
         return BuildResult(directory, contents.checked, written=False)
     with opened_for_building(directory.parent, directory.name) as staged:
         old = _require_ours(directory)
-        made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force)
+        made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
         contents = made.contents
         if not contents.checked.ok and not asked.force:  # what the solids have shown
             return BuildResult(directory, contents.checked, written=False)
@@ -151,6 +153,7 @@ def stale(
     only: Iterable[str] | None = None,
     policy: Policy | None = None,
     baseline: Baseline | None = None,
+    jobs: int = 1,
 ) -> BuildResult:
     """What a build with the same `only` would change of the package in ``out/NAME``; nothing is written.
 
@@ -167,7 +170,7 @@ def stale(
     from sitscad.package import stages
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
-    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force)
+    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
     lacking = _lacking(old, made.entries)
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
     differing = _differing(asked.directory, old, files)

@@ -133,9 +133,11 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "laser": _ELECTRICAL,
     "mount": _ELECTRICAL,
     "mesh": _ELECTRICAL,
-    "assembly": ("source",),
+    "assembly": ("readout", "source"),
 }
-"""The parts of a spec that a stage does not read; of the readout all read the converter and the capacitors' pads."""
+"""The parts of a spec that a stage does not read; of the readout all read the converter and the capacitors' pads. What
+takes estimates reads all but the text (`Writer.reads_numbers`).
+"""
 
 
 NEAR = 15e-3
@@ -145,9 +147,9 @@ BESIDE_TAIL = ("mount", "mesh")
 """Stages that read of the tail only where it begins."""
 
 
-def read_by(stage: str, spec: SensorSpec) -> tuple[object, ...]:
-    """The parts of a spec that a stage reads, in the order of their names."""
-    unread = UNREAD.get(stage, ())
+def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:
+    """The parts of a spec that a stage reads, in the order of their names; or of it the writers of numbers."""
+    unread = ("source",) if takes_numbers else UNREAD.get(stage, ())
     parts = [getattr(spec, field.name) for field in dataclasses.fields(spec) if field.name not in unread]
     return (*parts, spec.readout.device, spec.readout.chip)
 

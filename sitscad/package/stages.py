@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import multiprocessing
 import re
+import signal
 import time
 from collections.abc import Mapping
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -84,55 +89,164 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
 
 
 def make_all(
-    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False
-) -> Made:
+    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False,
+    jobs: int = 1,
+) -> Made:  # fmt: skip
     """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
 
-    With `force` all is made once more where only the solids have shown errors: what came before them has no mark.
+    With `force` all is made once more where only the solids have shown errors: what came before them has no mark. With
+    two `jobs` and more the solids are made in a process of their own, beside all else.
     """
-    made = _made(contents, directory, old, wanted, progress)
+    made = _made(contents, directory, old, wanted, progress, jobs)
     if not force or made.contents.checked.is_orderable == contents.checked.is_orderable:
         return made
     known = dataclasses.replace(contents, measured=made.contents.measured)
-    return _made(known, directory, old, wanted, lambda *_: None)
+    return _made(known, directory, old, wanted, lambda *_: None, jobs)
 
 
-def _made(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress) -> Made:
-    results: list[StageResult] = []
-    files: dict[str, bytes] = {}
-    entries: dict[str, Entry] = {}
-    failures: list[str] = []
-    theirs: dict[str, str] = {}
-    for stage in (*STAGES[:-1], CHECK_STAGE, STAGES[-1]):
-        began = time.perf_counter()
-        if stage != CHECK_STAGE:
-            progress(stage, "start", 0.0)
-        # plugins may read all of the spec
-        read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
-        ingredients = made_from(stage, *_ingredients(contents, stage, entries, failures), *read)
-        before = old.of_stage(stage)
-        is_true = before and all(entry.made_from == ingredients for entry in before.values())
-        kept = intact(directory, before) if is_true else None
-        if kept is not None:
-            outcome, new = "kept", kept
-        elif stage in wanted:
-            new = _distinct(stage, files, _render(contents, stage, files, failures, theirs), theirs)
-            outcome = "made" if new else "none"
-        else:
-            outcome, new = ("dropped" if old.of_stage(stage) else "none"), {}
-        if FIT in new:
-            contents = dataclasses.replace(contents, measured=new[FIT].decode("ascii"))
-        files |= new
-        entries |= {name: Entry(sha256(content), stage, ingredients) for name, content in new.items()}
-        seconds = time.perf_counter() - began
-        if stage != CHECK_STAGE:
-            progress(stage, outcome, seconds)
-        results.append(StageResult(stage, outcome, len(new), seconds))
-    return Made(tuple(results), files, entries, contents)
+ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
+"""The stages as they are told of; checks and report look at the files of all others."""
+
+PARTS = (
+    *((stage, False) for stage in ORDER[:-2] if stage not in SOLID_STAGES),
+    *((stage, False) for stage in SOLID_STAGES),
+    ("assembly", True),
+    (CHECK_STAGE, False),
+    ("report", False),
+)
+"""The stages in the order of making, solids after what can be made beside them; of the assembly what takes numbers
+apart, since another readout leaves its solids as they are.
+"""
 
 
-def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], failures: list[str]) -> tuple[object, ...]:
-    """Everything that the files of a stage depend on, besides sitscad itself."""
+def _made(
+    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int
+) -> Made:
+    new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
+    failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
+    spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
+    aside = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
+    try:
+        for stage, numbers in PARTS:
+            began = time.perf_counter()
+            if stage != CHECK_STAGE and not numbers:
+                progress(stage, "start", 0.0)
+            so_far = {name: content for each in ORDER for name, content in new[each].items()}
+            failed = [words for each in ORDER for words in failures[each]]
+            made_of = _made_of(contents, stage, numbers, entries, failed)
+            made = _kept(directory, old, stage, made_of)
+            if made is not None:
+                kept_parts.append((stage, numbers))
+            elif stage not in wanted:
+                made = {}
+            elif stage == CHECK_STAGE:
+                made = _distinct(stage, so_far, _checked_files(contents, failed, so_far), theirs)
+            else:
+                if aside is not None and (stage, numbers) in aside.parts:
+                    rendered = aside.next_of()
+                else:
+                    rendered = _rendered(contents, stage, numbers, new[stage], so_far)
+                made = _distinct(stage, so_far, rendered.files, theirs)
+                failures[stage] += rendered.failures
+                theirs |= rendered.theirs
+            if FIT in made:
+                contents = dataclasses.replace(contents, measured=made[FIT].decode("ascii"))
+            new[stage] |= made
+            entries |= {name: Entry(sha256(content), stage, made_of) for name, content in made.items()}
+            spent[stage] += time.perf_counter() - began
+            if stage not in (CHECK_STAGE, "assembly") or numbers:
+                progress(stage, _outcome(stage, new[stage], kept_parts, old, wanted), spent[stage])
+    finally:
+        if aside is not None:
+            aside.process.terminate()
+    results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, wanted), len(new[stage]), spent[stage])
+               for stage in ORDER]  # fmt: skip
+    files = {name: content for stage in ORDER for name, content in new[stage].items()}
+    return Made(tuple(results), files, {name: entries[name] for name in files}, contents)
+
+
+def _made_of(contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]) -> str:
+    """The hash of everything that the files of a part depend on; plugins may read all of the spec."""
+    read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
+    return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *read)
+
+
+def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
+    """The files of a part as the package before has them, made from the same and whole; None where there are none."""
+    before = {name: entry for name, entry in old.of_stage(stage).items() if entry.made_from == made_of}
+    return intact(directory, before) if before else None
+
+
+def _outcome(
+    stage: str, new: dict[str, bytes], kept: list[tuple[str, bool]], old: Manifest, wanted: frozenset[str]
+) -> str:
+    """What became of a stage, in a word."""
+    if new and all(part in kept for part in PARTS if part[0] == stage):
+        return "kept"
+    if stage in wanted:
+        return "made" if new else "none"
+    return "dropped" if old.of_stage(stage) else "none"
+
+
+@record
+class Rendered:
+    """The files of a part; what could not be written of it; the files of plugins in small letters, with their maker."""
+
+    files: dict[str, bytes]
+    failures: list[str]
+    theirs: dict[str, str]
+
+
+@record(eq=False)
+class Aside:
+    """Parts that are rendered in a process of their own, which sends each when it is done, or what ended it."""
+
+    parts: tuple[tuple[str, bool], ...]
+    process: BaseProcess
+    sent: Connection
+
+    def next_of(self) -> Rendered:
+        """The next part. Raises what it raised, and BrokenProcessPool where the process ended without a word."""
+        try:
+            found = self.sent.recv()
+        except EOFError as error:
+            raise BrokenProcessPool("the process that makes the solids has ended") from error
+        if isinstance(found, BaseException):
+            raise found
+        assert isinstance(found, Rendered)
+        return found
+
+
+def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str]) -> Aside | None:
+    """The solids that have to be made, begun beside all else; None where there are none, or where nothing else takes
+    long, or no process can be split off (a copy of this one: it has the design, and nothing that runs in threads).
+    """
+    asked = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
+    parts = tuple(part for part in asked if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
+    if not parts or "datasheet" not in wanted or "fork" not in multiprocessing.get_all_start_methods():
+        return None
+    context = multiprocessing.get_context("fork")
+    received, sent = context.Pipe(duplex=False)
+    process = context.Process(target=_render_aside, args=(sent, contents, parts), daemon=True)
+    process.start()
+    sent.close()
+    return Aside(parts, process, received)
+
+
+def _render_aside(sent: Connection, contents: Contents, parts: tuple[tuple[str, bool], ...]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked for the build ends this process
+    for stage, numbers in parts:
+        try:
+            sent.send(_rendered(contents, stage, numbers, {}, {}))
+        except Exception as error:
+            sent.send(error)
+            return
+
+
+def _ingredients(
+    contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
+) -> tuple[object, ...]:
+    """Everything that the files of a stage, or its writers of numbers, depend on, besides sitscad itself."""
     judged_by = (json.dumps(contents.policy.as_json()), contents.known)
     text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
@@ -150,7 +264,7 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     if stage in BESIDE_TAIL:
         return *read_of_board(stage, contents.layout), kernels, forced
     if stage in SOLID_STAGES:
-        return *read_by(stage, contents.spec), kernels, forced
+        return *read_by(stage, contents.spec, numbers), kernels, forced, numbers
     if stage == "datasheet":
         return *read_by(stage, contents.spec), forced, version_of("matplotlib")
     if stage == "gerber":
@@ -158,15 +272,18 @@ def _ingredients(contents: Contents, stage: str, entries: dict[str, Entry], fail
     return *read_by(stage, contents.spec), forced
 
 
-def _render(
-    contents: Contents, stage: str, files: dict[str, bytes], failures: list[str], theirs: dict[str, str]
-) -> dict[str, bytes]:
-    """The files of one stage; those of plugins are added to `theirs`, each with its maker."""
-    if stage == CHECK_STAGE:
-        return _checked_files(contents, failures, files)
+def _rendered(
+    contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes]
+) -> Rendered:
+    """A stage's files, or of the assembly those that take `numbers` or do not; `beside` are those of the stage that are
+    there already, `before` those of all stages.
+    """
+    parted = (stage, True) in PARTS
+    writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers())
+               if writer.stage == stage and (not parted or writer.reads_numbers == numbers)]  # fmt: skip
+    failures, theirs = list[str](), dict[str, str]()
     try:
-        writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers()) if writer.stage == stage]
-        new = _written(contents, writers, failures, theirs)
+        new = _written(contents, writers, beside, failures, theirs)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
@@ -175,12 +292,12 @@ def _render(
 
         new |= _distinct(stage, new, drawn_calibration(contents.design.bare, bool(contents.forced)), theirs)
     if stage == "report":
-        new |= _distinct(stage, new, _report(contents, files | new), theirs)
-    return new
+        new |= _distinct(stage, new, _report(contents, before | new), theirs)
+    return Rendered(new, failures, theirs)
 
 
 def _written(
-    contents: Contents, writers: list[Writer], failures: list[str], theirs: dict[str, str]
+    contents: Contents, writers: list[Writer], beside: dict[str, bytes], failures: list[str], theirs: dict[str, str]
 ) -> dict[str, bytes]:
     """The files of some writers. What cannot be written stops a build; a forced one goes on and says so in its note."""
     new: dict[str, bytes] = {}
@@ -188,7 +305,7 @@ def _written(
         if not writer.applies(contents.spec):
             continue
         try:
-            made = writer.render(*(new if name == "files" else contents.value(name) for name in writer.takes))
+            made = writer.render(*(beside | new if name == "files" else contents.value(name) for name in writer.takes))
         except ValueError as error:
             if contents.checked.is_orderable:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
