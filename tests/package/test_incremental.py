@@ -6,15 +6,17 @@ from __future__ import annotations
 
 import os
 import resource
+import signal
 import subprocess
 import sys
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pytest
 
 import sitscad
 from sitscad.finding import Edit
-from sitscad.package import stale
+from sitscad.package import stages, stale
 from sitscad.package.contents import UNREAD
 from sitscad.package.manifest import read_manifest
 from sitscad.spec import templates
@@ -62,7 +64,7 @@ def test_what_no_stage_reads_is_what_is_tried_here():
         *LIGHT,
         *SOLID,
     }
-    assert set(UNREAD["assembly"]) == {"source"}, "assembly.txt says what the coils read"
+    assert set(UNREAD["assembly"]) == {"readout", "source"}, "pictures are drawn at the required force"
 
 
 @pytest.mark.parametrize("key", ELECTRICAL)
@@ -91,6 +93,42 @@ def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
         text = changed(key, value, text)
     assert text != TEXT
     assert files_of(text, SOLID, tmp_path / "after") == files_of(TEXT, SOLID, tmp_path / "before")
+
+
+@pytest.mark.cad
+@pytest.mark.slow
+def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkeypatch):
+    """assembly.txt has what the coils read; solids stay, and are what a fresh build makes, beside all else or not."""
+    other = changed("readout.capacitance", "330 pF", changed("readout.scan_rate", "400 Hz"))
+    first = files_of(TEXT, ("assembly",), tmp_path)
+    monkeypatch.setattr("sitscad.parts.whole.whole", None)  # nothing is put together again
+    again = files_of(other, ("assembly",), tmp_path)
+    monkeypatch.undo()
+    assert {name for name in first if first[name] != again[name]} == {"mount/assembly.txt"}
+    assert again == files_of(other, ("assembly",), tmp_path / "fresh")
+    spec, only = sitscad.load_text(other, "sensor.yaml"), ("assembly", "datasheet")
+    beside = sitscad.build(spec, tmp_path / "beside", only, jobs=2)
+    assert {name: (beside.directory / name).read_bytes() for name in again} == again
+    made = [name for name, outcome in outcomes(beside).items() if outcome == "made"]
+    assert made == ["assembly", "datasheet", "check"]
+
+
+def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatch):
+    """By too little memory, mostly: the package before stays as it is, and the error is told."""
+    spec = sitscad.load_text(TEXT, "sensor.yaml")
+    before = sitscad.build(spec, tmp_path, ("report",))
+    stamps = {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")}
+    parent, real = os.getpid(), stages._rendered
+
+    def killed(*given):
+        if os.getpid() != parent:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return real(*given)
+
+    monkeypatch.setattr(stages, "_rendered", killed)
+    with pytest.raises(BrokenProcessPool, match="solids"):
+        sitscad.build(spec, tmp_path, ("mesh", "datasheet", "report"), jobs=2)
+    assert {path: path.stat().st_mtime_ns for path in before.directory.rglob("*")} == stamps
 
 
 @pytest.mark.cad
