@@ -11,7 +11,6 @@ from tolerance import approx
 from sitscad.physics.metal.finite_plate import (
     CoaxialRings,
     Plate,
-    field_share,
     magnetic_share,
     plate_loss_share,
     plate_share,
@@ -54,8 +53,6 @@ def test_heights_count_from_nowhere(floor):
         for plate in (rectangle(4.5e-3, 3e-3), disc(4.5e-3)):
             found = share(plate, raised, place, 0.8e-3 + up, floor + up)
             assert found == approx(share(plate, COIL, place, 0.8e-3, floor), rel=1e-9)
-    lit = field_share((4.5e-3, 3e-3), raised, place, 0.8e-3 + up)
-    assert lit == approx(field_share((4.5e-3, 3e-3), COIL, place, 0.8e-3), rel=1e-9)
 
 
 def test_a_turned_rectangle_over_a_turned_place_is_the_same():
