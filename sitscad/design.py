@@ -330,7 +330,7 @@ def respond_to(
         parts.append(in_cases(model, motions.cases, frequency, tolerance, progress))
     if not derivatives:
         return with_cases(parts)
-    from sitscad.estimates.response.derivatives import with_derivatives
+    from sitscad.estimates.response.cases import with_derivatives
 
     return with_cases([with_derivatives(model, part) for part in parts])
 

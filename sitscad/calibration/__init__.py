@@ -44,7 +44,7 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
         made = calibrate_by(sensors, found)
     except NoFit as error:
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
-                         "sensor's spec?") from error  # fmt: skip
+                         "sensor's spec?") from error
     assert made.fit is not None
     said = ""
     if made.fit.cost > found.frequency.size:  # readings as expected leave no other way of loading much likelier

@@ -31,7 +31,7 @@ READING_KINDS = "counts", "Hz", "H"
 a capacitor's value that the firmware was told."""
 
 KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm", "um")),
-         **dict.fromkeys(POSE[3:], ("rad", "deg"))}  # fmt: skip
+         **dict.fromkeys(POSE[3:], ("rad", "deg"))}
 """The units of every load and pose."""
 
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
@@ -92,7 +92,7 @@ class Table:
         if said and asked and said != asked:
             raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[said]}, and the map "
                              f"is asked for one {ROTATIONS[asked]}: `--rotation {said}`, or mend this line"
-                             )  # fmt: skip
+                             )
         return (asked or said or USUAL_ROTATION) == "held"
 
     def where(self, row: int, column: Column) -> str:
@@ -127,7 +127,7 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
         raise BenchError(f"{path}:1:1 {error}") from error
     try:
         whole = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text, newline=None)), start=1)
-                 if any(cell.strip() for cell in cells)]  # fmt: skip
+                 if any(cell.strip() for cell in cells)]
     except csv.Error as error:
         raise BenchError(f"{path}:1:1 is no table that can be read: {error}") from error
     rows = [(number, cells) for number, cells in whole if not cells[0].lstrip().startswith("#")]
@@ -137,7 +137,7 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
     columns = _columns(f"{path}:{line}", head, coils)
     values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
     return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
-                 _rotation(path, whole))  # fmt: skip
+                 _rotation(path, whole))
 
 
 def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
@@ -151,7 +151,7 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
         said = (told[1].split() or ["?"])[0].strip(",;").lower()
         if first[1] and said != first[1]:
             raise BenchError(f"{path}:{number}:1 rotation {said!r} here, {first[1]!r} on line {first[0]}: one table is "
-                             "of one of both")  # fmt: skip
+                             "of one of both")
         first = first if first[1] else (number, said)
     return first
 
@@ -174,7 +174,7 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
         else:
             parted = "; columns are parted by commas" if ";" in title or "\t" in title else ""
             raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
-                             f"each with its unit: normal_N, x_mm, C1_counts{parted}")  # fmt: skip
+                             f"each with its unit: normal_N, x_mm, C1_counts{parted}")
     _require_all(where, found, coils)
     return tuple(found)
 
@@ -257,7 +257,7 @@ def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], moti
     if len({tuple(row) for row in moved[~at_rest]}) < FEWEST:
         count = int((~at_rest).sum())
         raise BenchError(f"{end} {count} point{'s' * (count != 1)} beside the tare: {FEWEST} different ones at least, "
-                         "five to ten serve well")  # fmt: skip
+                         "five to ten serve well")
     place = table.named("normal")
     if motion == LOAD and place is not None and np.any(moved[:, 0] < 0.0):
         row = int(np.argmax(moved[:, 0] < 0.0))

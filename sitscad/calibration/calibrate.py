@@ -87,19 +87,19 @@ class Calibration:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
             return (UnitError(f"this unit, calibrated with {points} points", points, self.map.error),)
         found = [UnitError("any unit, read without a tare", None, self.plan.untared),
-                 UnitError("any unit after its tare, not calibrated", 0, self.map.error)]  # fmt: skip
+                 UnitError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
         return (*found, *(UnitError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
-                          for number in some))  # fmt: skip
+                          for number in some))
 
     @property
     def error_rows(self) -> tuple[tuple[str, ...], ...]:
         """The same in words, a row a unit under a heading with the full scales."""
         full = self.map.full_scale
         head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
-                                          for name, size in zip(self.map.axes, full, strict=True))  # fmt: skip
+                                          for name, size in zip(self.map.axes, full, strict=True))
         return (head, *((one.of, *(of_full_scale(error, size) for error, size in zip(one.error, full, strict=True)))
-                        for one in self.unit_errors))  # fmt: skip
+                        for one in self.unit_errors))
 
     @property
     def errors_are(self) -> str:
@@ -108,9 +108,9 @@ class Calibration:
         if self.plan is None:
             return (f"Error of the force, rms over all loads, the target {tilts}, that {100.0 * SURE:.0f} % of the "
                     "sensors stay below which these points may come from. Noise, hysteresis, creep and temperature "
-                    "come on top.")  # fmt: skip
+                    "come on top.")
         return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}; noise, hysteresis, "
-                "creep and temperature come on top.")  # fmt: skip
+                "creep and temperature come on top.")
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -124,19 +124,19 @@ class Calibration:
             )
             found.append(f"made for a target that is {ROTATIONS[this]}: of one {ROTATIONS[other]} it reads {words} "
                          f"(half of the normal force on it); `sitscad calibrate --rotation {other}` makes the other map"
-                         )  # fmt: skip
+                         )
         if len(self.map.axes) < 3:
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
         if self.fit is not None and self.fit.excess > SUSPECT:
             assert self.points is not None
             why = pattern(self.points, self.fit, self.sensors) or (
-                "no pattern in them: noise, hysteresis, creep, or loads that were not what the file says")  # fmt: skip
+                "no pattern in them: noise, hysteresis, creep, or loads that were not what the file says")
             found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected; {why}")
         if self.fit is not None:
             found += far_off(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:
             found.append("fewer than three rows without load: noise of the readings is not told from drift, nor a slip "
-                         "in the tare; take it again in the middle of the rows and at their end")  # fmt: skip
+                         "in the tare; take it again in the middle of the rows and at their end")
         if self.fit is not None and not self.fit.settled:
             found.append("the fit of the model did not settle: its unknowns are not to be trusted")
         return tuple(found)
@@ -151,7 +151,7 @@ class Calibration:
         rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
         return {one.name: {"value": float(value), "moved_by_sigmas": float(moved),
                            "sigma": float(sure * one.sigma), "sigma_before": one.sigma}
-                for one, value, moved, sure in rows if one.is_fitted}  # fmt: skip
+                for one, value, moved, sure in rows if one.is_fitted}
 
     def document(self) -> dict[str, Any]:
         """The whole calibration as plain values for JSON."""
@@ -165,7 +165,7 @@ class Calibration:
                              "error_N": dict(zip(self.map.axes, one.error.tolist(), strict=True))}
                             for one in self.unit_errors], "errors_are": self.errors_are,
             "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
-        }  # fmt: skip
+        }
         if self.plan is not None:
             found["plan"] = {"loads_N": self.plan.loads.tolist(), "expected_error_N": self.plan.errors.tolist()}
         if self.fit is not None and self.points is not None:
@@ -210,7 +210,7 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
     read = found.map(frequency[1:], frequency[0])
     axes = sensors.range.columns
     return tuple((AXES[column], sensors.range.shear, float(read[row, axes.index(column)]))
-                 for row, column in enumerate(columns))  # fmt: skip
+                 for row, column in enumerate(columns))
 
 
 @lru_cache(maxsize=4)

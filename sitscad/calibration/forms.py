@@ -50,7 +50,7 @@ FORMS = (
       for k, j in ((1, 1), (2, 1), (2, 2), (3, 1), (3, 2))),
     *(Form(f"cubic spline with {len(knots)} knots in ln(1 - L/L0)", True, 3, 0, knots, 2)
       for knots in ((0.5,), (0.33, 0.67), (0.25, 0.5, 0.75))),
-)  # fmt: skip
+)
 """What is tried for every design."""
 
 

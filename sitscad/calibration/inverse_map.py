@@ -93,12 +93,12 @@ class InverseMap:
             "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
             "unit": "N", "logarithmic": self.logarithmic,
             **{name: getattr(self, name).tolist() for name in ARRAYS},
-        }  # fmt: skip
+        }
 
 
 WHOLE = ("powers", "denominator_powers", "spline_powers")
 ARRAYS = ("full_scale", "error", "rest", "gain", "mix", "low", "high", *WHOLE[:1], "numerator", *WHOLE[1:2],
-          "denominator", *WHOLE[2:], "knots")  # fmt: skip
+          "denominator", *WHOLE[2:], "knots")
 """The arrays of a document, in its order; those of whole numbers."""
 
 

@@ -83,7 +83,7 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
     noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
     parts = (noisy, whole.rest, whole.forces[LEARNT:]), (solved[1:], solved[0], whole.forces[:SOLVED])
     square = [np.mean((found(read, rest) / sensors.range.full_scales - forces) ** 2, axis=0)
-              for read, rest, forces in parts]  # fmt: skip
+              for read, rest, forces in parts]
     return replace(found, error=np.sqrt(np.maximum(*square)) * sensors.range.full_scales)
 
 
@@ -143,4 +143,4 @@ def _as_map(sensors: Sensors, shape: Shape, own: Array, rest: Array) -> InverseM
         spec.name, spec.issue.revision or "", sensors.coils, sensors.range.axes, sensors.range.full_scales, own,
         shape.mix, shape.powers, shape.numerator, shape.denominator, shape.denominator_powers, shape.low, shape.high,
         np.zeros(len(sensors.range.axes)), rest, form.logarithmic, np.array(form.knots), shape.spline_powers,
-    )  # fmt: skip
+    )

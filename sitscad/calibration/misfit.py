@@ -55,7 +55,7 @@ CAUSES = {
     "inductance": "coils of another spec",
     "target_change": "a target of another size or metal, or metal behind the coils that the spec does not have",
     "capacitor": "another capacitor, another reference clock (readout.clock), or coils of another spec",
-}  # fmt: skip
+}
 """What may have put an unknown far off, by its name without its coil or direction."""
 
 
@@ -72,7 +72,7 @@ def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
         if abs(far) > UNUSUAL:
             amount = f"{fit.errors[k]:.3g} {'relative' if one.unit == '1' else one.unit}"
             yield (f"unusual: {one.name} is {far:+.1f} sigma of manufacture off ({amount}): {cause(one.name)}? The "
-                   "forces are right for the loads of the table only if those are right")  # fmt: skip
+                   "forces are right for the loads of the table only if those are right")
 
 
 def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
@@ -87,7 +87,7 @@ def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -
     amount = table.values[row, place] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
     return (f"{table.where(int(row), column)} {column.name} reads {amount:+.3g} {column.unit} off what the other rows "
             f"foretell, {off[row, coil]:.1f} sigma of their scatter: a slip of this reading, or another load than the "
-            "row says? Read that row again")  # fmt: skip
+            "row says? Read that row again")
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
@@ -117,7 +117,7 @@ def noisy(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
             f"(one sigma, drift along the rows taken out) where {expected:.2g} are expected, {100.0 * share:.2g} % of "
             f"full scale on a force; {column.name} is farthest off here, by {amount:.3g} {column.unit}: a slip, noise "
             "of supply or cable, a target that was touched, or drift that goes up and down? In use noise comes on top "
-            "of the stated error")  # fmt: skip
+            "of the stated error")
 
 
 def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
@@ -132,18 +132,18 @@ def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
     column, name, off = sensors.range.columns[worst], sensors.range.axes[worst], errors[:, worst]
     rows = np.flatnonzero(pressed).astype(float)
     found = [(_share(_centred(rows), _centred(off)), f"{name} is off more and more with the rows: drift or creep; take "
-              "tares between, and wait ten seconds on each load")]  # fmt: skip
+              "tares between, and wait ten seconds on each load")]
     if column:
         found += [
             (_share(loads[:, column], off), f"{name} is off in proportion to it: the thread rubs, pulls askew, or the "
              "loads are in another unit"),
             (_share(loads[:, column] * loads[:, 0], off), f"{name} is off with the product of shear and normal force: "
              "under both the pad gives way otherwise than its law, or the target is held otherwise (--rotation)"),
-        ]  # fmt: skip
+        ]
     else:
         aside = np.linalg.norm(loads[:, 1:], axis=1)
         found.append((_share(_centred(aside), _centred(off)), "the normal force is off with the shear on it: the "
-                      "thread pulls up or down, or beside the middle of the outermost face"))  # fmt: skip
+                      "thread pulls up or down, or beside the middle of the outermost face"))
     share, words = max(found)
     return words if share > EXPLAINED else ""
 
@@ -176,7 +176,7 @@ class Turned:
         (this,) = (one for one in ROTATIONS if one != self.rotation)
         return (f"the readings are those of a target that is {ROTATIONS[self.rotation]}, not {ROTATIONS[this]}, as far "
                 f"as the model knows (there they are {self.excess:.1f} times as far off as is expected): was it "
-                f"calibrated so? Then `--rotation {self.rotation}`, and the map is for such use")  # fmt: skip
+                f"calibrated so? Then `--rotation {self.rotation}`, and the map is for such use")
 
 
 def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:

@@ -196,7 +196,7 @@ def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> M
     moved[problem.chosen] = found.values
     sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
     return ModelFit(errors, moved, sure, _open(problem, found), excess, believed, force, reading, pulled / weight,
-                    problem.excess * np.abs(pulled) / np.sqrt(weight), found.settled, 0.0)  # fmt: skip
+                    problem.excess * np.abs(pulled) / np.sqrt(weight), found.settled, 0.0)
 
 
 def _open(problem: _Problem, found: Fitted) -> Array:

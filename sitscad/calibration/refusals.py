@@ -82,22 +82,22 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, 
     if not fit.settled and fit.excess > UNSETTLED:
         raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
                          f"this row is farthest off ({share}): {cause(one.name)}; another "
-                         f"sensor's spec, or rows of several runs?{said}")  # fmt: skip
+                         f"sensor's spec, or rows of several runs?{said}")
     if max(abs(far), together) > (SURELY if fit.excess < SUSPECT else HARDLY):
         beside = "" if together <= abs(far) else f", with others of the pad's shear {together:.1f} sigma"
         raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
                          f"{'relative' if one.unit == '1' else one.unit}{beside}), which no sensor of this design is; "
                          f"this row is farthest off ({share}): {cause(one.name)}? Or is it another sensor's spec?{said}"
-                         )  # fmt: skip
+                         )
     if fit.excess > (WORST_OF_POSES if points.loads is None else WORST):
         raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
                          f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
-                         f"order or unit?{said}")  # fmt: skip
+                         f"order or unit?{said}")
     noise = noise_share(points, sensors, fit)
     if noise > WORST * usual("force"):
         raise BenchError(f"{table.path}:{table.lines[int(np.argmax(points.at_rest))]}:1 rows without load scatter by "
                          f"{points.noisier:.0f} times the converter's noise, {100.0 * noise:.0f} % of full scale on a "
-                         "force: no calibration comes out of that; find the noise first")  # fmt: skip
+                         "force: no calibration comes out of that; find the noise first")
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 
@@ -110,18 +110,18 @@ def _require_room(table: Table, poses: Array, sensors: Sensors) -> None:
     if tilt[row] > STEEPEST:
         raise BenchError(f"{_place(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
                          f"{math.degrees(STEEPEST):.0f} are the most that are computed: is the header's unit right?"
-                         )  # fmt: skip
+                         )
     lowest = sensors.model.lowest(poses)
     row = int(np.argmin(lowest))
     gap = sensors.model.lowest(np.zeros((1, 6)))[0]
     if 0.0 <= lowest[row] < THINNEST * gap:
         raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
                          f"{1e3 * lowest[row]:.3g} mm above the board, and the pad of {1e3 * gap:.3g} mm pressed to "
-                         "nothing: are poses counted from rest, and is the unit right?")  # fmt: skip
+                         "nothing: are poses counted from rest, and is the unit right?")
     if lowest[row] < 0.0:
         raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
                          f"{-1e3 * lowest[row]:.3g} mm inside the board: are poses counted from rest, z away from the "
-                         "board, and is the unit right?")  # fmt: skip
+                         "board, and is the unit right?")
 
 
 def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
@@ -131,7 +131,7 @@ def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, 
         row = int(np.argmax(lost))
         said = ", ".join(f"{name} {force:.4g} N" for name, force in zip(LOAD, loads[row], strict=True) if force)
         raise BenchError(f"{_place(table, row, LOAD)}: {said}: the pad gives way sideways under this load, {how}; "
-                         "leave the row out, or hold the target level (--rotation held)")  # fmt: skip
+                         "leave the row out, or hold the target level (--rotation held)")
 
 
 def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> None:
@@ -148,7 +148,7 @@ def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit
         axis = int(np.argmax(share[row]))
         raise BenchError(f"{table.path}:{table.lines[row]}:1 the other rows foretell {sensors.range.axes[axis]} "
                          f"{abs(fit.force_errors[row, axis]):.3g} N off this one, {off[row] / usual:.0f} times as much "
-                         "as they are off themselves: a typing error, or another load?")  # fmt: skip
+                         "as they are off themselves: a typing error, or another load?")
 
 
 def _worst(points: Points, fit: ModelFit) -> tuple[int, str]:
@@ -228,7 +228,7 @@ def _off_level(table: Table, coil: str, off: Array, most: float) -> str:
     usual, share = said * np.exp(-power * off[row]), 100.0 * abs(power) * most
     return (f"{table.where(row, column)} {coil}: {said:.6g} {column.unit}, where this design reads about {usual:.4g} "
             f"{column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this sensor's spec?"
-            )  # fmt: skip
+            )
 
 
 def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
@@ -247,10 +247,10 @@ def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
         assert place is not None
         raise BenchError(f"{table.where(int(row), table.columns[place])} {sensors.coils[int(coil)]}: "
                          f"{100.0 * change[row, coil]:.2g} % off rest, where nothing in the table moves this design by "
-                         f"more than {100.0 * largest:.2g} %: a typing error, or another sensor?")  # fmt: skip
+                         f"more than {100.0 * largest:.2g} %: a typing error, or another sensor?")
     if np.abs(change[~points.at_rest]).max() < 0.01 * largest:
         raise BenchError(f"{table.path}:{table.lines[0]}:1 the readings do not change with the loads: is the target "
-                         "on, and are rows and loads those of one run?")  # fmt: skip
+                         "on, and are rows and loads those of one run?")
 
 
 def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
@@ -274,7 +274,7 @@ def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
         alike = " or ".join(dict.fromkeys(said for left, said in others if left < ALIKE[0] * best[0] + ALIKE[1]))
         first = next(column for column in table.columns if column.is_coil)
         raise BenchError(f"{table.path}:1:{first.number} {alike}: then the readings agree with the design to "
-                         f"{100.0 * best[0]:.0f} %, as they stand they are {100.0 * as_given:.0f} % off")  # fmt: skip
+                         f"{100.0 * best[0]:.0f} %, as they stand they are {100.0 * as_given:.0f} % off")
 
 
 def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
@@ -335,7 +335,7 @@ def _compared(table: Table, points: Points, sensors: Sensors, pair: tuple[int, i
     if left[row] > allowed:
         said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
                  f"({table.where(row, other)}), {left[row] / noise:.0f} times the converter's noise: rows of another "
-                 "run, or a changed formula")  # fmt: skip
+                 "run, or a changed formula")
     else:
         said += f"; their changes from rest agree within {1e6 * max(left[row], 0.1e-6):.2g} ppm of the frequency"
     if abs(2.0 * level) > CAPACITOR:

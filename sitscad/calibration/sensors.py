@@ -321,7 +321,7 @@ class Sensors:
         delay = self.model.tank.converter.limit("drive_delay")
         pairs = zip(self.model.networks, *self.alone, strict=True)
         return np.array([tank_frequencies(network, np.array([own]), np.array([lost]), delay)[0][0]
-                         for network, own, lost in pairs])  # fmt: skip
+                         for network, own, lost in pairs])
 
     @cached_property
     def conversion(self) -> Conversion:

@@ -42,7 +42,7 @@ def estimate(
 def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     solved: float | None = None,
-) -> Estimates:  # fmt: skip
+) -> Estimates:
     """The same of a layout whose spec is known to be right, or is one that is tried.
 
     `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.

@@ -60,7 +60,7 @@ def _signal(coil: CoilEstimate, force: float | None) -> Signal | None:
         share=after / before - 1.0,
         frequency_share=pressed.frequency / rest.frequency - 1.0,
         steps=abs(after - before) / rest.quantum if rest.quantum else None,
-    )  # fmt: skip
+    )
 
 
 def most_signal(layout: Layout, estimates: Estimates) -> tuple[Most, ...]:
@@ -86,7 +86,7 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None
     pad = layout.spec.elastomer
     assert pad is not None
     specs = {t: replace(layout.spec, elastomer=replace(pad, thickness=t))
-             for t in (pad.thickness, *(round(STEP * k, 6) for k in range(1, round(THICKEST / STEP) + 1)))}  # fmt: skip
+             for t in (pad.thickness, *(round(STEP * k, 6) for k in range(1, round(THICKEST / STEP) + 1)))}
     left = {t: pressed(spec) for t, spec in specs.items()}
     held = [t for t, one in left.items() if one.valid]
     if pad.thickness not in held:
@@ -104,7 +104,7 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None
         return None
     per_newton = float(best.per_newton * change[held.index(thickness)] / change[0])
     return Most("pad", thickness, per_newton, pad.thickness, best.per_newton,
-                "" if thickness == by_signal[0] else PORT)  # fmt: skip
+                "" if thickness == by_signal[0] else PORT)
 
 
 def _best_target(layout: Layout, estimates: Estimates, best: Signal) -> Most | None:
@@ -119,7 +119,7 @@ def _best_target(layout: Layout, estimates: Estimates, best: Signal) -> Most | N
         change[thickness] = abs(float(np.diff(_effects(replace(layout, spec=own), estimates, best, ends))[0]))
     thickness = min(t for t, one in change.items() if one >= AS_GOOD * max(change.values()))
     return Most("target", thickness, best.per_newton * change[thickness] / change[target.thickness], target.thickness,
-                best.per_newton, ended_by if thickness == max(change) else "")  # fmt: skip
+                best.per_newton, ended_by if thickness == max(change) else "")
 
 
 def _effects(layout: Layout, estimates: Estimates, best: Signal, heights: Array) -> Array:

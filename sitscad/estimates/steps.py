@@ -9,9 +9,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.coils import coil_circuits, handed_over, self_resonance
+from sitscad.estimates.circuit.coils import (
+    coil_circuits,
+    damped_words,
+    handed_over,
+    overdamped,
+    self_resonance,
+    without,
+    working,
+)
 from sitscad.estimates.circuit.drive import driven
-from sitscad.estimates.circuit.failed_states import damped_words, overdamped, without, working
 from sitscad.estimates.circuit.leads import missing_leads
 from sitscad.estimates.circuit.tank import (
     CoilCircuit,
@@ -315,7 +322,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
                           resistance_error=winding.resistance_error(circuit, state, spec.coil),
                           target_change=changes[name][0], target_change_error=changes[name][1])
             for name, state in states.items()
-        }  # fmt: skip
+        }
     return found
 
 

@@ -262,7 +262,7 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
         shift = -0.5 * (by_l / inductance + by_c / capacitance)
         loss = 2.0 * by_l / inductance + (2.0 - growth) * shift - by_r / resistance
         moved[name] = (by_l, by_r + growth * resistance * shift, state.frequency * shift,
-                       state.parallel_resistance * loss)  # fmt: skip
+                       state.parallel_resistance * loss)
     totals = [math.sqrt(math.fsum(row[k] ** 2 for row in moved.values())) for k in range(4)]
     names = ("inductance", "resistance", "frequency", "parallel_resistance")
     causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
@@ -365,7 +365,7 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
-             factors: tuple[complex, complex]) -> tuple[float, float]:  # fmt: skip
+             factors: tuple[complex, complex]) -> tuple[float, float]:
     """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`."""
     one, other = (_impedance(spectrum, frequency, around) for around in pair)
     share, own = factors

@@ -1,4 +1,7 @@
-"""Every coil as a circuit: its winding in its surroundings, with leads and with the neighbours that wait beside it."""
+"""Every coil as a circuit: its winding in its surroundings, with leads and with the neighbours that wait beside it.
+
+States without numbers, too, and why: the model of the metal fails there, or the tank does not oscillate.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from numpy.typing import NDArray
 
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
-from sitscad.estimates.circuit.tank import CoilCircuit
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import (
     Assembly,
     NoReflection,
@@ -33,6 +36,70 @@ from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import Stackup
+from sitscad.units import show
+
+LEAST_SHARE = 0.02
+"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
+
+PROBE = 5e6
+"""Frequency (Hz) at which a state's inductance is tried."""
+
+UNRESOLVED = (
+    "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
+    "other than they are thick or wide"
+)
+"""Why a state has no numbers where `ProximityLoss.is_resolved` is not."""
+
+
+def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
+    """The circuits without the states in which the model fails, and why each of those is missing."""
+    failed: dict[str, str] = {}
+    for circuit in circuits:
+        free = circuit.terminal(FREE, PROBE)[0]
+        for state in circuit.reflections:
+            inductance, resistance = circuit.terminal(state, PROBE)
+            if not circuit.loss.is_resolved(PROBE):
+                failed[state] = UNRESOLVED
+            elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
+                failed[state] = (
+                    f"no numbers for this state: {show(inductance, 'H', 3)} and {show(resistance, 'ohm', 3)} come out, "
+                    "which no coil has"
+                )
+            elif not (inductance > LEAST_SHARE * free and resistance > 0.0):
+                failed[state] = (
+                    f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
+                    f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
+                )
+    return [without(circuit, failed) for circuit in circuits], failed
+
+
+def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
+    """A circuit without the states that have failed."""
+    return replace(
+        circuit,
+        reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+        neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
+    )
+
+
+def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
+    """The states in which some coil's tank does not oscillate, and its quality factor."""
+    found: dict[str, float] = {}
+    for circuit in circuits:
+        for state in circuit.reflections:
+            at = tank.oscillation(circuit, state)
+            if not at.exists:
+                found[state] = min(found.get(state, math.inf), at.quality_factor)
+    return found
+
+
+def damped_words(quality: float, capacitor: float) -> str:
+    """Why an overdamped state has no numbers: quality factor and tank capacitor (F)."""
+    return (
+        f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does not "
+        "oscillate"
+    )
+
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -61,7 +128,7 @@ def coil_circuits(
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity, spared[coil.name])
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
-                                    own + leads.capacitance, reflections[coil.name], own))  # fmt: skip
+                                    own + leads.capacitance, reflections[coil.name], own))
     if len(circuits) == 1:
         return circuits
     return [
@@ -123,7 +190,7 @@ def _reflections(
 def _windowed(
     spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
     target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None, without: Reflector | None,
-) -> Reflection:  # fmt: skip
+) -> Reflection:
     """The reflection of one coil in one state, with what a window in the jaw leaves of it."""
     real = _reflection(spectrum, around, distances, winding, target, number, name, missing)
     if around.below is None or missing is None:
@@ -134,14 +201,14 @@ def _windowed(
             spectrum, replace(bare, below=below), distances, crowding=winding.crowding
         )
         for below in (around.below, without)
-    )  # fmt: skip
+    )
     return WindowedReflection(real, whole, none, missing)
 
 
 def _reflection(
     spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
     target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None,
-) -> Reflection:  # fmt: skip
+) -> Reflection:
     if isinstance(target, TargetShares) or around.name not in target.changes:
         share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
         if isinstance(target, TargetShares) and around.above is not None:
@@ -161,7 +228,7 @@ def _reflection(
 def handed_over(
     solved: TargetChanges, part: float, layout: Layout, winding: SolvedWinding, assembly: Assembly,
     shares: TargetShares,
-) -> TargetChanges:  # fmt: skip
+) -> TargetChanges:
     """A part of what was solved, with the rest by shares; the errors of both alike."""
     distances = _distances(layout)
     beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]

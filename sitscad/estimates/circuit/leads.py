@@ -264,7 +264,7 @@ def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
 
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
-            facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:  # fmt: skip
+            facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:
     """A trace as stretches, each with its share of the resistance (ohm) and the strip that it faces."""
     layer = copper[trace.layer]
     strips, alone = [], resistance

@@ -209,7 +209,7 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
             apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
             converter_inductance=converter.inductance(at.frequency, tank.conversion_capacitance),
             coil_amplitude=volts * at.coil_share,
-        )  # fmt: skip
+        )
     return found
 
 
@@ -377,7 +377,7 @@ def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> Read
         [(state.frequency - more, state.frequency + more)
          for state in coil.states.values() for more in (SIGMAS * state.spread.frequency if state.spread else 0.0,)]
         for coil in coils
-    ]  # fmt: skip
+    ]
     device, reference = readout.device, readout.reference_frequency
     dividers = [device.input_divider(high, reference) for coil in ends for _, high in coil]
     divider = max(readout.input_divider, *dividers)

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.derivatives import compliance, slopes
-from sitscad.estimates.response.pad import pushed, soft_pad, straight
+from sitscad.estimates.response.pad import compliance, pushed, slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN

@@ -284,4 +284,4 @@ def resonances(bench: Bench, pose: Array) -> dict[str, float]:
         return {}
     stiffness = np.diag(bench.pad.stiffness(pose[None])[0])[[2, 0, 1]]
     return {name: math.sqrt(max(float(stiffness[AXES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
-            for name in bench.range.axes}  # fmt: skip
+            for name in bench.range.axes}

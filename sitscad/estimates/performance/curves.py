@@ -56,7 +56,7 @@ def curves(felt: Felt, quick: Felt | None) -> Curves:
     found = tuple(_curve(felt, quick, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
     return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, quick, "normal", 0.0), found,
-                  tuple(_range(felt, name) for name in shears), held_shear(spec))  # fmt: skip
+                  tuple(_range(felt, name) for name in shears), held_shear(spec))
 
 
 def _loads(bench: Bench, axis: str, normal: float) -> Array:

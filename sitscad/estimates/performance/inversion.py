@@ -123,14 +123,14 @@ class SolvedRange:
         """Loads (N, of the axes told apart) by readings: the polynomial that errs least at loads held out."""
         columns = self.bench.range.columns
         return best_fitted(self.readings, self.loads[:, columns],
-                           (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)  # fmt: skip
+                           (self.held_out[1], self.held_out[0][:, columns]), MOST_DEGREE)
 
     @cached_property
     def forward(self) -> Polynomial:
         """Readings by loads (of the axes told apart)."""
         columns = self.bench.range.columns
         return best_fitted(self.loads[:, columns], self.readings,
-                           (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)  # fmt: skip
+                           (self.held_out[0][:, columns], self.held_out[1]), MOST_DEGREE)
 
     @cached_property
     def map_errors(self) -> Array:
@@ -221,7 +221,7 @@ def solved_range(bench: Bench) -> SolvedRange:
 def _grid(bench: Bench, count: int, inside: float) -> Array:
     """Loads (n, 3), all of them `inside` the range by that factor."""
     lines = [np.linspace(low, 1.0, count) * inside * full
-             for low, full in zip(_lowest(bench.range.axes), bench.range.full_scales, strict=True)]  # fmt: skip
+             for low, full in zip(_lowest(bench.range.axes), bench.range.full_scales, strict=True)]
     loads = np.zeros((count ** len(lines), 3))
     loads[:, bench.range.columns] = list(product(*lines))
     return loads

@@ -80,7 +80,7 @@ def _places(spec: SensorSpec) -> list[Scatter]:
         found.append(_even(GLUE, band, "m", glue, f"{lines} line{'s' if lines > 1 else ''}: "))
         for name, length in ((TILT_X, target.size[1]), (TILT_Y, target.size[0])):
             found.append(_even(name, band / length, "rad", glue, f"lines thicker by it at one of two edges "
-                                                                 f"{1e3 * length:.3g} mm apart: "))  # fmt: skip
+                                                                 f"{1e3 * length:.3g} mm apart: "))
     return found
 
 
@@ -118,7 +118,7 @@ def _electrical(spec: SensorSpec, estimates: Estimates) -> list[Scatter]:
     if relative:
         cause = next(spread.causes["inductance"] for spread in spreads if spread is not None)
         found.append(Scatter(INDUCTANCE, max(relative), "1", COIL, f"tolerances of the board, mostly of the {cause} "
-                                                                   "(data/tolerances.csv)", False))  # fmt: skip
+                                                                   "(data/tolerances.csv)", False))
     row = limits["capacitor_tolerance"]
     found.append(Scatter(CAPACITOR, sigmas(spec)[CAPACITOR], "1", COIL, row.source, row.verified))
     row = limits["clock_tolerance"]
@@ -132,7 +132,7 @@ def _even(name: str, band: float, unit: str, tolerance: Band, how: str = "") -> 
 
 
 RAISED = {OFFSET_X: 0, OFFSET_Y: 1, GLUE: 2, TILT_X: 3, TILT_Y: 4,
-          YAW: 5}  # fmt: skip
+          YAW: 5}
 """Which number of the pose at rest a cause moves."""
 
 
@@ -213,7 +213,7 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
         return [[nominal * (1.0 - cause.sigma * one)] for one in np.eye(nominal.shape[1])]
     if cause.name == MODULUS:  # a third softer moves the target much farther than a third stiffer
         pads = [replace(bench.pad, shear_modulus=bench.pad.shear_modulus * math.exp(way * cause.sigma))
-                for way in (1.0, -1.0)]  # fmt: skip
+                for way in (1.0, -1.0)]
         return [[bench.readings(bench.poses(loads, each)) for each in pads]]
     moved, pad = np.zeros(6), bench.pad
     if cause.name in RAISED:

@@ -224,7 +224,7 @@ def _at(here: _Working) -> Performance:
         condition_number=condition, invertible=here.felt.is_range_held and here.twins is None, ambiguous=here.twins,
         overload=overload, free_overload=free, map_degree=here.felt.working.map.degree,
         production=_production(bench.estimates), notes=(*_too_short(bench, courses), *_notes(here, free)),
-    )  # fmt: skip
+    )
 
 
 def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Array]) -> dict[str, AxisPerformance]:
@@ -237,7 +237,7 @@ def _axes(here: _Working, courses: Mapping[str, Course], errors: Mapping[str, Ar
             courses[name].range, courses[name].limited_by, bench.full[name], tuple(map(float, slopes)),
             float(errors["noise"][k]), _nonlinearity(here, name, k),
             {cause: float(error[k]) for cause, error in errors.items()},
-        )  # fmt: skip
+        )
     return found
 
 

@@ -1,4 +1,6 @@
-"""The load cases that a spec names: each a force on the target, or a face that turns it, and the pose that follows."""
+"""The load cases that a spec names: each a force on the target, or a face that turns it, and the pose that follows; and
+how frequencies change with pose and load, by central differences.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, NoResponse, soft_pad, straight
+from sitscad.estimates.response.pad import (
+    GIVES_WAY,
+    TOO_SOFT,
+    NoResponse,
+    compliance,
+    slopes,
+    soft_pad,
+    straight,
+)
 from sitscad.estimates.response.values import Response, joined
 from sitscad.mechanics.grasper import tip_force
 from sitscad.record import record
@@ -101,7 +111,7 @@ def posed(spec: SensorSpec, case: LoadCase) -> tuple[Array, tuple[str, ...]]:
 def in_cases(
     model: ResponseModel, names: Sequence[str], frequency: float | None = None, tolerance: float | None = None,
     progress: Progress | None = None,
-) -> Response:  # fmt: skip
+) -> Response:
     """What the coils read in load cases of the spec, in the order of `names`; force and moment are what holds the
     target's pose. Raises NoResponse as `load_cases` and `posed` do.
     """
@@ -117,3 +127,14 @@ def with_cases(parts: Sequence[Response]) -> Response:
     if not any(part.cases for part in parts):
         return joined(parts)
     return joined([replace(part, cases=part.cases or ("",) * len(part)) for part in parts])
+
+
+def with_derivatives(model: ResponseModel, response: Response) -> Response:
+    """The response with `by_pose` and `by_load`, the target keeping its turn: the latter NaN where the pad is shut, and
+    None without a pad.
+    """
+    by_pose = slopes(lambda poses: model.respond(poses).frequency, response.poses)
+    by_load = None
+    if response.force is not None:
+        by_load = np.einsum("ncp,npl->ncl", by_pose, compliance(soft_pad(model.spec), response.poses))
+    return replace(response, by_pose=by_pose, by_load=by_load)

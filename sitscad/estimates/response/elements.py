@@ -53,7 +53,7 @@ def pushed_by_elements(spec: SensorSpec, loads: Array, held: NDArray[np.bool_]) 
 def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) -> tuple[float, float, float]:
     """Place along the shear and up (m) and turn (rad) under a load: Newton's method from the law's pose."""
     elements = Elements(_solid(pad, along_y), CELLS, pad.shear_modulus, pad.film_modulus, DEGREE,
-                        fanned(_solid(pad, along_y), CELLS, 1), (pad.exponent, pad.film_exponent))  # fmt: skip
+                        fanned(_solid(pad, along_y), CELLS, 1), (pad.exponent, pad.film_exponent))
     pose, free = _guess(pad, along_y, normal, shear, is_held), 2 if is_held else 3
     units = np.array([pad.thickness, pad.thickness, 1.0])[:free]
     for _ in range(MOST_STEPS):
@@ -63,7 +63,7 @@ def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) 
             raise NoResponse(f"finite elements: {error}") from error
         sine, cosine = math.sin(pose[2]), math.cos(pose[2])
         lack = np.array([found.force_x - shear, found.force_z + normal,
-                         found.moment_y - pad.height * (cosine * shear + sine * normal)])  # fmt: skip
+                         found.moment_y - pad.height * (cosine * shear + sine * normal)])
         slope = found.stiffness.copy()
         slope[2, 2] -= pad.height * (cosine * normal - sine * shear)
         step = np.linalg.solve(slope[:free, :free], lack[:free])

@@ -153,12 +153,12 @@ class ResponseModel:
             parallel_resistance=terminals.parallel_resistance, amplitude=self._amplitudes(terminals),
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
             notes=tuple(_notes(placed, terminals, strain, self._beyond(poses))),
-        )  # fmt: skip
+        )
 
     def under(
         self, loads: Array, held: NDArray[np.bool_] | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
-    ) -> Response:  # fmt: skip
+    ) -> Response:
         """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it is
         left out) or free; poses by the pad's law, or by finite elements (see `elements.pushed_by_elements`).
         """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,9 @@ from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
 
 Array = NDArray[np.float64]
+
+STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
+"""Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
 
 
 class NoResponse(ValueError):
@@ -36,7 +41,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
     around = surround(spec) or Surround()
     return Pad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus, pad.material.bulk_modulus,
                around.rim, around.film, around.film_modulus, above, pad.material.ogden_exponent,
-               around.film_exponent)  # fmt: skip
+               around.film_exponent)
 
 
 def pushed(
@@ -85,3 +90,21 @@ def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
         return None
     wrench = soft_pad(spec).force(poses)
     return wrench[:, :3], wrench[:, 3:]
+
+
+def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
+    """Change of what coils read (n, coils) at (n, 6) poses with every number of the pose (per m and rad): (poses,
+    coils, 6).
+    """
+    moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
+    found = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
+    return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
+
+
+def compliance(pad: Pad, poses: Array) -> Array:
+    """Change of the pose (m, rad) with the load (N; normal, shear along x, along y) where the target keeps its turn:
+    (poses, 6, 3), the inverse of the pad's stiffness there; NaN for a pad that is shut.
+    """
+    found = np.zeros((len(poses), 6, 3))
+    found[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]
+    return found

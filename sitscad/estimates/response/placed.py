@@ -76,7 +76,7 @@ def require_possible(spec: SensorSpec, poses: Array) -> None:
                                                        "are at most 89 degrees"),
         (np.abs(poses[:, 5]) > 2.0 * math.pi, "turns the target more than once: rz is at most 360 degrees"),
         (highest < 0.0, "has the whole target inside or under the board"),
-    )  # fmt: skip
+    )
     for is_wrong, said in reasons:
         if is_wrong.any():
             k = int(np.argmax(is_wrong))

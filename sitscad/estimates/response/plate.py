@@ -178,7 +178,7 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, f
 def solved_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
     finer: float = 1.0,
-) -> Plate:  # fmt: skip
+) -> Plate:
     """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`."""
     bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec, cover.reach)
     part = cover.part(spec).target
@@ -190,7 +190,7 @@ def solved_plate(
 def _solved(
     target: Target, coil: CoilSpec, coils: tuple[Coil, ...], frequencies: tuple[float, ...], behind: Reflector | None,
     lowest: float, reach: float, finer: float,
-) -> Plate:  # fmt: skip
+) -> Plate:
     # What target, windings and metal behind decide: tried with another pad or converter it is found done.
     middle = math.sqrt(min(frequencies) * max(frequencies))
     centres = np.array([coil.placement.centre for coil in coils])
@@ -207,7 +207,7 @@ def _solved(
     skins = [skin(frequency, *metal) for frequency in frequencies]
     targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
     tables = _potentials(_Coils(coils, coil.trace_width, detail.height / finer, reach), behind,
-                         None if behind is None else middle)  # fmt: skip
+                         None if behind is None else middle)
     twice = len(tables) // len(coils)
     return Plate(frequencies, targets, tables, np.tile(centres, (twice, 1)), len(coils), unlike)
 
@@ -215,7 +215,7 @@ def _solved(
 def _resolved(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequency: float, lowest: float, behind: Reflector | None,
     finer: float = 1.0,
-) -> tuple[Detail, Box | Disc]:  # fmt: skip
+) -> tuple[Detail, Box | Disc]:
     """How fine the target is resolved at a frequency (Hz), and its surface."""
     mirror = math.inf if behind is None else lowest + behind.distance
     detail = Detail(lowest - max(winding.z for winding in coils[0].windings), max(coil.size), mirror, finer)
@@ -362,7 +362,7 @@ MAGNET = 0.02
 
 
 def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lowest: Array, mapping: float,
-                  mirror: float, frequency: float) -> Array:  # fmt: skip
+                  mirror: float, frequency: float) -> Array:
     """Relative errors (poses, coils, coils) of changes (H), each of the larger of it and 1 % of `scale` (H).
 
     `size` (H) is that of the complex changes, loss included, `lowest` (m) the height of the target's lowest point in

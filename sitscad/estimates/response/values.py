@@ -118,7 +118,7 @@ def joined(parts: Sequence[Response]) -> Response:
     if len(parts) == 1:
         return first
     known = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
-             if getattr(first, name) is not None}  # fmt: skip
+             if getattr(first, name) is not None}
     notes, cases = sum((part.notes for part in parts), ()), sum((part.cases for part in parts), ())
     return replace(first, notes=notes, cases=cases, **known)  # type: ignore[arg-type]
 

@@ -57,7 +57,7 @@ class WorkingRange:
     def corners(self) -> Array:
         """The loads at its corners, (n, 3)."""
         ends = [(0.0, self.normal), *(((-self.shear, 0.0, self.shear)) if name in self.axes else (0.0,)
-                                      for name in AXES[1:])]  # fmt: skip
+                                      for name in AXES[1:])]
         return np.array(list(product(*ends)))
 
     def inside(self, count: int, skip: int = 0) -> Array:

@@ -183,7 +183,7 @@ def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings
     """
     long, short = max(spec.coil.size), min(spec.coil.size)
     found = [(1.0 - like_a_conductor(target, 0.25 * (long + short))) / PURE,
-             target.thickness / (THICKEST * min(target.size))]  # fmt: skip
+             target.thickness / (THICKEST * min(target.size))]
     if long - short > 1e-9:
         found += [_askew(spec, target) / TURNED, _uncovered(spec, target) / (HANGING * short)]
     if spec.coil.outline.sides:

@@ -121,7 +121,7 @@ def through_window(layout: Layout, coil: str, change: Array) -> Array:
 def _missing(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
     between: tuple[float | None, float, float],
-) -> Missing:  # fmt: skip
+) -> Missing:
     """Of one coil at a place (m) from the window's middle; `behind` are all metal behind the board and that without the
     jaw, `between` how far (m) above the board's top face the target's is at rest (None without one), how far below it
     the jaw's, and the target's `echo` as in `gained_inductance`.

@@ -41,7 +41,7 @@ FINE_TOLERANCE = 1e-2
 
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,
-                   tolerance: float | None = None) -> ProximityLoss:  # fmt: skip
+                   tolerance: float | None = None) -> ProximityLoss:
     """Skin and proximity effect of a drawn coil (S/m): spirals where it has them, else the sides and arcs of its paths,
     with the way that direct current takes round sharp corners.
 
@@ -67,7 +67,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
 
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-              alike: int = 1) -> ProximityLoss:  # fmt: skip
+              alike: int = 1) -> ProximityLoss:
     """The same of sides and arcs (S/m), every side cut `cuts` times; `alike` as in `bent_winding_loss`."""
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
@@ -89,7 +89,7 @@ def wanted_tolerance(tolerance: float | None) -> float:
 
 @lru_cache(maxsize=1)
 def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nearest: float,
-                      tolerance: float | None = None, is_round: bool = True) -> CrowdingNearMetal:  # fmt: skip
+                      tolerance: float | None = None, is_round: bool = True) -> CrowdingNearMetal:
     """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents.
 
     A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,

@@ -55,7 +55,7 @@ class WindingGeometry:
     def inner_radius(self) -> float:
         """Distance (m) of the innermost centre line from the centre, never below half a track."""
         return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
-                   self.spec.trace_width / 2)  # fmt: skip
+                   self.spec.trace_width / 2)
 
     @property
     def outline(self) -> SpiralOutline:
@@ -117,10 +117,10 @@ def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
     if isinstance(before, Line):
         onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
         return Point(arc.start.x + onwards * (before.end.x - before.start.x),
-                     arc.start.y + onwards * (before.end.y - before.start.y))  # fmt: skip
+                     arc.start.y + onwards * (before.end.y - before.start.y))
     onwards = math.tan(0.5 * arc.sweep)  # in radii
     return Point(arc.start.x - onwards * (arc.start.y - arc.centre.y),
-                 arc.start.y + onwards * (arc.start.x - arc.centre.x))  # fmt: skip
+                 arc.start.y + onwards * (arc.start.x - arc.centre.x))
 
 
 def _pieces(path: Path) -> list[Side | Bend]:
@@ -144,7 +144,7 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
         mean = path.length / (2.0 * math.pi * turns)
         radius = max(mean + 0.5 * spec.pitch * turns, spec.pitch * turns + 0.5 * spec.trace_width)
         built.append(SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z,
-                                 spec.trace_width, w.thickness))  # fmt: skip
+                                 spec.trace_width, w.thickness))
     return tuple(built)
 
 
@@ -204,7 +204,7 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     thickness = max(layer.thickness for layer in layers)
     heights = tuple(layer.z for layer in layers)
     return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
-                    min(spec.size), heights, _rounding(spec), spec.outline.sides, spec.outline.is_long)  # fmt: skip
+                    min(spec.size), heights, _rounding(spec), spec.outline.sides, spec.outline.is_long)
 
 
 def _rounding(spec: CoilSpec) -> float:
@@ -291,7 +291,7 @@ METHODS: tuple[Method, ...] = (
            _ONE_LAYER, 1e-5, _MOHAN, True),
     Method("monomial", tabulated, _formula("monomial"), _formula_error(0.18), _formula_valid,
            _ONE_LAYER, 1e-5, _MOHAN, True),
-)  # fmt: skip
+)
 """Every way to the winding's inductance; a new one is a row."""
 
 DEFAULT_TOLERANCE = 1e-4
@@ -327,7 +327,7 @@ def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tup
             value = method.solve(geometry)
             if value is not None and math.isfinite(value):
                 found.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
-                                        method.validity))  # fmt: skip
+                                        method.validity))
     return tuple(found)
 
 

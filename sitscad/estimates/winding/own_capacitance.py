@@ -138,7 +138,7 @@ def _voltages(parts: list[_Part], coil: Coil, spec: SensorSpec) -> Array:
     turns = np.concatenate([
         np.outer([k in part.present for k in range(len(coil.windings))], np.full(part.lengths.size, part.share))
         for part in parts
-    ], axis=1)  # fmt: skip
+    ], axis=1)
     size = 0.2235 * (spec.coil.pitch * turns.max(axis=0) + coil.windings[0].thickness)
     heights, inward = [w.z for w in coil.windings], [w.inward for w in coil.windings]
     return winding_voltages(radii, heights, inward, size, turns)
@@ -163,7 +163,7 @@ def _between_turns(parts: list[_Part], voltages: Array, coil: Coil, spec: Sensor
         total += turn_capacitance(
             lengths[:count], voltages[k, :count], shares[:count], spec.coil.trace_width, spec.coil.trace_spacing,
             coil.windings[0].thickness, beside,
-        )  # fmt: skip
+        )
     return total
 
 

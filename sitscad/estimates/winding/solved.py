@@ -107,7 +107,7 @@ class ResistanceBound:
 
 
 def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
-                     tolerance: float) -> ResistanceBound:  # fmt: skip
+                     tolerance: float) -> ResistanceBound:
     """The bound of `losses.winding_losses` with that tolerance of R (3e-2 or 1e-2)."""
     fine = tolerance < 0.02
     share = MODEL + (_round(spirals, conductivity, tolerance) if spirals else _bent(spec, len(coil.windings)))
