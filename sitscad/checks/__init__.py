@@ -31,10 +31,8 @@ _LOADING = tuple(
 )
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
-_ROOMS = (
-    fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug, room,
-    tail, drive, electrical, response, thin_target, timing, performance, usual_ranges,
-)
+_ROOMS = (fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug,
+          room, tail, drive, electrical, response, thin_target, timing, performance, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*_LOADING, *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

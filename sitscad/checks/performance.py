@@ -24,6 +24,8 @@ from sitscad.units import show
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import Felt
 
+    FeltRule = Callable[[Felt, Design], Iterator[Verdict]]
+
 
 NOTHING_FELT = Undecided(
     "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
@@ -39,9 +41,11 @@ NOISE_STEPS_SOURCE = (
 )
 
 
-def note_reached(design: Design, reached: RequirementResult) -> None:
-    """Keep what is felt beside what is asked, met or not."""
-    design.once("reached", dict[str, RequirementResult])[reached.requirement] = reached
+def is_beyond(design: Design, rule: str, key: str, most: Worst, unit: str = "N") -> bool:
+    """Whether what is felt is more than the requirement `key` asks; kept beside it, met or not."""
+    asked = getattr(design.spec.requirements, key)
+    design.once("reached", dict[str, RequirementResult])[key] = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
+    return bool(most.value > asked)
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
@@ -56,8 +60,7 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
     k = int(np.argmax(drift / found.bench.range.full_scales))
     at = f"between {needs.temperature:.3g} and {end:.3g} degC"
-    axis = _along(found.bench.range.axes[k])
-    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
+    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", _along(found.bench.range.axes[k]), at))
 
 
 def farthest(needs: Requirements) -> float:
@@ -74,7 +77,7 @@ def _along(axis: str) -> str:
     return axis.replace("_", " along ")
 
 
-def where_felt(rule: Callable[[Felt, Design], Iterator[Verdict]],) -> Callable[[Design], Iterator[Verdict]]:
+def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
     to feel, and of points at which the pad gives way.
     """
@@ -93,9 +96,7 @@ def where_felt(rule: Callable[[Felt, Design], Iterator[Verdict]],) -> Callable[[
     return apply
 
 
-def where_held(
-    rule: Callable[[Felt, Design], Iterator[Verdict]],
-) -> Callable[[Felt, Design], Iterator[Verdict]]:
+def where_held(rule: FeltRule) -> FeltRule:
     """A rule about the whole working range: nothing where the pad gives way within it, and so undecided."""
 
     @wraps(rule)
@@ -126,8 +127,13 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
     None without such axes.
     """
     names = found.bench.range.axes
-    each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
-            where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
+    each = [
+        Worst(of(point, names.index(axis)), _along(axis), where)
+        for point, where in enumerate(POINTS)
+        if found.held[point]
+        for axis in axes
+        if axis in names
+    ]
     return max(each, key=lambda one: one.value, default=None)
 
 
@@ -141,6 +147,7 @@ def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
 def less_travel(spec: SensorSpec) -> Advice:
     """A hint with pads on which the target moves less."""
     return first_tried([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
+
 
 SHEARS = ("shear_x", "shear_y")
 
@@ -166,14 +173,14 @@ def _resolution(
     """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
     asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
-    if most is not None:
-        note_reached(design, RequirementResult(key, rule, most.value, asked, "N", most.axis, most.at))
-    if most is not None and most.value > asked:
+    if most is None:
+        return
+    if is_beyond(design, rule, key, most):
         # Noise goes with the conversions that a scan has time for, so with the scans a second.
         yield TOO_COARSE.found(f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
                                advice=more_signal(design.spec, 1.1 * most.value / asked),
                                rate=design.spec.readout.scan_rate)
-    elif most is not None and (1.0 + NEARLY) * most.value > asked:
+    elif (1.0 + NEARLY) * most.value > asked:
         yield TOO_CLOSE.found(f"requirements.{key}", most.value, asked, "N", what="noise (one sigma)", axis=most.axis,
                               at=most.at, nearly=NEARLY)
 
@@ -198,9 +205,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
         return max(tables[point][found.bench.range.axes[axis]].values(), default=0.0)
 
     most = worst(found, found.bench.range.axes, of)
-    if most is not None:
-        note_reached(design, RequirementResult("crosstalk", "SIT403", most.value, asked, "", most.axis, most.at))
-    if most is not None and most.value > asked:
+    if most is not None and is_beyond(design, "SIT403", "crosstalk", most, ""):
         yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
                             advice=more_signal(design.spec))
 
@@ -211,14 +216,13 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     needs = design.spec.requirements
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
-    most = worst(found, found.bench.range.axes,
-                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
-    if most is not None:
-        note_reached(design, RequirementResult("tilt_error", "SIT404", most.value, asked, "N", most.axis, most.at))
-    if most is not None and most.value > asked:
+    most = worst(found, found.bench.range.axes, lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
+    if most is None:
+        return
+    if is_beyond(design, "SIT404", "tilt_error", most):
         yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
                            angle=float(np.degrees(tilt)), advice=more_signal(design.spec))
-    elif most is not None and (1.0 + NEARLY_TILTED) * most.value > asked:
+    elif (1.0 + NEARLY_TILTED) * most.value > asked:
         yield TOO_CLOSE.found("requirements.tilt_error", most.value, asked, "N", what="the error by tilt",
                               axis=most.axis, at=most.at, nearly=NEARLY_TILTED)
 
@@ -235,9 +239,8 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
-    where = ("shear over normal", "at full load")
-    note_reached(design, RequirementResult("friction_error", "SIT405", error, asked, "", *where))
-    if error > asked:
+    most = Worst(error, "shear over normal", "at full load")
+    if is_beyond(design, "SIT405", "friction_error", most, ""):
         cause = max(causes, key=lambda one: causes[one])
         yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
                              advice=more_signal(design.spec))
@@ -253,10 +256,8 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
         return
     drift = apart * found.warmed[-1].temperature
     k = int(np.argmax(drift))
-    asked, axis = needs.temperature_error, found.bench.range.axes[k].replace("_", " along ")
-    result = RequirementResult("temperature_error", "SIT406", float(drift[k]), asked, "N", axis, "at full load")
-    note_reached(design, result)
-    if drift[k] > needs.temperature_error:
+    axis = _along(found.bench.range.axes[k])
+    if is_beyond(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load")):
         causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
         yield DRIFTS.found("requirements.temperature_error", float(drift[k]), needs.temperature_error, "N", axis=axis,
                            apart=apart, start=needs.temperature, cause=max(causes, key=lambda one: causes[one]),
@@ -316,7 +317,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     if twins is not None:
         from sitscad.estimates.performance.values import AXES  # loaded by whatever feels
 
-        words = [" and ".join(f"{show(load[k], 'N', 3)} of {name.replace('_', ' along ')}"
+        words = [" and ".join(f"{show(load[k], 'N', 3)} of {_along(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
         yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
@@ -334,7 +335,7 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     most = worst(found, found.bench.range.axes, over_noise)
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
-        k = [name.replace("_", " along ") for name in found.bench.range.axes].index(most.axis)
+        k = list(map(_along, found.bench.range.axes)).index(most.axis)
         yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
                                 force=float(point.tilt_errors(DEGREE)[k].max()), noise=float(point.noise[k]))
 
@@ -345,7 +346,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         yield UNSEEN.found("requirements.shear_force", force=design.spec.requirements.shear_force or 0.0)
 
 
-AMBIGUOUS = Case("two loads within what is required read alike: {one}, and {other}; no map tells them apart",)
+AMBIGUOUS = Case("two loads within what is required read alike: {one}, and {other}; no map tells them apart")
 TILT_COVERS = Case(
     "one degree of tilt is read as {force:N,2} of {axis} ({at}), {measured:.0f} times the noise of {noise:N,2}: the "
     "contact's tilt, not the noise, says how fine it is",

@@ -56,6 +56,7 @@ def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterable
             continue
         yield replace(remedy, edits=edits)
 
+
 MOST_COILS = 4
 """Each trial of a larger array would take many seconds: they keep the hint in closed form."""
 

@@ -208,6 +208,7 @@ def located(finding: Finding, spec: SensorSpec) -> Finding:
     added = f"(the spec leaves {missing} out: add {missing} to change it)"
     return replace(finding, hint=f"{finding.hint} {added}".strip(), line=line, column=column)
 
+
 USUAL_DIGITS = 4
 
 _QUANTITY = re.compile(r"(m|H|F|ohm|Hz|N|Pa|V|A|s)(?:,(\d+))?")

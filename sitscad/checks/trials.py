@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from sitscad.checks.rules import Outcome, Rule, Violation, located, named, outcomes
+from sitscad.checks.rules import Violation, Outcome, Rule, located, named, outcomes
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
@@ -166,10 +166,12 @@ class Trials:
         tried, unestimated = _Tally(self._errors, _complaints(self._said)), _Unestimated(design.spec, design.layout)
         asking = []
         for rule in self._rules:
-            said = _without_estimates(rule, unestimated)
-            if said is None:
+            try:
+                said = outcomes(rule, unestimated)
+            except _Asked:
                 asking.append(rule)
-            elif tried.has_new_errors(*said):
+                continue
+            if tried.has_new_errors(*said):
                 return tried, []
         return tried, asking
 
@@ -184,14 +186,6 @@ class _Unestimated(Design):
     @property
     def estimates(self):  # type: ignore[no-untyped-def]
         raise _Asked
-
-
-def _without_estimates(rule: Rule, design: _Unestimated) -> tuple[list[Outcome], list[NotChecked]] | None:
-    """What a rule says of a design before it is estimated; None where it asks for estimates."""
-    try:
-        return outcomes(rule, design)
-    except _Asked:
-        return None
 
 
 @record

@@ -119,7 +119,10 @@ def unusual(design: Design) -> Iterator[Verdict]:
     """Every figure that lies beyond what is usual; a fabricator's rules are told at once."""
     for section, found in groupby(_beyond(design), key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
-            yield _together(section, list(found))
+            beyond = list(found)
+            told = [f"{_named(usual)} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond]
+            sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
+            yield TOGETHER.found(section, float(len(beyond)), 0.0, None, source=sources, told=", ".join(told))
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
@@ -162,13 +165,6 @@ def _shown(value: float, dimension: str) -> str:
     others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
               "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
     return others.get(dimension, f"{value:.4g}")
-
-
-def _together(section: str, found: list[tuple[UsualRange, float]]) -> Verdict:
-    """One complaint of several figures of a section."""
-    told = [f"{_named(usual)} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in found]
-    sources = "; ".join(dict.fromkeys(usual.source for usual, _ in found))
-    return TOGETHER.found(section, float(len(found)), 0.0, None, source=sources, told=", ".join(told))
 
 
 def _named(usual: UsualRange) -> str:

@@ -19,7 +19,7 @@ from sitscad.layout.branches import least_closing
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import bus_for
 from sitscad.layout.windings import wind_all
-from sitscad.remedy.search import Fix
+from sitscad.remedy.search import Fix, setting
 from sitscad.spec import presets
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.places import footprint
@@ -121,11 +121,7 @@ def _besides(edits: tuple[Edit, ...], turned: Fix, coil: CoilSpec) -> Fix:
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
     """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
     coil, parts = spec.coil, spec.coil.outline.ends or 4
-    corners = [360.0 * k / parts for k in range(1, parts)]
-    for turned in (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 270.0) if coil.outline.ends is None else corners:
-        angle = (math.degrees(coil.start_angle) + turned) % 360.0
-        turned_coil = replace(coil, start_angle=math.radians(float(f"{angle:.6g}")))
-        yield Fix((Edit("coil.start_angle", f"{angle:.6g} deg"),), replace(spec, coil=turned_coil))
+    yield from other_start_angles(spec)
     fewer = fewer_turns(spec, coil.most_turns - 1.0 / parts, 0)
     more = more_turns(spec, 1.0 + 0.5 / (parts * coil.most_turns))
     yield from (fix for fix in (*fewer, *more) if fix.spec.coil.most_turns != coil.most_turns)
@@ -183,14 +179,12 @@ def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
     """Tank capacitors (F), as they are written with two digits."""
     for value in values:
         rounded = float(f"{value:.1e}")
-        readout = replace(spec.readout, capacitance=rounded)
-        yield Fix((Edit("readout.capacitance", show(rounded, "F", 2)),), replace(spec, readout=readout))
+        yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
 
 
-def scans(spec: SensorSpec, rate: float) -> Iterator[Fix]:
+def scans(spec: SensorSpec, rate: float) -> Fix:
     """So many scans a second (Hz)."""
-    readout = replace(spec.readout, scan_rate=rate)
-    yield Fix((Edit("readout.scan_rate", show(rate, "Hz", 6)),), replace(spec, readout=readout))
+    return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
 
 def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
@@ -208,15 +202,6 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
             yield Fix((Edit("fpc.tail.layers", f"{layers}"),), changed)
 
 
-def bent_once(spec: SensorSpec) -> Iterator[Fix]:
-    """A tail that is bent only once; nothing where it is."""
-    tail = spec.fpc.tail
-    assert tail is not None
-    if tail.bend != "static":
-        calm = replace(spec.fpc, tail=replace(tail, bend="static"))
-        yield Fix((Edit("fpc.tail.bend", "static"),), replace(spec, fpc=calm))
-
-
 SEALING = ("ecoflex-00-50", 50e-6)
 """The film by which a target is sealed: a silicone, and its thickness (m)."""
 
@@ -229,30 +214,23 @@ def sealed(spec: SensorSpec) -> Iterator[Fix]:
         yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
 
 
-def higher_seat(spec: SensorSpec, standoff: float) -> Iterator[Fix]:
+def higher_seat(spec: SensorSpec, standoff: float) -> Fix:
     """A seat that holds the board so far (m) off the metal at least."""
-    assert spec.mount is not None
     high = _ceiled(standoff)
-    edit = Edit("mount.standoff", f"{1e3 * high:.6g}")
-    yield Fix((edit,), replace(spec, mount=replace(spec.mount, standoff=high)))
+    return setting(spec, "mount.standoff", high, f"{1e3 * high:.6g}")
 
 
 def stiffer_pad(spec: SensorSpec, shear_modulus: float) -> Fix:
     """An elastomer of so large a shear modulus (Pa), known as well as the one of now."""
-    pad = spec.elastomer
-    assert pad is not None
-    stiff = replace(pad, material=replace(pad.material, shear_modulus=shear_modulus))
     modulus = show(shear_modulus, "Pa", 3)
-    edit = Edit("elastomer.material.shear_modulus", modulus)
-    return Fix((edit,), replace(spec, elastomer=stiff), said=f"a shear modulus of {modulus} or more")
+    key = "elastomer.material.shear_modulus"
+    return setting(spec, key, shear_modulus, modulus, said=f"a shear modulus of {modulus} or more")
 
 
 def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
     """A target so thick (m) at least."""
-    assert spec.target is not None
     thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # as it is written
-    edit = Edit("target.thickness", show(thick, "m", 6))
-    return Fix((edit,), replace(spec, target=replace(spec.target, thickness=thick)))
+    return setting(spec, "target.thickness", thick, show(thick, "m", 6))
 
 
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
@@ -336,7 +314,8 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
         ):
             fitting.append((-sum(least[0]), name, rules))
     for _, name, rules in sorted(fitting, key=lambda one: one[:2]):
-        yield Fix((Edit("fpc.rules", name),), replace(spec, fpc=replace(spec.fpc, rules=rules)))
+        yield setting(spec, "fpc.rules", rules, name)
+
 
 GROWTH, MOST = 1.7, 5
 """What is missing is tried, then so many times as much, at most so often."""
@@ -359,9 +338,9 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
-    edit = Edit("coil.outer_diameter", written)
-    apart = coils_apart(spec, by)
-    return Fix((edit, *apart.edits), replace(apart.spec, coil=replace(spec.coil, size=size)), _said(edit, by, apart))
+    edit, apart = Edit("coil.outer_diameter", written), coils_apart(spec, by)
+    said = f"{_said(edit, by)} with {apart.words}" if apart.edits else _said(edit, by)
+    return Fix((edit, *apart.edits), replace(apart.spec, coil=replace(spec.coil, size=size)), said)
 
 
 def coils_apart(spec: SensorSpec, by: float) -> Fix:
@@ -381,9 +360,8 @@ def coils_apart(spec: SensorSpec, by: float) -> Fix:
     return Fix((Edit("array.centres", f"[{centres}]"),), changed, said)
 
 
-def _said(edit: Edit, by: float, also: Fix | None = None) -> str:
-    more = f" with {also.words}" if also is not None and also.edits else ""
-    return f"{edit.key}: {edit.new} ({by * 1e6:.0f} um more){more}"
+def _said(edit: Edit, by: float) -> str:
+    return f"{edit.key}: {edit.new} ({by * 1e6:.0f} um more)"
 
 
 def _mm(length: float) -> str:
@@ -444,19 +422,11 @@ def inner_vias_fit(spec: SensorSpec) -> bool:
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
     """Other angles at which the coils begin."""
-    for turned in _angles(spec):
-        written = f"{math.degrees(spec.coil.start_angle + turned) % 360.0:.6g}"
-        changed = replace(spec, coil=replace(spec.coil, start_angle=math.radians(float(written))))
-        yield Fix((Edit("coil.start_angle", f"{written} deg"),), changed)
-
-
-def _angles(spec: SensorSpec) -> Iterator[float]:
     # What ends at a corner begins at one: any angle between two of them is the same.
     ends = spec.coil.outline.ends
-    if ends is None:
-        yield from map(math.radians, TURNED)
-    else:
-        yield from (2.0 * math.pi * k / ends for k in range(1, ends))
+    for turned in TURNED if ends is None else [360.0 * k / ends for k in range(1, ends)]:
+        angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
+        yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
 
 
 def wider_connectors(spec: SensorSpec) -> Iterator[Fix]:
@@ -467,5 +437,4 @@ def wider_connectors(spec: SensorSpec) -> Iterator[Fix]:
     for name in sorted(names("connector"), key=lambda name: connector(name).pitch):
         wider = connector(name)
         if wider.pitch > tail.connector.pitch + 1e-9:
-            changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=wider)))
-            yield Fix((Edit("fpc.tail.connector", name),), changed)
+            yield setting(spec, "fpc.tail.connector", wider, name)

@@ -10,13 +10,12 @@ from dataclasses import replace
 
 from sitscad.finding import Edit
 from sitscad.geometry.path import Point
-from sitscad.remedy.moves import resized
-from sitscad.remedy.search import Fix, Left
+from sitscad.remedy.moves import resized, scans
+from sitscad.remedy.search import Fix, Left, setting
 from sitscad.spec import presets
 from sitscad.spec.places import footprint
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 STEPS = 4
 """Sizes and pitches that are tried between the one of now and the one at which edges lie over the coils' middles."""
@@ -71,6 +70,7 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
 def _tenths(length: float) -> float:
     return round(length * 1e4) * 1e-4
 
+
 SCANS_A_BAND = 2.0
 """Scans a second for every hertz of bandwidth, at least (SIT210)."""
 
@@ -94,8 +94,7 @@ def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
     rate = max(math.floor(wanted / digits + 1e-9) * digits, least)
     if rate < spec.readout.scan_rate * (1.0 - 1e-9):
-        edit = Edit("readout.scan_rate", show(rate, "Hz", 6))
-        yield Fix((edit,), replace(spec, readout=replace(spec.readout, scan_rate=rate)))
+        yield scans(spec, rate)
 
 
 def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
@@ -107,8 +106,7 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
             for one in map(presets.elastomer, presets.names("elastomer"))}
     others = sorted((one for one in away if away[one] > 0.02), key=lambda one: (away[one], one.name))
     for material in others[:OTHERS]:
-        yield Fix((Edit("elastomer.material", material.name),),
-                  replace(spec, elastomer=replace(pad, material=material)))
+        yield setting(spec, "elastomer.material", material, material.name)
 
 
 def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
@@ -135,7 +133,7 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
     else:
         wanted = [best] if now.conductivity < BETTER * best.conductivity else []
     for metal in wanted:
-        yield Fix((Edit("target.material", metal.name),), replace(spec, target=replace(target, material=metal)))
+        yield setting(spec, "target.material", metal, metal.name)
 
 
 BETTER = 0.5
@@ -200,7 +198,4 @@ SIGNAL_RULES = {"SIT215", "SIT217"}
 
 def _as_thick(spec: SensorSpec, thickness: float) -> Fix:
     """The pad so thick (m)."""
-    pad = spec.elastomer
-    assert pad is not None
-    edit = Edit("elastomer.thickness", f"{1e3 * thickness:.6g}")
-    return Fix((edit,), replace(spec, elastomer=replace(pad, thickness=thickness)))
+    return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")

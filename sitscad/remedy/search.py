@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from sitscad.finding import Edit
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import SensorSpec
 
 HINTS = ("none", "decisive", "full")
@@ -76,7 +75,12 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool
     """
     solved = spec.target is not None and (is_solved or _is_solved(spec))
     around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if solved else 0.0)
-    return around if is_same_board else around + _solving(spec.coil, len(spec.array.placements))
+    if is_same_board:
+        return around
+    turns, is_round = sum(spec.coil.layer_turns), spec.coil.outline.is_round
+    alone = TURN[is_round] * turns + PAIR[is_round] * turns**2
+    several = 1.0 + 0.3 * (len(spec.array.placements) - 1)
+    return around + (LONG if spec.coil.size[0] != spec.coil.size[1] else 1.0) * alone * several
 
 
 def _is_solved(spec: SensorSpec) -> bool:
@@ -89,12 +93,6 @@ def _is_solved(spec: SensorSpec) -> bool:
     metal = target.material
     is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
     return is_poor or min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
-
-
-def _solving(coil: CoilSpec, coils: int) -> float:
-    turns = sum(coil.layer_turns)
-    alone = TURN[coil.outline.is_round] * turns + PAIR[coil.outline.is_round] * turns**2
-    return (LONG if coil.size[0] != coil.size[1] else 1.0) * alone * (1.0 + 0.3 * (coils - 1))
 
 
 def check_work(spec: SensorSpec) -> float:
@@ -154,11 +152,6 @@ class Fix:
     said: str = ""
     brings: tuple[str, ...] = ()
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys that it changes."""
-        return tuple(edit.key for edit in self.edits)
-
     def with_also(self, fix: Fix) -> Fix:
         """The same together with another fix, which was made for the spec that this one leaves."""
         told = " with ".join(words for words in (self.words, fix.words) if words)
@@ -169,6 +162,18 @@ class Fix:
         """The keys and values as they are to be written, and what they bring."""
         told = self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
         return f"{told} ({warn(self.brings)} then)" if self.brings else told
+
+
+def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
+    """One value of the spec set to another: `key` is its place in the text and its path in the spec, `written` how the
+    value stands in the text.
+    """
+
+    def changed(of: Any, names: list[str]) -> Any:
+        new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
+        return replace(of, **{names[0]: new})
+
+    return Fix((Edit(key, written),), changed(spec, key.split(".")), said)
 
 
 def fail(rules: tuple[str, ...]) -> str:

@@ -16,8 +16,8 @@ from sitscad.layout.bending import bend_figure
 from sitscad.layout.lanes import coils_breadth
 from sitscad.layout.thickness import tail_thickness
 from sitscad.measured import Measure
-from sitscad.remedy.moves import bent_once, higher_seat, sealed, thinner_tails
-from sitscad.remedy.search import Left, first_tried, in_vain, named, ways
+from sitscad.remedy.moves import higher_seat, sealed, thinner_tails
+from sitscad.remedy.search import Left, first_tried, in_vain, named, setting, ways
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
@@ -52,7 +52,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
     """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
-    thickness, room = tail_thickness(design.spec), _bend_room(design)
+    thickness, mount = tail_thickness(design.spec), design.spec.mount
+    room = mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
@@ -71,7 +72,7 @@ def _calmer(design: Design, left: Left) -> str:
     """One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
     are a warning yet.
     """
-    thinner, once = list(thinner_tails(design.spec))[::-1], list(bent_once(design.spec))
+    thinner, once = list(thinner_tails(design.spec))[::-1], [setting(design.spec, "fpc.tail.bend", "static", "static")]
     found = ways(([change] for change in (*thinner, *once)), left)
     milder = [f"{fix.words} leaves a warning" for fix in thinner if left(fix) == ("SIT308",)]
     if found:
@@ -91,7 +92,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
         yield SHIELD_IN_METAL.found(
             "shield.gap", needed, mount.standoff, "m", carrier="the jaw" if mount.jaw else "the mount",
             missing=needed - mount.standoff,
-            advice=first_tried([list(higher_seat(design.spec, needed))], "a higher seat, or a nearer shield"),
+            advice=first_tried([[higher_seat(design.spec, needed)]], "a higher seat, or a nearer shield"),
         )
 
 
@@ -113,13 +114,9 @@ def _uncovered_coils(design: Design) -> Iterator[Verdict]:
 def bare_metal(design: Design) -> Iterator[Verdict]:
     """A target that touches tissue is sealed."""
     if design.spec.encapsulation is None:
-        yield BARE_METAL.found(
-            "target",
-            advice=first_tried([list(sealed(design.spec))], _WITH_A_FILM),
-            metal="copper"
-            if design.spec.target is not None and design.spec.target.material.name == "copper"
-            else "metal",
-        )
+        target = design.spec.target
+        metal = "copper" if target is not None and target.material.name == "copper" else "metal"
+        yield BARE_METAL.found("target", advice=first_tried([list(sealed(design.spec))], _WITH_A_FILM), metal=metal)
 
 
 def jaw_of(design: Design) -> Jaw:
@@ -138,11 +135,6 @@ def pad_of(design: Design) -> ElastomerPad:
 def unverified(jaw: Jaw) -> str:
     """What a finding has to add in its detail where the jaw's figures are not measured ones."""
     return "the jaw's figures are unverified: measure yours" if is_unverified(jaw.source) else ""
-
-
-def _bend_room(design: Design) -> float | None:
-    mount = design.spec.mount
-    return mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
 
 
 BENT_TOO_OFTEN = Case(

@@ -24,24 +24,19 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
     """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
     mount, found = design.spec.mount, retention(design.layout)
     assert mount is not None and mount.jaw is not None
-    yield from _window(mount.jaw)
+    if mount.jaw.fenestration is not None:
+        # what a window through the jaw's face leaves beside it and at its ends
+        (long, wide), wall = mount.jaw.fenestration, print_limit("machined", "wall")
+        left = min((section(mount.jaw).face - wide) / 2, (mount.jaw.length - long) / 2)
+        if left < wall.value - ROUNDING:
+            yield THIN_BESIDE_WINDOW.found("mount.jaw.fenestration", left, wall.value, "m", source=wall.source,
+                                           unverified=unverified(mount.jaw), long=long, wide=wide)
     if found is None:
         return
     if not _stands_on_metal(design):
         yield NOTHING_ON_METAL.found("mount.retention", kind=found.kind)
         return
     yield from _dovetail(design, mount, found) if found.kind == "dovetail" else _pins(design, mount, mount.jaw, found)
-
-
-def _window(jaw: Jaw) -> Iterator[Verdict]:
-    """What a window through the jaw's face leaves of that beside it and at its ends."""
-    if jaw.fenestration is None:
-        return
-    (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
-    left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
-    if left < wall.value - ROUNDING:
-        yield THIN_BESIDE_WINDOW.found("mount.jaw.fenestration", left, wall.value, "m", source=wall.source,
-                                       unverified=unverified(jaw), long=long, wide=wide)
 
 
 def _stands_on_metal(design: Design) -> bool:
@@ -175,8 +170,8 @@ def _pieces(spec: SensorSpec, mount: Mount) -> list[tuple[str, float, bool]]:
     except PartsError:
         return []
     spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
-    found = [(name, upper - lower, sheet is not None and lower > sheet[0]) for name,
-             (lower, upper) in zip(MOUNT_PIECES, spans, strict=False)]
+    found = [(name, upper - lower, sheet is not None and lower > sheet[0])
+             for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False)]
     if mount.kind == "custom":
         return []
     return [piece for piece in found if mount.kind != "bench-plate" or piece[2]]
@@ -219,25 +214,13 @@ def _uncarried(found: Support, hint: str) -> Iterator[Verdict]:
     area, of = (found.body_carried, found.body) if is_all else (found.carried, found.pressed)
     if area >= MOST_OF_IT * of - ROUNDING**2 and not is_all:
         return
+    whole = f" (of the whole body, on {found.body_carried * 1e6:.3g} of {found.body * 1e6:.3g} mm2)"
     yield NOT_CARRIED.found(
-        "mount.standoff",
-        area,
-        (HALF_OF_IT if is_all else MOST_OF_IT) * of,
-        "m2",
-        hint=hint,
-        is_grave=area < HALF_OF_IT * of,
-        under=f"the {BODY}" if is_all else _under(found.name),
-        carried=area * 1e6,
-        whole=of * 1e6,
-        besides=""
-        if is_all or found.pressed == found.body
-        else f" (of the whole body, on {found.body_carried * 1e6:.3g} of {found.body * 1e6:.3g} mm2)",
+        "mount.standoff", area, (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2", hint=hint,
+        is_grave=area < HALF_OF_IT * of, carried=area * 1e6, whole=of * 1e6,
+        under=f"the {BODY}" if is_all or found.name == BODY else f"the board under the {found.name}",
+        besides="" if is_all or found.pressed == found.body else whole,
     )
-
-
-def _under(name: str) -> str:
-    """What is pressed on, as the message calls it."""
-    return f"the {BODY}" if name == BODY else f"the board under the {name}"
 
 
 def _what_carries(design: Design, mount: Mount) -> str:
@@ -258,7 +241,7 @@ NOT_CARRIED = Case(
     severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
-TOO_THIN_TO_PRINT = Case("the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least",)
+TOO_THIN_TO_PRINT = Case("the {name} is {measured:m,3} thick, which {process} does not make: {limit:m,3} at least")
 
 
 RULES: tuple[Rule, ...] = (

@@ -218,18 +218,10 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
     """The board's body across the finger that a cap slips over."""
     mount = design.spec.mount
     finger = mount.finger if mount is not None else None
-    width = design.layout.body_size[1]
+    width, endless = design.layout.body_size[1], ", and the estimate takes its metal as endless"
     if finger is not None and width > finger.size[0] + ROUNDING:
         yield WIDER_THAN_FINGER.found("mount.finger.size", width, finger.size[0], "m",
-                                      over=(width - finger.size[0]) / 2, thin=_metal(design))
-
-
-def _metal(design: Design) -> str:
-    """What the estimate makes of a metal finger narrower than the board."""
-    mount = design.spec.mount
-    if mount is None or mount.metal is None:
-        return ""
-    return ", and the estimate takes its metal as endless"
+                                      over=(width - finger.size[0]) / 2, thin=endless if mount and mount.metal else "")
 
 
 SHEET_TOO_SMALL = Case(

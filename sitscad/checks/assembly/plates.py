@@ -17,7 +17,7 @@ from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.remedy.moves import Plate, carrying, larger_target, resized
-from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends
+from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.scene.bodies import Body, elastomer, target
 from sitscad.spec.places import footprint
 from sitscad.spec.plates import Target
@@ -65,8 +65,7 @@ def moved(spec: SensorSpec) -> Iterator[Fix]:
     """The elastomer moved under the target, then both back to the mean of the coils' centres."""
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
-        edit = Edit("elastomer.offset", pair(plate.offset))
-        yield Fix((edit,), replace(spec, elastomer=replace(pad, offset=plate.offset)))
+        yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
     edits: list[Edit] = []
     zero = (0.0, 0.0)
     if pad is not None and pad.offset != zero:
@@ -229,6 +228,7 @@ def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
         parts.append(Edit(f"{key}.size", size))
     return tuple(parts)
 
+
 TARGET_LENGTH_TOLERANCE = 0.2
 
 
@@ -240,7 +240,24 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     coil, length = _largest_coil(design, target.rotation), _chord(target)
 
     def advice(left: Left) -> str:
-        return _proportioned(design, pitch, coil, left)
+        # A target as long as two coils are apart and as wide as one, or as large as a coil, in words
+        target = design.spec.target
+        assert target is not None
+        what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
+        if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
+            return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
+        length = pitch or max(target.size[0], coil[0])
+        changes = list(larger_target(design.spec, length, max(target.size[1], coil[1])))
+        found = first_that_mends(changes, left)
+        if found is not None:
+            return f"{found.words} (it was tried): {what}"
+        if left.is_cut_short:
+            return ""
+        against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
+        return (
+            f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
+            "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
+        )
 
     if pitch and abs(length / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
         yield NOT_AS_LONG.found("target.size", length, pitch, "m", advice=advice)
@@ -251,23 +268,17 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     if any(target.offset):
         yield from _aside(design, coil)
     elif pitch is None:
-        yield from _over_none(design, min(design.spec.coil.size))
+        # a target in the middle of several coils may reach not one of them
+        outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
+        nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
+        if nearest >= half:
+            yield BETWEEN_COILS.found("target.size", nearest, half, "m")
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's best length is known for two coils in a line only; of this array it was checked only that "
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
         )
-
-
-def _over_none(design: Design, coil: float) -> Iterator[Verdict]:
-    """That a target in the middle of several coils reaches not one of them."""
-    spec, target = design.spec, design.spec.target
-    assert target is not None
-    outline = footprint(spec, target).outline()
-    nearest = min(beyond(outline, Point(*p.centre)) for p in spec.array.placements)
-    if nearest >= 0.5 * coil:
-        yield BETWEEN_COILS.found("target.size", nearest, 0.5 * coil, "m")
 
 
 def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
@@ -288,27 +299,6 @@ def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
     if names:
         yield BESIDE_COILS.found("target.offset", over, 0.0, "m", pair=pair(target.offset), words=words,
                                  plural="s" * (len(names) > 1), join=", ".join(names))
-
-
-def _proportioned(design: Design, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
-    """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
-    target = design.spec.target
-    assert target is not None
-    what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
-    if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
-        return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
-    length = pitch or max(target.size[0], coil[0])
-    changes = list(larger_target(design.spec, length, max(target.size[1], coil[1])))
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} (it was tried): {what}"
-    if left.is_cut_short:
-        return ""
-    against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
-    return (
-        f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
-        "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
-    )
 
 
 def _chord(target: Target) -> float:

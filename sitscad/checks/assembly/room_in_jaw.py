@@ -19,12 +19,12 @@ from sitscad.checks.assembly.fit import (
 )
 from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
 from sitscad.design import Design
-from sitscad.finding import Edit, Severity
+from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.lanes import coils_breadth
 from sitscad.measured import Measure
 from sitscad.remedy.moves import narrower, other_ends
-from sitscad.remedy.search import Fix, Left, named, tried, ways
+from sitscad.remedy.search import Fix, Left, named, setting, tried, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures
@@ -81,8 +81,8 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
-    edit = Edit("fpc.margin", f"[{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]")
-    return Fix((edit,), replace(spec, fpc=replace(spec.fpc, margin=margin))) if less >= 0.0 else None
+    written = f"[{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]"
+    return setting(spec, "fpc.margin", margin, written) if less >= 0.0 else None
 
 
 def _advice(less: Fix | None, before: str = "", after: str = "") -> Advice | None:
@@ -115,16 +115,10 @@ def _through_port(design: Design) -> Iterator[Verdict]:
     across = high - low
     is_body = across <= design.layout.body_size[1] + ROUNDING
     if across > jaw.port_diameter + ROUNDING:
-        yield WIDER_THAN_PORT.found(
-            "coil.outer_diameter" if is_body else "fpc.tail",
-            across,
-            jaw.port_diameter,
-            "m",
-            unverified=unverified(jaw),
-            remedy="the body decides, make it narrower"
-            if is_body
-            else "a straight tail, fewer contacts, a finer connector",
-        )
+        at_tail = "a straight tail, fewer contacts, a finer connector"
+        yield WIDER_THAN_PORT.found("coil.outer_diameter" if is_body else "fpc.tail", across, jaw.port_diameter, "m",
+                                    unverified=unverified(jaw),
+                                    remedy="the body decides, make it narrower" if is_body else at_tail)
 
 
 def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
@@ -164,11 +158,10 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     is_coils = severity is Severity.ERROR and not less
     yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
         "fpc.margin" if less else "coil.outer_diameter", over.measured, over.limit, "m", severity=severity,
-        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils else _advice(
-            less, after=f", or {OTHER_SEAT}",
-        ), body=design.layout.body_size[1], shares="" if severity is None else _shares(design),
-        over=max(0.0, over.nominal), face=section(rim(jaw)).face, unverified=unverified(jaw),
-        beyond=with_tolerances(over), carried=carried,
+        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils
+        else _advice(less, after=f", or {OTHER_SEAT}"), body=design.layout.body_size[1],
+        shares="" if severity is None else _shares(design), over=max(0.0, over.nominal), face=section(rim(jaw)).face,
+        unverified=unverified(jaw), beyond=with_tolerances(over), carried=carried,
         remedy=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}",
     )
 
@@ -246,37 +239,26 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield JAW_TOO_WIDE.found("mount.jaw.width", jaw.width, jaw.port_diameter, "m", unverified=unverified(jaw))
-    yield from _sunk(design, jaw)
-    severity = None if pair is None else weight_of(pair)
-    if pair is None or severity is None:
-        return
-    over = _to_take_off(design, pair)
-    yield PAIR_TOO_HIGH.found(
-        "mount.standoff",
-        pair.measured,
-        jaw.port_diameter,
-        "m",
-        severity=severity,
-        nominal=pair.nominal,
-        beyond=with_tolerances(pair),
-        decided_by=pair.decided_by,
-        glue=_glue(pair),
-        unverified=unverified(jaw),
-        measured_ports=_measured_ports(pair),
-        remedy=f"{show(over, 'm', 3)} too much: a narrower board, or less height: {_thinner(design)}"
-        if "board" in pair.decided_by
-        else f"take {show(over, 'm', 3)} off: {_thinner(design)}",
-        widest=_widest(pair),
-    )
-
-
-def _sunk(design: Design, jaw: Jaw) -> Iterator[Verdict]:
-    """The rims of pad pockets against what lies between the pockets' floors."""
+    # the rims of pad pockets against what lies between the pockets' floors
     at = levels(column(design.layout))
     between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
     if rims > between + ROUNDING:
         yield SUNK.found("mount.jaw.recess", rims, between, "m")
+    severity = None if pair is None else weight_of(pair)
+    if pair is None or severity is None:
+        return
+    over, less = show(_to_take_off(design, pair), "m", 3), _thinner(design)
+    narrower_too = f"{over} too much: a narrower board, or less height: {less}"
+    wider = SMALLEST_MEASURED_PORT * pair.limit
+    passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
+    yield PAIR_TOO_HIGH.found(
+        "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=severity, nominal=pair.nominal,
+        beyond=with_tolerances(pair), decided_by=pair.decided_by, unverified=unverified(jaw),
+        glue=math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE)),
+        measured_ports="" if pair.measured > wider + ROUNDING else passes,
+        remedy=narrower_too if "board" in pair.decided_by else f"take {over} off: {less}", widest=_widest(pair),
+    )
 
 
 def _to_take_off(design: Design, pair: Measure) -> float:
@@ -308,18 +290,6 @@ def _with_less(design: Design, height: float, pair: Measure) -> float:
     thinner = replace(spec, elastomer=replace(spec.elastomer, thickness=spec.elastomer.thickness - height))
     found = next(one for one in measures(replace(design.layout, spec=thinner)) if one.name == pair.name)
     return {pair.nominal: found.nominal, pair.worst: found.worst}.get(pair.measured, found.root_sum_square)
-
-
-def _glue(pair: Measure) -> float:
-    return math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
-
-
-def _measured_ports(pair: Measure) -> str:
-    """Whether ports as they were measured would let it through."""
-    wider = SMALLEST_MEASURED_PORT * pair.limit
-    if pair.measured > wider + ROUNDING:
-        return ""
-    return f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
 
 
 def _widest(pair: Measure) -> str:

@@ -10,12 +10,13 @@ from sitscad.checks.assembly.fit import ROUNDING, pad_of
 from sitscad.checks.assembly.plates import lies
 from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, worded
 from sitscad.design import Design
-from sitscad.finding import Edit, Severity
+from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
+from sitscad.finding import Severity
 from sitscad.mechanics import elastomer
 from sitscad.mechanics.pad import HELD_SHEAR
 from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.pads import other_thicknesses
-from sitscad.remedy.search import Fix, Left, first_tried, tried
+from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.stack import ground
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset
@@ -34,12 +35,10 @@ SLENDERNESS = 0.25
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
-    from sitscad.estimates.states.pressing import pressed
-
     pad, force = pad_of(design), design.spec.requirements.normal_force
     assert force is not None
-    if _is_beside(design):
-        yield from _not_pressed()
+    if not rests_on_pad(design.spec):
+        yield Undecided(BESIDE_PAD)
         return
     material, sigma = pad.material, pad.material.shear_modulus_sigma
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
@@ -47,30 +46,17 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         return
     certain = _at_least(design, nominal)
     is_error = certain > STRAIN_ERROR
+    judged = "even helped most by the rest of the pad" if nominal.doubt else "that"
     yield TOO_SOFT.found(
-        "elastomer.material",
-        certain if is_error else most.strain,
-        STRAIN_ERROR if is_error else elastomer.VALID_STRAIN,
-        None,
+        "elastomer.material", certain if is_error else most.strain,
+        STRAIN_ERROR if is_error else elastomer.VALID_STRAIN, None,
         advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
-        is_grave=is_error,
-        force=force,
-        thickness=pad.thickness,
-        name=material.name,
-        strain=nominal.strain,
-        least_strain=least.strain,
-        most_strain=most.strain,
-        shear_modulus=material.shear_modulus,
-        scatter=sigma,
-        gap=nominal.gap,
-        shape_factor=nominal.shape_factor,
-        taken=_part(nominal),
-        which=_judged_case(nominal) if is_error else "the softest case",
-        extrapolated=worded(EXTRAPOLATED, {"valid": elastomer.VALID_STRAIN})
-        if nominal.strain > elastomer.VALID_STRAIN
-        else "",
-        stiffer=_stiffer(design, force),
-        otherwise=_otherwise(nominal),
+        is_grave=is_error, force=force, thickness=pad.thickness, name=material.name, strain=nominal.strain,
+        least_strain=least.strain, most_strain=most.strain, shear_modulus=material.shear_modulus, scatter=sigma,
+        gap=nominal.gap, shape_factor=nominal.shape_factor, taken=_part(nominal),
+        which=judged if is_error else "the softest case",
+        extrapolated=worded(EXTRAPOLATED, {"valid": elastomer.VALID_STRAIN}) if nominal.strain > elastomer.VALID_STRAIN
+        else "", stiffer=_stiffer(design, force), otherwise=_otherwise(nominal),
     )
 
 
@@ -78,17 +64,10 @@ def _at_least(design: Design, nominal: elastomer.Compression) -> float:
     """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
     and no pad gives way less than with all of it loaded.
     """
-    from sitscad.estimates.states.pressing import pressed
-
     if not nominal.doubt:
         return nominal.strain
     helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
     return max(helped.strain, nominal.least_strain)
-
-
-def _judged_case(nominal: elastomer.Compression) -> str:
-    """What an error is about: the strain itself, or what is left of it however much the rest of the pad helps."""
-    return "even helped most by the rest of the pad" if nominal.doubt else "that"
 
 
 def _otherwise(nominal: elastomer.Compression) -> str:
@@ -101,11 +80,10 @@ def _otherwise(nominal: elastomer.Compression) -> str:
 
 def target_rotation(design: Design) -> Iterator[Verdict]:
     """Thickness over width of the pad under the target: slender pads let it tilt, and give way under the force."""
-    if _is_beside(design):
-        yield from _not_pressed()
+    if not rests_on_pad(design.spec):
+        yield Undecided(BESIDE_PAD)
         return
-    pad, face = pad_of(design), _loaded(design)
-    lost = _gives_way(design)
+    pad, face, lost = pad_of(design), loaded_face(design.spec)[0], _gives_way(design)
     width = min(face.width_x, face.width_y)
     ratio = pad.thickness / width
     if ratio > SLENDERNESS + ROUNDING or lost:
@@ -133,8 +111,8 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
     pad, force, pitch = pad_of(design), design.spec.requirements.shear_force, design.spec.array.pitch
     assert force is not None
-    if _is_beside(design):
-        yield from _not_pressed()
+    if not rests_on_pad(design.spec):
+        yield Undecided(BESIDE_PAD)
         return
     strain = _sheared(design.spec, force)
     yield from _shear_strain(design, force, strain)
@@ -189,7 +167,7 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
     spec, limit = design.spec, elastomer.VALID_SHEAR
-    material, area = pad_of(design).material, _loaded(design).area
+    material, area = pad_of(design).material, loaded_face(design.spec)[0].area
     softest = _softest(material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
@@ -203,31 +181,28 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     hint = worded(TOO_MUCH_SHEAR.hint, {"enough": _rounded_up(material.shear_modulus * factor / softest),
                                         "softest_preset": _named_preset(enough),
                                         "larger_area": _larger_area(design, area, area * factor / softest)})
+
+    def stiff_enough(left: Left) -> str:
+        # the softest silicone that is stiff enough where trying finds that it mends, before what else would
+        fix = None if enough is None else _of(spec, enough)
+        return "" if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint}"
+
     yield TOO_MUCH_SHEAR.found("elastomer.material", most if math.isfinite(most) else None, limit, None,
                                source=elastomer.SHEAR_SOURCE, is_grave=beyond or not is_borne, hint=hint,
-                               advice=lambda left: _other_silicone(spec, enough, left, hint), force=force,
+                               advice=lambda left: stiff_enough(left) or hint, force=force,
                                moved=_travel(strain), name=material.name, usual=_travel(usual))
-
-
-def _other_silicone(spec: SensorSpec, enough: ElastomerMaterial | None, left: Left, otherwise: str) -> str:
-    """The softest silicone that is stiff enough where trying finds that it mends, before what else would."""
-    if enough is None:
-        return otherwise
-    fix = _of(spec, enough)
-    return f"{fix.words}{tried(fix, left)}; or {otherwise}" if left(fix) == () else otherwise
 
 
 def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
     """A pad of another material."""
-    assert spec.elastomer is not None
-    changed = replace(spec, elastomer=replace(spec.elastomer, material=material))
-    return Fix((Edit("elastomer.material", material.name),), changed)
+    return setting(spec, "elastomer.material", material, material.name)
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
     """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
-    return _softest_enough(lambda other,
-                           modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
+    return _softest_enough(
+        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit
+    )
 
 
 def _travel(strain: float) -> str:
@@ -282,26 +257,6 @@ def target_gap(design: Design) -> Iterator[Verdict]:
         yield NO_GAP.found("elastomer", 0.0, None, "m", top="bare copper" if top is LayerKind.COPPER else f"the {top}")
 
 
-def _is_beside(design: Design) -> bool:
-    """Whether the target stands wholly beside the pad (SIT307 says by how much)."""
-    from sitscad.estimates.states.pressing import rests_on_pad
-
-    return not rests_on_pad(design.spec)
-
-
-def _not_pressed() -> Iterator[Verdict]:
-    from sitscad.estimates.states.pressing import BESIDE_PAD
-
-    yield Undecided(BESIDE_PAD)
-
-
-def _loaded(design: Design) -> elastomer.Face:
-    """The part of the pad that the target loads."""
-    from sitscad.estimates.states.pressing import loaded_face
-
-    return loaded_face(design.spec)[0]
-
-
 def _part(pressed: elastomer.Compression) -> str:
     """In words, that only part of the pad is loaded."""
     if pressed.loaded_share >= LOADED:
@@ -322,9 +277,7 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
 
     By bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
     """
-    from sitscad.estimates.states.pressing import surround
-
-    pad, face = pad_of(design), _loaded(design)
+    pad, face = pad_of(design), loaded_face(design.spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(design.spec) or elastomer.BARE
     size = (face.width_x, face.width_y, pad.thickness)

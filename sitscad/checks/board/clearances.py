@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -14,15 +13,15 @@ from numpy.typing import NDArray
 
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Verdict, Violation
+from sitscad.checks.rules import Case, Violation, Rule, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
-from sitscad.finding import Edit, Place, Severity
+from sitscad.finding import Place, Severity
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.moves import wider
-from sitscad.remedy.search import Fix, Left, first_that_mends, tried
+from sitscad.remedy.search import Left, first_that_mends, setting, tried
 from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import LayerKind
@@ -62,6 +61,7 @@ def tried_spacing(spec: SensorSpec, missing: float, left: Left) -> str:
         return f"{found.words} gives them their distance (it was tried): {WHY}"
     return "".join([spacing_in_words(spec, missing), *(tried(change, left) for change in changes[-1:])])
 
+
 ALLOWED_SHORTFALL = 1e-6
 """What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
 
@@ -99,12 +99,6 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
     return worst
 
 
-def _is_at_plug(design: Design, item: Item) -> bool:
-    """Whether a track leads to a contact: how near the edge that stands is the connector's."""
-    tail = design.spec.fpc.tail
-    return tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
-
-
 def _other_connector(design: Design, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
     spec, tail = design.spec, design.spec.fpc.tail
@@ -115,11 +109,11 @@ def _other_connector(design: Design, left: Left) -> str:
     for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
-            changed = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=other)))
-            fix, layout = Fix((Edit("fpc.tail.connector", name),), changed), left.drawn(changed)
+            fix = setting(spec, "fpc.tail.connector", other, name)
+            layout = left.drawn(fix.spec)
             if layout is None:
                 break
-            if not layout.shortfalls and not _near_edge(Design(changed, layout)) and left(fix) == ():
+            if not layout.shortfalls and not _near_edge(Design(fix.spec, layout)) and left(fix) == ():
                 return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
     if left.is_cut_short:
         return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"
@@ -130,10 +124,11 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     """Every hole's wall to copper that does not belong to it, on every layer."""
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
+        via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
         yield HOLE_NEAR_COPPER.found(
             "coil.turns", near.gap, rules.drill_to_copper, "m", source=source_of(design, "drill_to_copper"),
-            place=Place(near.x, near.y, near.layer, near.nets), net=_net(near), gap=max(0.0, near.gap),
-            foreign=_foreign(near), layer=near.layer, house=house(design, "drill_to_copper"),
+            place=Place(near.x, near.y, near.layer, near.nets), net=via.net, gap=max(0.0, near.gap),
+            foreign=name_of(foreign), layer=near.layer, house=house(design, "drill_to_copper"),
             missing=rules.drill_to_copper - near.gap,
         )
 
@@ -175,7 +170,8 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Violation:
     """The complaint for copper of an item that lies a gap (m) from the board's edge."""
     rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
-    at_plug = _is_at_plug(design, item)
+    tail = design.spec.fpc.tail
+    at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
     wider = "a wider board, or a smaller coil, gives it room"
     return NEAR_EDGE.found(
         "fpc.tail.connector" if at_plug else "coil.outer_diameter", gap, rules.copper_to_edge, "m",
@@ -209,7 +205,9 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     more = f" (and in {places - 1} more)" if places > 1 else ""
     who, source = gap_asked_by(design, asked)
     missing, spec = asked - near.gap, design.spec
-    is_steep = _is_of_the_turns(near) and missing <= nearer_by(spec)
+    # a turn near another one of its coil, or near what goes on where that ends
+    kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
+    is_steep = near.one.net == near.other.net and Role.WINDING in kinds <= of_turns and missing <= nearer_by(spec)
     room = "fewer turns, a narrower pitch or a larger coil give the room"
     return TOO_NEAR.found(
         "coil.trace_spacing" if is_steep else key, near.gap, asked, "m", source=source,
@@ -218,12 +216,6 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
         what=what, how=how, layer=near.layer, more=more, who=who, missing=missing,
         remedy=spacing_in_words(spec, missing) if is_steep else room,
     )
-
-
-def _is_of_the_turns(near: Nearness) -> bool:
-    """Whether a turn comes near another one of its coil, or what goes on where that ends."""
-    kinds = {_kind(near.one), _kind(near.other)}
-    return near.one.net == near.other.net and Role.WINDING in kinds <= {Role.WINDING, Role.STUB, Role.LEAD}
 
 
 def _kind(item: Item) -> str:
@@ -239,15 +231,6 @@ def name_of(item: Item) -> str:
     if isinstance(item, Teardrop):
         return f"a teardrop of {item.net}"
     return f"the {item.role.value} of {item.net}"
-
-
-def _foreign(near: Nearness) -> str:
-    return name_of(near.other if isinstance(near.one, Via) else near.one)
-
-
-def _net(near: Nearness) -> str:
-    via = near.one if isinstance(near.one, Via) else near.other
-    return via.net
 
 
 def drawn_rule(
@@ -302,26 +285,6 @@ def _others(count: int, taken: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.flatnonzero(free)
 
 
-def _inside_of(sides: Primitives, outline: Outline, web: float) -> Primitives:
-    """The parts of an opening's straight sides inside the board's outline, without the last `web` (m) before an edge
-    that they cross: there the opening reaches over the edge, and no strip is left beside it. Arcs are left as they are.
-    """
-    corners = outline.flattened(1e-6)
-    kept: list[tuple[int, float, float]] = []
-    for index in range(len(sides)):
-        if sides.radius[index] > 0.0:
-            kept.append((index, 0.0, 1.0))
-            continue
-        start, end = Point(*sides.start[index].tolist()), Point(*sides.end[index].tolist())
-        short = web / max(start.distance(end), ROUNDING)
-        for first, last in pairwise([0.0, *sorted(crossings(start, end, corners)), 1.0]):
-            a, b = first + (short if first > 0.0 else 0.0), last - (short if last < 1.0 else 0.0)
-            if b > a and _inside(corners, Line(start, end).at((first + last) / 2.0)):
-                kept.append((index, a, b))
-    table = np.array(kept, dtype=float).reshape(-1, 3)
-    return sides.take(table[:, 0].astype(np.intp)).trimmed(table[:, 1], table[:, 2])
-
-
 def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator[float]:
     """How far along a line, as a share of it, a closed polygon's edges cross it."""
     dx, dy = end - start
@@ -339,9 +302,12 @@ def _narrow_web(
 ) -> Iterator[Violation]:
     """A complaint where the strip of coverlay between two groups of edges is too narrow."""
     rules = design.spec.fpc.rules
-    web = _smallest(one, other, rules.coverlay_web)
+    # the smallest distance, looking no further than what is asked
+    near, none = np.full(len(one), rules.coverlay_web), np.zeros(len(other))
+    pairs = nearest_pairs(one.boxes, near, other.boxes, none)
+    web = np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf)
     if web < rules.coverlay_web - ROUNDING:
-        yield NARROW_WEB.found("fpc.tail.connector", web, rules.coverlay_web, "m", hint=hint,
+        yield NARROW_WEB.found("fpc.tail.connector", float(web), rules.coverlay_web, "m", hint=hint,
                                source=source_of(design, "coverlay_web"),
                                place=Place(float(one.start[0, 0]), float(one.start[0, 1])), what=what, where=where,
                                house=house(design, "coverlay_web"))
@@ -371,14 +337,6 @@ def _lies_on(design: Design, side: str) -> str:
     return f", and the target of {target.material.name} lies on them, a short from turn to turn"
 
 
-def _smallest(one: Primitives, other: Primitives, within: float) -> float:
-    """Smallest distance (m) between two sets of pieces, looking no further than `within`; infinite beyond."""
-    pairs = nearest_pairs(one.boxes, np.full(len(one), within), other.boxes, np.zeros(len(other)))
-    if not len(pairs):
-        return float("inf")
-    return float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1]))))
-
-
 def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
     copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
@@ -393,12 +351,29 @@ def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trac
             worst[key] = (-item.pad / 2.0, int(np.flatnonzero(copper.item == key)[0]))
     for key, (gap, index) in sorted(worst.items()):
         item = copper.items[key]
-        if isinstance(item, Via) or (isinstance(item, Trace) and not _ends_inside(item, corners)):
+        ends = (item.path.start, item.path.end) if isinstance(item, Trace) else ()
+        if isinstance(item, Via) or (isinstance(item, Trace) and not any(_inside(corners, end) for end in ends)):
             yield item, gap, copper.pieces.start[index]
 
 
-def _ends_inside(trace: Trace, corners: Sequence[Position]) -> bool:
-    return _inside(corners, trace.path.start) or _inside(corners, trace.path.end)
+def _inside_of(sides: Primitives, outline: Outline, web: float) -> Primitives:
+    """The parts of an opening's straight sides inside the board's outline, without the last `web` (m) before an edge
+    that they cross: there the opening reaches over the edge, and no strip is left beside it. Arcs are left as they are.
+    """
+    corners = outline.flattened(1e-6)
+    kept: list[tuple[int, float, float]] = []
+    for index in range(len(sides)):
+        if sides.radius[index] > 0.0:
+            kept.append((index, 0.0, 1.0))
+            continue
+        start, end = Point(*sides.start[index].tolist()), Point(*sides.end[index].tolist())
+        short = web / max(start.distance(end), ROUNDING)
+        for first, last in pairwise([0.0, *sorted(crossings(start, end, corners)), 1.0]):
+            a, b = first + (short if first > 0.0 else 0.0), last - (short if last < 1.0 else 0.0)
+            if b > a and _inside(corners, Line(start, end).at((first + last) / 2.0)):
+                kept.append((index, a, b))
+    table = np.array(kept, dtype=float).reshape(-1, 3)
+    return sides.take(table[:, 0].astype(np.intp)).trimmed(table[:, 1], table[:, 2])
 
 
 def _inside(corners: Sequence[Position], point: Position) -> bool:
@@ -419,7 +394,7 @@ def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Pla
                                     house=house(design, "coverlay_opening_to_trace"))
 
 
-NARROW_WEB = Case("{what} a web of {measured:m} {where}; {house} asks {limit:m}",)
+NARROW_WEB = Case("{what} a web of {measured:m} {where}; {house} asks {limit:m}")
 
 NO_COVERLAY = Case(
     "the {side} of the board has no coverlay: all its tracks lie bare, are finished with {finish} as the contacts are, "

@@ -80,14 +80,31 @@ class TrackGraph:
     layout: Layout
 
     @cached_property
-    def node_of(self) -> Callable[[Point, int], Node]:
-        """The node of a point on a layer."""
-        return _nodes(self.layout)
+    def vias(self) -> dict[tuple[int, int], int]:
+        """The number of every via by its place."""
+        return {_cell(via.centre): i for i, via in enumerate(self.layout.vias)}
+
+    def node_of(self, point: Point, layer: int) -> Node:
+        """The node of a point on a layer: a via, a contact, or the place itself."""
+        cell = _cell(point)
+        if cell in self.vias:
+            return (0, self.vias[cell], 0)
+        for i, pad in enumerate(self.layout.all_pads):
+            (x, y), (width, height) = pad.centre, pad.size
+            if pad.layer == layer and abs(point.x - x) <= width / 2 and abs(point.y - y) <= height / 2:
+                return (-1, i, 0)
+        return (layer, *cell)
 
     @cached_property
     def edges(self) -> tuple[_Edge, ...]:
-        """The stretches of track between nodes."""
-        return tuple(_edges(self.layout, self.node_of))
+        """The tracks between the nodes that they touch."""
+        meetings, found = _meetings(self.layout), list[_Edge]()
+        for index, trace in enumerate(self.layout.traces):
+            cuts = [(0.0, self.node_of(trace.path.start, trace.layer)),
+                    (trace.path.length, self.node_of(trace.path.end, trace.layer))]
+            cuts += [(way, self.node_of(point, trace.layer)) for way, point in meetings[index]]
+            found += [_Edge(one, other, trace, way, further) for (way, one), (further, other) in pairwise(sorted(cuts))]
+        return tuple(found)
 
 
 def closed_loops(graph: TrackGraph) -> Iterator[Loop]:
@@ -133,35 +150,6 @@ def _runs_into(layout: Layout, trace: Trace, point: Point) -> bool:
     return any(
         other is not trace and other.path.distance(point) < other.width / 2 for other in layout.on_layer(trace.layer)
     )
-
-
-def _edges(layout: Layout, node_of: Callable[[Point, int], Node]) -> Iterator[_Edge]:
-    """The tracks between the nodes that they touch."""
-    meetings = _meetings(layout)
-    for index, trace in enumerate(layout.traces):
-        cuts = [(0.0, node_of(trace.path.start, trace.layer)),
-                (trace.path.length, node_of(trace.path.end, trace.layer))]
-        cuts += [(way, node_of(point, trace.layer)) for way, point in meetings[index]]
-        for (way, one), (further, other) in pairwise(sorted(cuts)):
-            yield _Edge(one, other, trace, way, further)
-
-
-def _nodes(layout: Layout) -> Callable[[Point, int], Node]:
-    """The node of a track's end: its place on its layer, the via that it meets, or the contact that it lies on."""
-    vias = {_cell(via.centre): i for i, via in enumerate(layout.vias)}
-
-    def node(point: Point, layer: int) -> Node:
-        """The node of a point on a layer: a via, a contact, or the place itself."""
-        cell = _cell(point)
-        if cell in vias:
-            return (0, vias[cell], 0)
-        for i, pad in enumerate(layout.all_pads):
-            (x, y), (width, height) = pad.centre, pad.size
-            if pad.layer == layer and abs(point.x - x) <= width / 2 and abs(point.y - y) <= height / 2:
-                return (-1, i, 0)
-        return (layer, *cell)
-
-    return node
 
 
 def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
@@ -267,6 +255,7 @@ class _Parts:
 
 def _cell(point: Point) -> tuple[int, int]:
     return round(point.x / _GRID), round(point.y / _GRID)
+
 
 ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
+from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -18,7 +18,7 @@ from sitscad.remedy.moves import finer_fabricators, wider
 from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.stackup import MASK, CopperLayer, LayerKind, Stackup
+from sitscad.spec.stackup import MASK, LayerKind, Stackup
 from sitscad.units import show
 
 ROUNDING = 1e-9
@@ -95,16 +95,10 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
     least = narrower_bridge(layout)
     held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
     yield TOO_FEW_BRIDGES.found(
-        "fpc.panel.bridge",
-        float(count),
-        float(FEWEST_BRIDGES),
-        None,
-        hint=f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)"
-        if least
+        "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), None,
+        hint=f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)" if least
         else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
-        source="two bridges are a hinge, three hold a part in its plane",
-        held=held,
-        width=width,
+        source="two bridges are a hinge, three hold a part in its plane", held=held, width=width,
         fewest_bridges=FEWEST_BRIDGES,
     )
 
@@ -155,7 +149,7 @@ def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
     return house(design, "trace_spacing"), source_of(design, "trace_spacing")
 
 
-TOO_FINE_A_DRILL = Case("a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger",)
+TOO_FINE_A_DRILL = Case("a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger")
 
 NARROW_RING = Case(
     "a via of {net} has an annular ring of {measured:m}; {house} asks {limit:m}", hint="a pad of {wanted:m} is needed",
@@ -205,7 +199,14 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     """The coil's track against the fabricator's smallest track."""
     yield from _too_fine(design, "trace_width", "tracks are {} wide", "wider")
     yield from _thicker_foil(design, "trace_width", "tracks")
-    yield from _drawn_width(design)
+    # Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason
+    rules, coil = design.spec.fpc.rules, design.spec.coil
+    for trace in design.layout.traces:
+        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
+            yield DRAWN_TOO_FINE.found("fpc.rules", trace.width, rules.trace_width, "m",
+                                       source=source_of(design, "trace_width"),
+                                       place=Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
+                                       net=trace.net, layer=trace.layer, house=house(design, "trace_width"))
 
 
 def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Violation]:
@@ -226,17 +227,6 @@ def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Se
     if stated is not None:
         yield THICKER_FOIL.found("fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
                                  house=house(design, field), word=word, field=field)
-
-
-def _drawn_width(design: Design) -> Iterator[Violation]:
-    """Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason."""
-    rules, coil = design.spec.fpc.rules, design.spec.coil
-    for trace in design.layout.traces:
-        if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield DRAWN_TOO_FINE.found("fpc.rules", trace.width, rules.trace_width, "m",
-                                       source=source_of(design, "trace_width"),
-                                       place=Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
-                                       net=trace.net, layer=trace.layer, house=house(design, "trace_width"))
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
@@ -311,7 +301,7 @@ def _not_binding(design: Design) -> str:
     return f"{holder} does not make it binding (coil_rule_binding: no)"
 
 
-TOO_FINE = Case("{asked}; {house} makes {limit:m} and {more}",)
+TOO_FINE = Case("{asked}; {house} makes {limit:m} and {more}")
 
 THICKER_FOIL = Case(
     "{house} gives no figure for {word} in {measured:m} copper; the thickest stated is {limit:m}",
@@ -344,7 +334,8 @@ def offered(design: Design) -> Iterator[Verdict]:
         yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
         return
     refused = list(_refused(fpc.stackup, rules))
-    hint = _other_stackup(rules) if refused else ""
+    good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
+    hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
     for field, word, measured, asked in refused:
         yield _complaint(design, "fpc.stackup", field, word, asked, hint, measured)
     if rules.finishes is not None and fpc.finish not in rules.finishes:
@@ -375,9 +366,12 @@ def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, f
     if rules.layer_counts is not None and count not in rules.layer_counts:
         yield "layer_counts", "copper layers", float(count), str(count)
     if rules.foils is not None:
-        for foil, plated in dict.fromkeys((_foil(stackup, layer), layer.plated) for layer in stackup.copper):
+        # all of a layer's copper is taken for its foil where it is not stated how much of it is plated
+        is_stated = stackup.is_plating_stated
+        foils = ((layer.foil if is_stated else layer.thickness, layer.plated) for layer in stackup.copper)
+        for foil, plated in dict.fromkeys(foils):
             if not _is_listed(foil, rules.foils):
-                is_known = plated > 0.0 and stackup.is_plating_stated
+                is_known = plated > 0.0 and is_stated
                 made = f" (finished {show(foil + plated, 'm')}, of which {show(plated, 'm')} are plated on)" * is_known
                 yield "foils", "copper foil", foil, show(foil, "m") + made
     films = [layer for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC and layer.material not in GLUES]
@@ -391,19 +385,8 @@ def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, f
                 yield "covers", "cover", None, kind
 
 
-def _foil(stackup: Stackup, layer: CopperLayer) -> float:
-    """The foil (m) that a layer is ordered as; all of its copper where it is not stated how much of it is plated."""
-    return layer.foil if stackup.is_plating_stated else layer.thickness
-
-
 def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
     return any(abs(thickness - each) <= ALIKE * each for each in listed)
-
-
-def _other_stackup(rules: DesignRules) -> str:
-    """The installed stack-ups that the fabricator does offer, or what else there is to do."""
-    good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
-    return f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER
 
 
 def _words(listed: Sequence[object]) -> str:

@@ -55,19 +55,16 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     allowed = connector.insertion_thickness_tolerance
     low, high = connector.insertion_thickness - allowed, connector.insertion_thickness + allowed
     worst = max((low - band.minimum, band.minimum), (band.maximum - high, band.maximum))
-    if worst[0] > _half_a_step() + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
+    # a stiffener out of stock comes as near as half a step to the thickness that is wanted
+    totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
+    half_a_step = max(b - a for a, b in pairwise(totals)) / 2
+    if worst[0] > half_a_step + ROUNDING and low - ROUNDING <= band.nominal <= high + ROUNDING:
         yield LOOSE_THICKNESS.found(
             "fpc.tail.connector", worst[1], high if worst[1] == band.maximum else low, "m", source=band.source,
             place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None, minimum=band.minimum,
             maximum=band.maximum, name=connector.name, low=low, high=high, plug_mark=plug_mark(connector),
             insertion_thickness=connector.insertion_thickness, allowed=allowed,
         )
-
-
-def _half_a_step() -> float:
-    """As far (m) as a stiffener out of stock comes to the thickness that is wanted, at worst."""
-    totals = sorted({film + adhesive for film, adhesive in stock_stiffeners()})
-    return max(b - a for a, b in pairwise(totals)) / 2
 
 
 CLOSER_CUT = 2.0

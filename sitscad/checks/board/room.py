@@ -8,7 +8,7 @@ from itertools import islice
 
 from sitscad.checks.board.clearances import drawn_rule
 from sitscad.checks.board.fabrication import FABRICATOR
-from sitscad.checks.rules import Case, Rule, Verdict, Violation
+from sitscad.checks.rules import Case, Violation, Rule, Verdict
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Severity, Shortfall
 from sitscad.remedy import moves
@@ -21,7 +21,7 @@ MOST_STEPS = 16
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
-    """What the layout itself reported of one kind: it says what found no moves."""
+    """What the layout itself reported of one kind: it says what found no room."""
 
     def reported(design: Design) -> Iterator[Verdict]:
         return (_complaint(design, lack) for lack in design.layout.shortfalls if lack.what is what)
@@ -31,44 +31,28 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 def _complaint(design: Design, lack: Shortfall) -> Violation:
     """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
-    hint, key, source = _SAID[lack.what](design.spec, lack)
+    hint, key, source = _said(design.spec, lack)
     plain = Violation(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
     find = _ROOM.get(lack.what)
     return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
 
 
-def _no_layer(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
-    more = len(spec.coil.layers) + 1
-    return f"take {more} layers, or a stack-up with one more copper layer", "coil.layers", ""
-
-
-def _no_inner_room(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
-    return "take fewer turns, fewer layers or finer rules", "coil.turns", _of_rules(spec, "via pad")
-
-
-def _no_lead_room(spec: SensorSpec, _: Shortfall) -> tuple[str, str, str]:
-    hint = "change coil.start_angle or the number of turns, so that the layers end at other angles"
-    return hint, "coil.start_angle", _of_rules(spec, "via pad")
-
-
-def _no_tail_layers(_: SensorSpec, __: Shortfall) -> tuple[str, str, str]:
-    return "give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers", ""
-
-
-def _no_tail_room(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
-    hint = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
-    return hint, "fpc.tail.connector" if spec.fpc.tail else "fpc", _of_rules(spec, "trace" if lack.need else "via pad")
-
-
-def _of_rules(spec: SensorSpec, what: str) -> str:
-    return f"{what} and spacing of the rules {spec.fpc.rules.name}"
-
-
-_SAID: dict[Missing, Callable[[SensorSpec, Shortfall], tuple[str, str, str]]] = {
-    Missing.WAY_OUT: _no_layer, Missing.INNER_ROOM: _no_inner_room, Missing.LEAD_ROOM: _no_lead_room,
-    Missing.TAIL_LAYERS: _no_tail_layers, Missing.TAIL_ROOM: _no_tail_room,
-}
-"""The hint, the key and the source (empty: the rule's) of every shortfall."""
+def _said(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
+    """The hint, the key and the source (empty: the rule's) of a shortfall."""
+    of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
+    more_layers = f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer"
+    at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
+    said = {
+        Missing.WAY_OUT: (more_layers, "coil.layers", ""),
+        Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
+        Missing.LEAD_ROOM: ("change coil.start_angle or the number of turns, so that the layers end at other angles",
+                            "coil.start_angle", f"via pad {of_rules}"),
+        Missing.TAIL_LAYERS: ("give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers",
+                              ""),
+        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if spec.fpc.tail else "fpc",
+                            f"{'trace' if lack.need else 'via pad'} {of_rules}"),
+    }
+    return said[lack.what]
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:

@@ -10,19 +10,17 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, worded
+from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict, worded
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, bend_length, least_bend_radius, longest_straight, unfit_for_bending
-from sitscad.layout.board import Pad, Via
 from sitscad.layout.lanes import Ring
 from sitscad.layout.thickness import has_tail_coverlay, step_height, tail_copper, tail_thickness
 from sitscad.record import record
-from sitscad.remedy.search import Fix, Left, first_tried, tried
+from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
-from sitscad.spec.circuit import Tail
 from sitscad.spec.stackup import Plating, Stackup
 from sitscad.units import show
 
@@ -53,7 +51,18 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
         yield Undecided("the tail does not bend (fpc.tail.bend: none)")
         return
     if zone is not None:
-        yield from _stiff_in_bend(design, zone)
+        # A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent
+        layout = design.layout
+        stiff = [(f"a via of {v.net}", v.centre.x, v.pad / 2, Place(*v.centre, None, (v.net,))) for v in layout.vias]
+        stiff += [(f"contact {pad.name}", pad.centre.x, pad.size[0] / 2, Place(*pad.centre, pad.layer, (pad.net,)))
+                  for pad in layout.all_pads]
+        if layout.stiffener is not None:
+            x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
+            stiff += [("the stiffener", (x0 + x1) / 2, (x1 - x0) / 2, Place(max(x0, zone[0]), (y0 + y1) / 2))]
+        for what, middle, half, place in stiff:
+            inside = min(middle + half, zone[1]) - max(middle - half, zone[0])
+            if inside > ROUNDING:
+                yield IN_BEND.found("fpc.tail.bend", inside, 0.0, "m", place=place, what=what)
     yield from _mount_bends(design)
     yield from _too_short(design)
     yield from _misplaced(design)
@@ -91,7 +100,8 @@ def _too_short(design: Design) -> Iterator[Violation]:
         advice=None if fits else lambda left: _longer(design, left), is_grave=not _has_room(design, needed),
         have=max(0.0, straight.length if fits else straight.room),
         mount=" beyond the mount's bends" if bends_of_mount(design.layout) and not fits else "", bend=tail.bend,
-        angle=_degrees(tail), start=straight.start, radius=worded(AT_RADIUS, at) if at else "",
+        angle=f"{math.degrees(tail.bend_angle):g} deg",
+        start=straight.start, radius=worded(AT_RADIUS, at) if at else "",
     )
 
 
@@ -111,8 +121,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     if drawn <= tail.length + ROUNDING:
         return
     needed = LENGTH_GRAIN * math.ceil(drawn / LENGTH_GRAIN - 1e-6)
-    longer = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, length=needed)))
-    fix = Fix((Edit("fpc.tail.length", f"{needed * 1e3:.1f} mm"),), longer)
+    fix = setting(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
     yield DRAWN_LONGER.found(
         "fpc.tail.length", tail.length, drawn, "m", words=fix.words,
         advice=lambda left: f"{fix.words} is what is drawn{tried(fix, left)}; a shorter one wants fewer contacts",
@@ -148,15 +157,11 @@ def _too_sharp(design: Design) -> Iterator[Violation]:
     if tail.bend_radius >= least - ROUNDING:
         return
     rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # as it is written
-    spec = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, bend_radius=rounder)))
+    spec = setting(design.spec, "fpc.tail.bend_radius", rounder, "").spec
     fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), spec)
     yield TOO_SHARP.found("fpc.tail.bend.radius", tail.bend_radius, least, "m", source=source_of(design, figure[0]),
                           bend=tail.bend, thicknesses=figure[1], house=house(design, figure[0]),
                           advice=first_tried([[fix]], TOO_SHARP.hint))
-
-
-def _degrees(tail: Tail) -> str:
-    return f"{math.degrees(tail.bend_angle):g} deg"
 
 
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
@@ -164,22 +169,16 @@ NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
 def _longer(design: Design, left: Left) -> str:
     """The length of tail with which the bend has room, as it was tried; else what else would do."""
-    length, tail = _length_that_does(design, left), design.spec.fpc.tail
-    if length is None or tail is None:
-        return NO_ROOM
-    longer = replace(design.spec, fpc=replace(design.spec.fpc, tail=replace(tail, length=length)))
-    fix = Fix((Edit("fpc.tail.length", f"{length * 1e3:.1f} mm"),), longer)
-    return f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
+    fix = _long_enough(design, left)
+    return NO_ROOM if fix is None else f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
 
 
-def _length_that_does(design: Design, left: Left) -> float | None:
-    """A length (m) of the tail with which its bend has room, found by laying the board out with it; None if none, or
+def _long_enough(design: Design, left: Left) -> Fix | None:
+    """A length of the tail with which its bend has room, found by laying the board out with it; None if none, or
     where leads or vias found no room: that search is long, and as vain with any tail.
     """
     if design.layout.shortfalls:
         return None
-    spec, tail = design.spec, design.spec.fpc.tail
-    assert tail is not None
     shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS):
         missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).room)
@@ -188,13 +187,13 @@ def _length_that_does(design: Design, left: Left) -> float | None:
         length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
         if length > LONGEST:
             return None
-        longer = replace(spec, fpc=replace(spec.fpc, tail=replace(tail, length=length)))
-        layout = left.drawn(longer)
+        longer = setting(design.spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
+        layout = left.drawn(longer.spec)
         if layout is None:
             return None
-        shorter = Design(longer, layout)
+        shorter = Design(longer.spec, layout)
         if _fits(shorter):
-            return length
+            return longer
     return None
 
 
@@ -213,34 +212,6 @@ def _straight(design: Design) -> _Straight:
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
     room = room_for_own(design.layout)
     return _Straight(longest.start, longest.length, longest.length if room is None else room[1] - room[0], first)
-
-
-def _stiff_in_bend(design: Design, zone: tuple[float, float]) -> Iterator[Violation]:
-    """A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent."""
-    layout = design.layout
-    for via in layout.vias:
-        if _overlap(via.centre.x, via.pad / 2, zone) > ROUNDING:
-            yield _in_bend(f"a via of {via.net}", _overlap(via.centre.x, via.pad / 2, zone), _place_of(via))
-    for pad in layout.all_pads:
-        if _overlap(pad.centre.x, pad.size[0] / 2, zone) > ROUNDING:
-            yield _in_bend(f"contact {pad.name}", _overlap(pad.centre.x, pad.size[0] / 2, zone), _place_of(pad))
-    if layout.stiffener is not None:
-        x0, y0, x1, y1 = bounding_box([layout.stiffener.outline.outline])
-        inside = _overlap((x0 + x1) / 2, (x1 - x0) / 2, zone)
-        if inside > ROUNDING:
-            yield _in_bend("the stiffener", inside, Place(max(x0, zone[0]), (y0 + y1) / 2))
-
-
-def _in_bend(what: str, inside: float, place: Place) -> Violation:
-    return IN_BEND.found("fpc.tail.bend", inside, 0.0, "m", place=place, what=what)
-
-
-def _overlap(middle: float, half: float, zone: tuple[float, float]) -> float:
-    return min(middle + half, zone[1]) - max(middle - half, zone[0])
-
-
-def _place_of(item: Via | Pad) -> Place:
-    return Place(*item.centre, item.layer if isinstance(item, Pad) else None, (item.net,))
 
 
 AT_RADIUS = " at the radius of {ratio:g} thicknesses that {house} asks"
@@ -356,8 +327,8 @@ def _too_near(
     longer = GRAIN * math.ceil((margin[0] + missing) / GRAIN - 1e-6)
     other = f"or as many layers in the tail (the step is {um(step_height(design.layout))} high)"
 
-    changed = replace(design.spec, fpc=replace(design.spec.fpc, margin=(longer, margin[1])))
-    fix = Fix((Edit("fpc.margin", f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]"),), changed)
+    written = f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]"
+    fix = setting(design.spec, "fpc.margin", (longer, margin[1]), written)
 
     def advice(left: Left) -> str:
         return f"{um(missing)} are missing: {fix.words} makes the body longer{tried(fix, left)}, {other}"

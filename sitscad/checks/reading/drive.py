@@ -16,7 +16,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
+from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.readout.converter import source_in_all
@@ -122,7 +122,7 @@ def _cold_amplitude(design: Design) -> Iterator[Verdict]:
         yield CLAMPED_WHEN_COLD.found("requirements.temperature", swing, high, "V",
                                       source=design.converter.limits["amplitude_max"].source, where=where(largest),
                                       code=_code(design, largest), temperature=design.estimates.temperature,
-                                      careful_code=_careful_code(design, largest))
+                                      careful_code=design.converter.drive_code(largest.value + (largest.sigma or 0.0)))
 
 
 def _code(design: Design, reading: Reading) -> int:
@@ -138,11 +138,6 @@ def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None,
     swings = [(design.converter.amplitude(r.value, _code(design, r)), r) for r in resistances]
     swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     return found, swing
-
-
-def _careful_code(design: Design, resistance: Reading) -> int:
-    """The strongest drive code that keeps a parallel resistance one sigma below 1.8 V."""
-    return design.converter.drive_code(resistance.value + (resistance.sigma or 0.0))
 
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:

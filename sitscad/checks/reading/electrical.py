@@ -27,6 +27,7 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Case, Rule, Undecided, Verdict, worded
 from sitscad.design import Design
+from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import CoilEstimate
 from sitscad.finding import Severity
 from sitscad.layout.board import Coil
@@ -53,22 +54,12 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     refused, away = _cannot_be_driven(design, worst), more_distance(design) if worst.state != FREE else ""
+    grows = "inductance grows with the square of turns and layers: {}"
+    grows += f"; {away} takes less of it away" if away else ""
     yield (TOO_SMALL if refused else SMALL_BUT_DRIVEN).found(
-        "coil.turns",
-        worst.value,
-        floor,
-        "H",
-        sigma=sigmas_between(worst, floor),
-        advice=lambda left: more_copper(
-            design.spec,
-            growth**0.5,
-            left,
-            "inductance grows with the square of turns and layers: {}"
-            + (f"; {away} takes less of it away" if away else ""),
-        ),
-        or_away=f", or {away}" if away else "",
-        where=where(worst),
-        other_states=other_states(design, worst, "inductance", "H", 4),
+        "coil.turns", worst.value, floor, "H", sigma=sigmas_between(worst, floor),
+        advice=lambda left: more_copper(design.spec, growth**0.5, left, grows), or_away=f", or {away}" if away else "",
+        where=where(worst), other_states=other_states(design, worst, "inductance", "H", 4),
         in_sigmas=in_sigmas(worst, floor, "H"),
     )
 
@@ -95,8 +86,6 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "frequency")
     worst = worst_of(design, "frequency", max)
     if worst is not None and worst.value > high:
-        from sitscad.estimates.circuit.tank import preferred_values  # only where a tank is too fast
-
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
@@ -137,17 +126,14 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     asked = floor if is_error else specified
     growth = (specified / worst.value) ** (1.0 / 3.0)
     case = LOSSY if not is_error else TOO_LOSSY_FOR_ONE if strong else TOO_LOSSY
+    grows, away = "R_P = (omega L)^2 / R grows with about the cube of turns and layers", _distance_advice(design, worst)
     yield case.found(
         "coil.layers", worst.value, asked, "ohm",
         source=design.converter.limits[floor_name if is_error else "parallel_resistance_min"].source,
         sigma=sigmas_between(worst, asked),
-        advice=lambda left: more_copper(
-            design.spec, growth, left,
-            "R_P = (omega L)^2 / R grows with about the cube of turns and layers: {}; " + _distance_advice(
-                design, worst,
-            ),
-        ), where=where(worst), other_states=other_states(design, worst, "parallel_resistance", "ohm"),
-        in_sigmas=in_sigmas(worst, asked, "ohm"), distance_advice=_distance_advice(design, worst),
+        advice=lambda left: more_copper(design.spec, growth, left, f"{grows}: {{}}; {away}"), where=where(worst),
+        other_states=other_states(design, worst, "parallel_resistance", "ohm"),
+        in_sigmas=in_sigmas(worst, asked, "ohm"), distance_advice=away,
     )
 
 
@@ -180,20 +166,10 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
     if share <= strict:
         return
     is_error = share > binding
-    asked = binding if is_error else strict
-    yield NEAR_RESONANCE.found(
-        "readout.capacitance",
-        share,
-        asked,
-        None,
-        source=design.converter.limits[
-            "self_resonance_fraction" if is_error else "self_resonance_fraction_strict"
-        ].source,
-        is_grave=is_error,
-        where=where(worst),
-        value=worst.value,
-        resonance=resonance,
-    )
+    passed = "self_resonance_fraction" if is_error else "self_resonance_fraction_strict"
+    yield NEAR_RESONANCE.found("readout.capacitance", share, limit(passed), None, is_grave=is_error,
+                               source=design.converter.limits[passed].source, where=where(worst), value=worst.value,
+                               resonance=resonance)
 
 
 def tank_capacitor(design: Design) -> Iterator[Verdict]:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Case, Undecided, Verdict, Violation
+from sitscad.checks.rules import Case, Violation, Undecided, Verdict
 from sitscad.design import Design
+from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.remedy.moves import capacitor, more_layers, more_turns
@@ -33,7 +34,8 @@ class Reading:
 
 def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
     """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
-    assembled = is_assembled(design)
+    # any state but the coil's own exists, also one in which the model failed
+    assembled = any(name != FREE for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states))
     return [
         Reading(coil.name, name, float(value), *_scatter(state, attribute))
         for coil in design.estimates.coils
@@ -98,11 +100,6 @@ def near_limit(
                                value=show(reading.value, unit, 3), in_sigmas=in_sigmas(reading, limit, unit))
 
 
-def is_assembled(design: Design) -> bool:
-    """Whether any state but the coil's own exists, also one in which the model failed."""
-    return any(name != FREE for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states))
-
-
 def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
     """A reason for every state without the number: silence must not look like a pass."""
     words = attribute.replace("_", " ")
@@ -137,20 +134,14 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
         return
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
-    smaller = list(capacitor(design.spec, _preferred_below(design, now * (value / 10.0) ** 2)))
+    below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
+    smaller = list(capacitor(design.spec, below[:2]))
     yield OVERDAMPED_TANK.found("readout.capacitance", value, 1.0, None, hint=_LESS_DAMPED,
                                 advice=lambda left: _smaller_capacitor(smaller, left),
                                 where=where(Reading(name, state, value)), now=now)
 
 
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
-
-
-def _preferred_below(design: Design, value: float) -> list[float]:
-    """The two capacitors of the series (F) next below a value."""
-    from sitscad.estimates.circuit.tank import preferred_values  # only where no tank oscillates
-
-    return [each for each in reversed(preferred_values(design.converter)) if each <= value][:2]
 
 
 def _smaller_capacitor(changes: list[Fix], left: Left) -> str:

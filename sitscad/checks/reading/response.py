@@ -89,14 +89,15 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     if not deaf:
         return
     worst = min(deaf, key=lambda response: response.steps)
-    beside = best.steps >= FEWEST_STEPS
+    beside, which = best.steps >= FEWEST_STEPS, worst.coil if len(deaf) > 1 else "it"
     yield (NOT_FELT if _is_lost(found) else HARDLY_FELT).found(
         "target.size" if beside else "elastomer.thickness", worst.steps,
         max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
         advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
         named=_named(deaf), verb_end="s" if len(deaf) == 1 else "", force=design.spec.requirements.normal_force or 0.0,
-        least=_least(worst, len(deaf)), changes=_changes(deaf),
+        least=f"{which} changes by {worst.steps:.2g} steps of the converter",
+        changes=_changes(deaf),
         against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
         fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE, sigmas=TOLD_FROM_NOISE, noise=best.noise, taken="",
     )
@@ -137,11 +138,6 @@ def _named(deaf: Sequence[Response]) -> str:
     return f"coils {', '.join(names[:-1])} and {names[-1]}"
 
 
-def _least(worst: Response, count: int) -> str:
-    """The least of the changes, in words."""
-    return f"{worst.coil if count > 1 else 'it'} changes by {worst.steps:.2g} steps of the converter"
-
-
 def _changes(deaf: Sequence[Response]) -> str:
     """Every change in henries and steps, in the order of the coils."""
     words = [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
@@ -175,8 +171,8 @@ def _over_all_coils(spec: SensorSpec, deaf: Sequence[Response]) -> Advice:
     here = footprint(spec, target)
     places = [here.place_of(Point(*p.centre)) for p in spec.array.placements]
     length, width = (2.0 * max(abs(place[k]) for place in places) + max(spec.coil.size) for k in (0, 1))
-    changes = list(over_the_middle(spec)) or list(larger_target(spec, length, width))
-    return first_tried([changes], _under_the_target(spec, deaf))
+    return first_tried([list(over_the_middle(spec)) or list(larger_target(spec, length, width))],
+                       _under_the_target(spec, deaf))
 
 
 _MORE_CHANGE = (

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Case, Rule, Undecided, Verdict, worded
 from sitscad.design import Design
-from sitscad.finding import Edit, Severity
-from sitscad.readout.converter import Converter, source_in_all
+from sitscad.finding import Severity
+from sitscad.readout.converter import source_in_all
 from sitscad.remedy.moves import scans
-from sitscad.remedy.search import Fix, Left, first_that_mends, in_vain, tried
+from sitscad.remedy.search import Left, first_that_mends, in_vain, setting, tried
 from sitscad.spec import presets
 from sitscad.units import show
 
@@ -86,7 +85,7 @@ def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") ->
     """A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
     one that is enough: every further scan takes time from conversions, and so signal from the noise.
     """
-    changes = list(scans(design.spec, rate))
+    changes = [scans(design.spec, rate)]
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried){otherwise}"
@@ -102,11 +101,20 @@ def channels(design: Design) -> Iterator[Verdict]:
     device = design.spec.readout.device
     each, most = device.channels, device.most_coils
     if len(names) > most:
+        parts = (presets.converter(name) for name in presets.names("converter"))
+        others = " or ".join(part.part.lower() for part in parts if part.most_coils >= len(names))
+        enough = f" (readout.device: {others} has enough)" if others else ""
         yield TOO_FEW_CHANNELS.found(key, float(len(names)), float(most), source=_channel_sources(device.family),
                                      count=len(names), devices=len(device.addresses), device=device.part, each=each,
-                                     more_channels=_more_channels(device, len(names)), beyond=len(names) - most)
+                                     more_channels=enough, beyond=len(names) - most)
     elif len(names) > each:
-        coupling, one, other = _across_converters(design, each)
+        # The largest coupling of two coils of different converters, and their names
+        matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+        coupling, one, other = max(
+            (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
+            for i in range(each)
+            for j in range(each, len(coils))
+        )
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
@@ -115,23 +123,6 @@ def channels(design: Design) -> Iterator[Verdict]:
             count=len(names), device=device.part, ones=", ".join(names[:each]), address=device.addresses[0],
             others=", ".join(names[each:]), second_address=device.addresses[1], one=one, other=other,
         )
-
-
-def _more_channels(device: Converter, coils: int) -> str:
-    """The parts that would do, in words; nothing where none does."""
-    others = [presets.converter(name) for name in presets.names("converter")]
-    enough = [other.part for other in others if other.most_coils >= coils > device.most_coils]
-    return f" (readout.device: {' or '.join(name.lower() for name in enough)} has enough)" if enough else ""
-
-
-def _across_converters(design: Design, each: int) -> tuple[float, str, str]:
-    """The largest coupling of two coils of different converters, and their names."""
-    matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
-    return max(
-        (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
-        for i in range(each)
-        for j in range(each, len(coils))
-    )
 
 
 def idle_neighbour(design: Design) -> Iterator[Verdict]:
@@ -162,15 +153,10 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
     if not low <= value <= high:
+        fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
         yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
-                              advice=lambda left: _fastest_clock(design, high, left))
-
-
-def _fastest_clock(design: Design, clock: float, left: Left) -> str:
-    """The fastest clock (Hz) that the converter takes, where trying finds that it mends; else nothing to say."""
-    changed = replace(design.spec, readout=replace(design.spec.readout, clock=clock))
-    fix = Fix((Edit("readout.clock", show(clock, "Hz", 6)),), changed)
-    return f"{fix.words}{tried(fix, left)}: the fastest reference gives the finest reading"
+                              advice=lambda left: f"{fastest.words}{tried(fastest, left)}: the fastest reference gives "
+                                                  "the finest reading")
 
 
 def _coils(design: Design) -> str:
