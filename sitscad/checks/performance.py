@@ -44,7 +44,8 @@ NOISE_STEPS_SOURCE = (
 def is_beyond(design: Design, rule: str, key: str, most: Worst, unit: str = "N") -> bool:
     """Whether what is felt is more than the requirement `key` asks; kept beside it, met or not."""
     asked = getattr(design.spec.requirements, key)
-    design.once("reached", dict[str, RequirementResult])[key] = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
+    result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
+    design.once("reached", dict[str, RequirementResult])[key] = result
     return bool(most.value > asked)
 
 
@@ -60,7 +61,8 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
     k = int(np.argmax(drift / found.bench.range.full_scales))
     at = f"between {needs.temperature:.3g} and {end:.3g} degC"
-    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", _along(found.bench.range.axes[k]), at))
+    axis = _along(found.bench.range.axes[k])
+    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
 
 
 def farthest(needs: Requirements) -> float:
@@ -127,13 +129,8 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
     None without such axes.
     """
     names = found.bench.range.axes
-    each = [
-        Worst(of(point, names.index(axis)), _along(axis), where)
-        for point, where in enumerate(POINTS)
-        if found.held[point]
-        for axis in axes
-        if axis in names
-    ]
+    each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
+            where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
     return max(each, key=lambda one: one.value, default=None)
 
 
@@ -167,9 +164,7 @@ def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
 
 
-def _resolution(
-    found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...]
-) -> Iterator[Verdict]:
+def _resolution(found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
     """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
     asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
@@ -216,7 +211,8 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     needs = design.spec.requirements
     tilt, asked = needs.tilt, needs.tilt_error
     assert tilt is not None and asked is not None
-    most = worst(found, found.bench.range.axes, lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
+    most = worst(found, found.bench.range.axes,
+                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
     if most is None:
         return
     if is_beyond(design, "SIT404", "tilt_error", most):

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from sitscad.checks.rules import Violation, Outcome, Rule, located, named, outcomes
+from sitscad.checks.rules import Outcome, Rule, Violation, located, named, outcomes
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict, located, named
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, located, named
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.thickness import tail_thickness

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Case, Violation, Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict, Violation
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity

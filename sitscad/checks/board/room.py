@@ -8,7 +8,7 @@ from itertools import islice
 
 from sitscad.checks.board.clearances import drawn_rule
 from sitscad.checks.board.fabrication import FABRICATOR
-from sitscad.checks.rules import Case, Violation, Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Severity, Shortfall
 from sitscad.remedy import moves

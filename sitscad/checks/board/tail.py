@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict, worded
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, worded
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity

@@ -16,7 +16,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Violation, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.readout.converter import source_in_all

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Case, Violation, Undecided, Verdict
+from sitscad.checks.rules import Case, Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity

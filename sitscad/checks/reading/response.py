@@ -96,8 +96,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
         advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
         named=_named(deaf), verb_end="s" if len(deaf) == 1 else "", force=design.spec.requirements.normal_force or 0.0,
-        least=f"{which} changes by {worst.steps:.2g} steps of the converter",
-        changes=_changes(deaf),
+        least=f"{which} changes by {worst.steps:.2g} steps of the converter", changes=_changes(deaf),
         against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
         fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE, sigmas=TOLD_FROM_NOISE, noise=best.noise, taken="",
     )
