@@ -129,8 +129,13 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
     None without such axes.
     """
     names = found.bench.range.axes
-    each = [Worst(of(point, names.index(axis)), _along(axis), where) for point,
-            where in enumerate(POINTS) if found.held[point] for axis in axes if axis in names]
+    each = [
+        Worst(of(point, names.index(axis)), _along(axis), where)
+        for point, where in enumerate(POINTS)
+        if found.held[point]
+        for axis in axes
+        if axis in names
+    ]
     return max(each, key=lambda one: one.value, default=None)
 
 

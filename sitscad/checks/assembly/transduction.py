@@ -200,8 +200,9 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
     """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
-    return _softest_enough(lambda other,
-                           modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
+    return _softest_enough(
+        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit
+    )
 
 
 def _travel(strain: float) -> str:
