@@ -1,5 +1,5 @@
-"""What whole commands cost: a cold check of ten specs, a full build, the same again, and with one value changed; and
-what two processes save over ten different specs.
+"""What whole commands cost: a cold check of ten specs, a full build, the same again, and with one value changed, a pose
+and an estimate; and what two processes save over ten different specs.
 
     python tests/benchmarks/command_times.py [--before TREE] [--only gerber,kicad,...] [--repeat 3]
 
@@ -93,6 +93,11 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
     found["the same with --jobs 2"] = best([spent(tree, folder, "check", *specs, "--jobs", "2") for _ in range(repeat)])
     found["build, all of it"] = spent(tree, folder, *build)
     found["build again, nothing changed"] = best([spent(tree, folder, *build) for _ in range(repeat + 2)])
+    pose = ("response", "sensor.yaml", "--pose", "z=-0.05")
+    for form in ("text", "json"):
+        runs = [spent(tree, folder, *pose, "--format", form) for _ in range(repeat)]
+        found[f"response at one pose, {form}"] = best(runs)
+    found["estimate"] = best([spent(tree, folder, "estimate", "sensor.yaml") for _ in range(repeat)])
     spec.write_text(rewritten(text, [CHANGED]), encoding="utf-8")
     found[f"build, {CHANGED.key} changed"] = spent(tree, folder, *build)
     return found
