@@ -169,7 +169,7 @@ CHOICES = {
     "mount.kind": ("grasper_pad", "grasper-pad"),
     "mount.jaw": ("generic-5", "generic-5mm"),
     "shield.material": ("ferite", "ferrite"),
-    "readout.device": ("ldc1312", "ldc1612"),
+    "readout.device": ("ldc-1612", "ldc1612"),
     "readout.capacitor_at": ("convertor", "converter"),
 }
 
