@@ -407,7 +407,7 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     if is_by_loss:
         assert signal.per_newton < 0.0 < signal.share, "two signs"
         assert abs(without - signal.by_inductance) < 0.3 * abs(signal.share - signal.by_inductance)
-        assert rows[alone].startswith("-") and f"inductance alone {rows[alone]}" in line
+        assert rows[alone].startswith("-") and f"{rows[alone]} of the inductance" in line
     else:
         assert signal.share == approx(signal.by_inductance, rel=0.1)
 

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.cad
 
 def unglued(layout):
     """The same pieces laid on each other without glue, as the solids stand."""
-    return replace(layout, spec=replace(layout.spec, assembly=Assembly()))
+    return replace(layout, spec=replace(layout.spec, assembly=Assembly(glue_line=0.0, glue_tolerance=0.0)))
 
 
 def test_a_template_s_solids_fit_together(template):
