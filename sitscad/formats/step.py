@@ -1,9 +1,9 @@
 """STEP files (AP214) of mount and jaw, and of the whole assembly with names and colours, as repeatable bytes.
 
 OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
-``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and what rounding leaves of a
-zero. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery); header,
-counter and colours are written here.
+``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and lines, broken where counter and
+numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery);
+header, counter and colours are written here, and every entity stands on one line, zeros as ``0.``.
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 
 _HEADER = re.compile(r"FILE_NAME\(.*?\);", re.DOTALL)
-_USAGE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('\d+',(.*?)\);", re.DOTALL)
+_USAGE = re.compile(r"(?<=NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')\d+")
 _BREP = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\(([#\d,\s]*)\),\s*(#\d+)\)")
 _SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
 _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
-_DUST = re.compile(r"(?<=[(,])-?\d\.\d*E-(?:1[4-9]|[2-9]\d)(?=[,)])")
-"""Numbers (millimetres, parts of a direction) that are zero but for rounding."""
+_BREAK = re.compile(r"(?<!;)\n *")
+"""Where a line ends before its entity does, within a name too."""
+_ZERO = re.compile(r"(?<=[(,])-?(?:0\.|\d\.\d*E-(?:1[4-9]|[2-9]\d))(?=[,)])")
+"""Numbers (millimetres, parts of a direction) that are zero but for rounding or a sign."""
 
 
 def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] = ()) -> dict[str, bytes]:
@@ -73,8 +75,9 @@ def _timestamp() -> str:
 def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
     """The file with our header, occurrences counted from 1, and colours."""
     name = f"FILE_NAME('{title}','{_timestamp()}',(''),(''),'Open CASCADE Technology','sitscad','');"
-    text = _DUST.sub("0.", _HEADER.sub(lambda _: name, text, count=1))
-    text = _recounted(text)
+    numbers = count(1)
+    text = _BREAK.sub("", _HEADER.sub(lambda _: name, text, count=1))
+    text = _ZERO.sub("0.", _USAGE.sub(lambda _: str(next(numbers)), text))
     body, end, tail = text.rpartition("ENDSEC;")
     # Presentation entities that give every solid its colour, in the solids' order (ISO 10303-46 styled items)
     contexts = {item: match[2] for match in _BREP.finditer(body) for item in re.findall(r"#\d+", match[1])}
@@ -87,17 +90,6 @@ def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
         lines.extend(_styled(free, brep, contexts[brep], solid.rgb))
         free += 9
     return (body + ("\n".join(lines) + "\n") + end + tail).encode("ascii")
-
-
-def _recounted(text: str) -> str:
-    """Occurrences counted from 1, each on one line: where OpenCASCADE breaks it depends on its counter's digits."""
-    numbers = count(1)
-
-    def occurrence(match: re.Match[str]) -> str:
-        rest = re.sub(r"\n\s*", "", match[1])
-        return f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{next(numbers)}',{rest});"
-
-    return _USAGE.sub(occurrence, text)
 
 
 def _styled(n: int, brep: str, context: str, rgb: tuple[float, float, float]) -> list[str]:

@@ -95,8 +95,15 @@ def top_edges(shape: Any) -> Any:
 
 
 def _wire(path: Path) -> Any:
-    bd = require("build123d")
-    return bd.Wire([_edge(segment) for segment in path])
+    """The path as a wire, edge after edge: given all at once, OpenCASCADE merges the ends of neighbours in the order of
+    their addresses, and the last bit of a corner differs from run to run.
+    """
+    bd, wire = require("build123d"), require("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
+    for segment in path:
+        wire.Add(_edge(segment).wrapped)
+        if not wire.IsDone():
+            raise ValueError("the segments of a path do not join")
+    return bd.Wire(wire.Wire())
 
 
 def _edge(segment: Any) -> Any:

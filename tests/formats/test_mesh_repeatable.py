@@ -49,3 +49,38 @@ def test_another_process_writes_the_same_bytes():
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=surroundings)
     assert json.loads(done.stdout.splitlines()[-1]) == ours
     assert len(ours) == 16 + 10
+
+
+TEMPLATE = """
+import hashlib, json, sys
+kept = [bytearray(17 * n) for n in range(int(sys.argv[2]))]
+from sitscad.design import Design
+from sitscad.formats import meshes, step
+from sitscad.spec.load import load
+design = Design(load(sys.argv[1]))
+spec, pieces, aids, whole = design.spec, design.solids, design.aids, design.whole
+files = {}
+for render in (step.render, meshes.render_3mf, meshes.render_stl):
+    files |= render(pieces, spec, aids)
+for render in (step.render_whole, meshes.render_whole_3mf, meshes.render_glb):
+    files |= render(whole, spec)
+files |= {s.name: repr([tuple(v) for v in s.shape.vertices()]).encode() for s in (*pieces, *aids, *whole)}
+print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files.items()}))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [
+    "three_axis_triangle", *(pytest.param(n, marks=pytest.mark.more) for n in ("three_axis_grid", "jaw_5x20")),
+])  # fmt: skip
+def test_a_template_s_files_and_corners_are_the_same_wherever_its_solids_lie_in_memory(name):
+    found = []
+    for seed, kept in (("1", "0"), ("271828", "3001"), ("31", "777")):
+        surroundings = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-c", TEMPLATE, str(ROOT / "templates" / f"{name}.yaml"), kept]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=surroundings)
+        found.append(json.loads(done.stdout.splitlines()[-1]))
+    assert len(found[0]) > 50
+    for other in found[1:]:
+        assert {file for file in found[0] if other.get(file) != found[0][file]} == set()
+        assert len(other) == len(found[0])

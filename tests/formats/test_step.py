@@ -87,6 +87,16 @@ def test_occurrences_are_counted_from_one(files):
     assert [int(n) for n in numbers] == list(range(1, 10))
 
 
+def test_an_entity_stands_on_one_line_and_zero_has_no_sign_and_no_dust(files):
+    long = "a-name-" * 14 + "longer-than-a-line-of-opencascade"
+    for data in (*files.values(), step.part(handmade.solids("jaw")[1], long)):
+        lines = data.decode("ascii").splitlines()
+        assert [line for line in lines if not line.endswith(";")] == []
+        assert not re.search(rb"[(,]-0\.[,)]", data)
+        assert [n for n in re.findall(rb"[(,](-?\d\.\d*E-\d+)(?=[,)])", data) if abs(float(n)) < 1e-14] == []
+    assert f"PRODUCT('{long}','{long}'".encode() in data
+
+
 def _display(linear: float) -> float:
     """Linear light to sRGB (IEC 61966-2-1), as OpenCASCADE reads colours into linear values."""
     return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055

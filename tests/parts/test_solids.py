@@ -9,9 +9,10 @@ import pytest
 from handmade import bounds
 from tolerance import approx
 
-from sitscad.geometry.path import enclosed_area
+from sitscad.geometry.path import Path, Point, Region, circle, enclosed_area, rectangle
 from sitscad.parts import PartsError, mesh, solids
 from sitscad.parts.mesh import manifold, tessellate
+from sitscad.parts.solid import face
 from sitscad.scene.bodies import BodyRole
 
 pytestmark = pytest.mark.cad
@@ -168,3 +169,17 @@ def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
     lowest, plate_top = body.shape.bounding_box().min.Z, stiffener(layout).shape.bounding_box().max.Z
     assert body.shape.is_valid and lowest == approx(-layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6)
     assert plate_top == approx(under * 1e3, abs=1e-6)
+
+
+def test_corners_are_the_same_to_the_last_bit_wherever_their_edges_lie_in_memory():
+    middle = Point(-2.7712812921102037e-3, 0.0)
+    ring = Region(circle(middle, 2e-3), (circle(middle, 8.4e-4),))
+    kept = [face(ring) for _ in range(40)]
+    assert len({tuple(tuple(vertex) for vertex in each.vertices()) for each in kept}) == 1
+
+
+def test_a_path_that_does_not_join_is_no_face():
+    sides = rectangle(0.0, 0.0, 1e-3, 2e-3).segments
+    apart = Path((sides[0],)).shifted(0.0, -1e-5).segments
+    with pytest.raises(ValueError, match="do not join"):
+        face(Region(Path((*sides[1:3], *apart, sides[3]))))
