@@ -50,7 +50,7 @@ def test_the_plan_filled_in_calibrates(run, pair, tmp_path, number):
     said, _, text = (folder / "plan.csv").read_text().partition("\n")
     assert said == "# rotation: held"
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == 6
+    assert len(rows) == 5 + 3  # points, and three tares that tell the noise
     sensors = sensors_of(sitscad.Design(sitscad.load(tmp_path / "pair.yaml")).response)
     hidden = units(sensors.known, 1, number)[0]
     loads = np.array([[float(row.get(f"{name}_N", 0.0)) for name in ("normal", "shear_x", "shear_y")] for row in rows])
