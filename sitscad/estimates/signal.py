@@ -17,7 +17,7 @@ from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 
 if TYPE_CHECKING:
-    from sitscad.estimates.values import CoilEstimate, Estimates
+    from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
     from sitscad.layout.board import Layout
 
 Array = NDArray[np.float64]
@@ -41,25 +41,25 @@ of the shares may be off, or they say nothing of such a target."""
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
     """The signal of every coil that has both states; none without a required force, a target and an elastomer."""
-    found = (_signal(coil, estimates.normal_force) for coil in estimates.coils)
+    found = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
     return tuple(signal for signal in found if signal is not None)
 
 
-def _signal(coil: CoilEstimate, force: float | None) -> Signal | None:
+def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
     """What one coil's reading does under a force (N); None where it has no such reading."""
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):
         return None
     rest, pressed = coil.states[REST], coil.states[PRESSED]
     sigma = coil.sensitivity_sigma(force) or (None, None)
-    before, after = rest.converter_inductance, pressed.converter_inductance
+    conversion, before, after = readout.conversion, rest.converter_inductance, pressed.converter_inductance
     if before is None or after is None:
         before, after = rest.inductance, pressed.inductance
     return Signal(
         coil.name, force, rest.inductance, change[0], sigma[0], change[1], sigma[1],
         share=after / before - 1.0,
         frequency_share=pressed.frequency / rest.frequency - 1.0,
-        steps=abs(after - before) / rest.quantum if rest.quantum else None,
+        steps=conversion.steps(rest.frequency, pressed.frequency) if conversion else None,
     )
 
 
@@ -117,7 +117,9 @@ def _best_target(layout: Layout, estimates: Estimates, best: Signal) -> Most | N
             ended_by = PORT
             break
         change[thickness] = abs(float(np.diff(_effects(replace(layout, spec=own), estimates, best, ends))[0]))
-    thickness = min(t for t, one in change.items() if one >= AS_GOOD * max(change.values()))
+    # a thinner one that is as good, but none that gives less than what is there
+    enough = max(AS_GOOD * max(change.values()), change[target.thickness])
+    thickness = min(t for t, one in change.items() if one >= enough)
     return Most("target", thickness, best.per_newton * change[thickness] / change[target.thickness], target.thickness,
                 best.per_newton, ended_by if thickness == max(change) else "")
 

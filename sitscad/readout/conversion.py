@@ -55,6 +55,16 @@ class Conversion:
         """Step (Hz) of a reading: what is coarser, its result or what it counts."""
         return max(self.resolution, self.device.count_step(frequency, self.rcount))
 
+    def steps(self, frequency: float, other: float) -> float:
+        """By how many steps readings of two frequencies (Hz) differ."""
+        return abs(other - frequency) / self.quantum(frequency)
+
+    def inductance_step(self, inductance: float, frequency: float) -> float:
+        """Step (H) of an inductance (H) that is told from a frequency (Hz) at a fixed capacitor: 2 L / f of its step.
+        Which inductance it is decides: the converter's formula makes a larger one of a frequency than the contacts have.
+        """
+        return 2.0 * inductance * self.quantum(frequency) / frequency
+
     def rounding(self, frequency: float) -> float:
         """Standard deviation (Hz) of what the rounding of results takes from readings, also from means of them: nothing
         where results are finer than what is counted, as they were where its noise was measured.

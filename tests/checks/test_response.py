@@ -31,13 +31,15 @@ requirements: {normal_force: 5 N}
 """
 
 
-def answers(estimates, spec, changes, step=1e-10):
-    """Estimates by hand whose coils change by so much (H) from rest to pressed."""
+def answers(estimates, spec, steps):
+    """Estimates by hand whose coils change by so many steps of the converter from rest to pressed."""
     numbers = estimates(spec)
     coils = []
-    for coil, change in zip(numbers.coils, changes, strict=True):
-        rest = replace(coil.states["rest"], converter_inductance=2.5e-6, quantum=step)
-        pressed = replace(coil.states["pressed"], converter_inductance=2.5e-6 + change, quantum=step)
+    for coil, many in zip(numbers.coils, steps, strict=True):
+        rest = replace(coil.states["rest"], converter_inductance=2.5e-6)
+        higher = rest.frequency + many * numbers.readout.conversion.quantum(rest.frequency)
+        less = 2.5e-6 * (rest.frequency / higher) ** 2
+        pressed = replace(coil.states["pressed"], frequency=higher, converter_inductance=less)
         coils.append(replace(coil, states=coil.states | {"rest": rest, "pressed": pressed}))
     return replace(numbers, coils=tuple(coils))
 
@@ -84,18 +86,18 @@ def test_the_target_that_is_advised_reaches_every_coil():
 
 def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
     spec = design()
-    weak = 0.9 * LEAST_SHARE * 1e-7
-    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (-1e-7, -weak), step=1e-12))
-    assert weak / 1e-12 > FEWEST_STEPS and found.message.startswith("coil C2 hardly feels")
-    assert judge("SIT215", spec, None, answers(estimates, spec, (-1e-7, -1.1 * LEAST_SHARE * 1e-7), step=1e-12)) == []
+    weak = 0.9 * LEAST_SHARE * 1e3
+    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, weak)))
+    assert weak > FEWEST_STEPS and found.message.startswith("coil C2 hardly feels")
+    assert judge("SIT215", spec, None, answers(estimates, spec, (1e3, 1.1 * LEAST_SHARE * 1e3))) == []
 
 
 def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     spec = design()
-    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (-29e-10, -29e-10)))
+    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))
     assert "coils C1 and C2 hardly feel" in found.message and "finer step" in found.hint
     assert found.measured == approx(29.0, rel=1e-6) and found.limit == FEWEST_STEPS
-    assert judge("SIT215", spec, None, answers(estimates, spec, (-31e-10, -31e-10))) == []
+    assert judge("SIT215", spec, None, answers(estimates, spec, (31.0, 31.0))) == []
 
 
 def test_what_was_not_estimated_is_said(design, estimates, verdicts):
@@ -148,6 +150,17 @@ def test_json_gives_every_coils_signal():
         assert entry[key] == approx(coil[key], rel=1e-6)
     assert entry["rest_inductance_H"] == approx(coil["states"]["rest"]["inductance_H"], rel=1e-6)
     assert entry["steps"] == approx(signal.steps, rel=1e-6) and entry["frequency_share"] > 0.0
+
+
+def test_steps_are_those_of_the_frequency():
+    """A change by the converter's formula stood over a step of the inductance at the contacts: 39.5 for 35 steps."""
+    design = sitscad.Design(sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml"))
+    (coil,), (signal,), (judged,) = design.estimates.coils, signals(design.estimates), responses(design)
+    rest, pressed = coil.states["rest"], coil.states["pressed"]
+    wanted = (pressed.frequency - rest.frequency) / design.estimates.readout.conversion.quantum(rest.frequency)
+    assert signal.steps == approx(wanted, rel=1e-9) and judged.steps == approx(wanted, rel=1e-9)
+    assert abs(judged.change) / judged.step == approx(wanted, rel=0.03), "but for the curve of f over L"
+    assert rest.converter_inductance > 1.02 * rest.inductance, "or both ways are alike"
 
 
 def test_no_force_no_signal_and_no_verdict_on_it():

@@ -128,8 +128,10 @@ def test_a_signal_below_a_step_of_twelve_bits_is_told_with_its_step():
     assert "SIT215" not in {f.rule for f in sitscad.check(spec_of("ldc1614", normal_force="0.1 N")).findings}
     spec = spec_of("ldc1314", normal_force="0.1 N")
     (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT215")
-    state = sitscad.Design(spec).estimates.coils[0].states["rest"]
-    assert f"steps of {show(state.quantum, 'H', 3)}" in found.detail
+    estimates = sitscad.Design(spec).estimates
+    state = estimates.coils[0].states["rest"]
+    step = estimates.readout.conversion.inductance_step(state.converter_inductance, state.frequency)
+    assert f"steps of {show(step, 'H', 3)}" in found.detail and step > 1.01 * state.quantum
     assert "readout.device: ldc1614" in found.hint and "scan_rate" not in found.hint
     assert state.quantum == approx(2.0 * state.inductance * 2 * 40e6 / 2**16 / state.frequency, rel=1e-6)
     (lost,) = (f for f in sitscad.check(spec_of("ldc1314", normal_force="0.02 N")).findings if f.rule == "SIT215")

@@ -42,19 +42,15 @@ TOLD_FROM_NOISE = 3.0
 
 @record
 class Response:
-    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), one step of it (H), and one
-    sigma of its noise by the law measured on the converter, in steps.
+    """What a coil's inductance, as the converter makes it, does from rest to pressed (H), one step of it (H), how many
+    steps of the converter that is, and one sigma of its noise by the law measured on the converter, in steps.
     """
 
     coil: str
     change: float
     step: float
+    steps: float
     noise: float
-
-    @property
-    def steps(self) -> float:
-        """The change in steps of the converter."""
-        return abs(self.change) / self.step
 
 
 def responses(design: Design) -> list[Response]:
@@ -62,12 +58,14 @@ def responses(design: Design) -> list[Response]:
     found, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
         rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
-        if rest is None or pressed is None or not rest.quantum or conversion is None:
+        if rest is None or pressed is None or conversion is None:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
         if before is not None and after is not None and math.isfinite(after - before):
             noise = conversion.noise(rest.frequency) / conversion.quantum(rest.frequency)
-            found.append(Response(coil.name, after - before, rest.quantum, noise))
+            step = conversion.inductance_step(before, rest.frequency)
+            steps = conversion.steps(rest.frequency, pressed.frequency)
+            found.append(Response(coil.name, after - before, step, steps, noise))
     return found
 
 

@@ -395,9 +395,8 @@ def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> Coil
         return coil
     found = {}
     for name, state in coil.states.items():
-        doubled, step = 2.0 * (state.inductance + tank.in_series()[0]), conversion.quantum(state.frequency)
-        noise = doubled * (step / math.sqrt(12.0)) / state.frequency
-        found[name] = replace(state, quantum=doubled * step / state.frequency, noise=noise)
+        step = conversion.inductance_step(state.inductance + tank.in_series()[0], state.frequency)
+        found[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
     return replace(coil, states=found)
 
 

@@ -293,8 +293,8 @@ def _notes(here: _Working, free: float | None) -> tuple[str, ...]:
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.losses.source}",
         "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
-        "above the pad tilts a free one, which reads otherwise (--rotation free is for that); only the error "
-        f"by a force beside the middle is that of a free target{sooner}",
+        "above the pad tilts a free one, which reads otherwise (rotation=free of a load, calibrate --rotation free); "
+        f"only the error by a force beside the middle is that of a free target{sooner}",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
         "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
         f"crosstalk is what a polynomial of degree {here.felt.working.map.degree} in the readings leaves of this "
