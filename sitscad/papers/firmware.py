@@ -234,7 +234,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
                 f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
                 f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"{_step(estimates.readout, state)} {_shown(_inductance_step(estimates.readout, state), 'H', 2)}{_scatter(state)}"
+                f"{_step(estimates.readout, state)} {_inductance_step(estimates.readout, state)}{_scatter(state)}"
             )
     if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
@@ -288,11 +288,11 @@ def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
     return "one step of the result" if is_rounded else "one count of the reference"
 
 
-def _inductance_step(readout: ReadoutEstimate, state: StateEstimate) -> float | None:
-    """It in henries, of the inductance that the converter's formula makes."""
+def _inductance_step(readout: ReadoutEstimate, state: StateEstimate) -> str:
+    """That step in henries, of the inductance that the converter's formula makes."""
     if readout.conversion is None or state.converter_inductance is None:
-        return None
-    return readout.conversion.inductance_step(state.converter_inductance, state.frequency)
+        return "unknown"
+    return show(readout.conversion.inductance_step(state.converter_inductance, state.frequency), "H", 2)
 
 
 def _scatter(state: StateEstimate) -> str:

@@ -61,7 +61,7 @@ class Conversion:
 
     def inductance_step(self, inductance: float, frequency: float) -> float:
         """Step (H) of an inductance (H) that is told from a frequency (Hz) at a fixed capacitor: 2 L / f of its step.
-        Which inductance it is decides: the converter's formula makes a larger one of a frequency than the contacts have.
+        Which inductance it is counts: the converter's formula makes more of a frequency than the contacts have.
         """
         return 2.0 * inductance * self.quantum(frequency) / frequency
 
