@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import field, replace
 from itertools import chain, islice, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.branches import OuterEnd, Surroundings
@@ -20,6 +20,9 @@ from sitscad.layout.windings import WoundCoil
 from sitscad.record import record
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.layout.maze import Lattice
 
 
 @record
@@ -268,39 +271,33 @@ def route_freely(
     return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec), searches)
 
 
-def _free_ways(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
-) -> Iterator[Routing]:
-    """Boards on which all coils are led out, narrow ones and likely orders first."""
-    from sitscad.layout.maze import Ground, Lattice, Maze  # coils in one line go without
+@record(eq=False)
+class _Mazes:
+    """Ways out through mazes on one lattice; `known` are those that were found or not, each with the trials it took."""
 
-    placements = spec.array.placements
-    grounds = []
-    for raised, breadth in grounds_between(spec, bus):
-        tail = body_frame(spec, raised, front, breadth)
-        gather = max(
-            tail.start, front + 0.3e-3 * len(placements)
-        )  # pairs come together in the taper, lanes begin there
-        grounds.append((raised, breadth, replace(tail, start=gather, funnel=gather)))
-    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in placements)
-    roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
-    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
-    near_first = sorted(range(len(wound)), key=lambda i: -placements[i].centre[0])
-    can_leave: set[int] = set()
-    joined: Joined = {}
-    known: dict[tuple[Any, ...], tuple[Escape | Stuck, int]] = {}  # ways out, or none, with the trials that each took
+    spec: SensorSpec
+    wound: tuple[WoundCoil, ...]
+    front: float
+    searches: SearchLimit
+    lattice: Lattice
+    joined: Joined = field(default_factory=dict)
+    known: dict[tuple[Any, ...], tuple[Escape | Stuck, int]] = field(default_factory=dict)
 
-    def rows(ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]) -> tuple[_Board, TailFrame, _WayOut]:
+    def rows(
+        self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
+    ) -> tuple[_Board, TailFrame, _WayOut]:
         """A board, its tail, and how a coil is led out on it through a maze."""
+        from sitscad.layout.maze import Ground, Maze  # coils in one line go without
+
         tail = ground[2]
-        board = _Board(spec, ground[0], wound, lanes, front, ground[1], searches, joined)
+        board = _Board(self.spec, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined)
 
         def search(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
-            maze = Maze(lattice, board.bus, Ground(front, tail.funnel, board.breadth, tail.half_width))
+            maze = Maze(self.lattice, board.bus, Ground(self.front, tail.funnel, board.breadth, tail.half_width))
             for branch in chain.from_iterable(way.branches for way in there):
                 maze.add(branch.tracks, branch.holes)
-            searches.left -= TRIALS_OF_A_WAVE
-            entry = Point(tail.funnel, pair_height(spec, tail, lanes[index]))
+            self.searches.left -= TRIALS_OF_A_WAVE
+            entry = Point(tail.funnel, pair_height(self.spec, tail, lanes[index]))
             choices = islice(maze.exits(lanes[index].placement, entry), TRIED)
             shortest = next(choices, None)
             if shortest is None:
@@ -310,15 +307,31 @@ def _free_ways(
 
         def way_out(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
             key = board.key(index, there)
-            if key in known:  # counted as if it was tried again: so orders that begin alike get no more trials
-                searches.left -= known[key][1]
+            if key in self.known:  # counted as if it was tried again: so orders that begin alike get no more trials
+                self.searches.left -= self.known[key][1]
             else:
-                before = searches.left
-                known[key] = search(index, there), before - searches.left
-            return known[key][0]
+                before = self.searches.left
+                self.known[key] = search(index, there), before - self.searches.left
+            return self.known[key][0]
 
         return board, tail, way_out
 
+
+def _free_ways(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
+) -> Iterator[Routing]:
+    """Boards on which all coils are led out, narrow ones and likely orders first."""
+    from sitscad.layout.maze import Lattice
+
+    placements = spec.array.placements
+    grounds = [(raised, breadth, _gathered(body_frame(spec, raised, front, breadth), front, len(placements)))
+               for raised, breadth in grounds_between(spec, bus)]
+    start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in placements)
+    roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
+    lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
+    near_first = sorted(range(len(wound)), key=lambda i: -placements[i].centre[0])
+    can_leave: set[int] = set()
+    mazes = _Mazes(spec, wound, front, searches, lattice)
     orders = rows_of_lanes(placements)
     likely, others = orders[:LIKELY_ORDERS], orders[LIKELY_ORDERS:]
     for reordered, ranks in ((False, likely), (True, likely), (False, others), (True, others)):
@@ -326,7 +339,7 @@ def _free_ways(
         for ground, (rank, lanes) in product(grounds[-BASES:] if reordered else grounds, enumerate(ranks)):
             if (ground[1], rank) in walled:
                 continue
-            board, tail, way_out = rows(ground, lanes)
+            board, tail, way_out = mazes.rows(ground, lanes)
             escapes = _in_turn(board, near_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
                 yield _routing(board, escapes, tail)
@@ -334,10 +347,16 @@ def _free_ways(
             if escapes.walled:
                 walled.add((ground[1], rank))
             if escapes.coil not in can_leave:
-                board, _, way_out = rows(roomiest, lanes)
+                board, _, way_out = mazes.rows(roomiest, lanes)
                 if isinstance(_led_out(board, [escapes.coil], way_out), Stuck):
                     return  # not even alone
             can_leave.add(escapes.coil)
+
+
+def _gathered(tail: TailFrame, front: float, coils: int) -> TailFrame:
+    """The tail whose lanes begin in the taper, where the pairs of so many coils come together."""
+    gather = max(tail.start, front + 0.3e-3 * coils)
+    return replace(tail, start=gather, funnel=gather)
 
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
