@@ -87,21 +87,17 @@ def beginning(path: str) -> str:
         return ""
 
 
-def processors() -> int:
-    """How many processors this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # pragma: no cover - not Linux
-        return os.cpu_count() or 1
-
-
 def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | None = None) -> Iterator[Made]:
     """What `work` makes of every one of some values, in their order; `jobs` processes at most (the processors if None).
 
     With one process, or one value, the work is done here. `work`, values and results have to be picklable; an exception
     of any of them is raised here, at its place in the order.
     """
-    wanted = min(jobs or processors(), len(given))
+    try:
+        processors = len(os.sched_getaffinity(0))
+    except AttributeError:  # pragma: no cover - not Linux
+        processors = os.cpu_count() or 1
+    wanted = min(jobs or processors, len(given))
     if wanted <= 1:
         yield from map(work, given)
         return

@@ -63,7 +63,7 @@ def build(
     An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
     be read or a package cannot be written.
     """
-    from sitscad.opening import each_of, opened, policy_for, processors
+    from sitscad.opening import each_of, opened, policy_for
     from sitscad.package import require_distinct_names
 
     loaded, code = [], 0
@@ -79,7 +79,8 @@ def build(
     require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()
     asked: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
-    asked["jobs"] = jobs or processors() if len(loaded) == 1 else 1  # of several specs each has its process
+    # of several specs each has its process; of one its solids have where that is asked for, for it costs a third more
+    asked["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
         asked |= {"force": force, "progress": _progress if alone else None}
     given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}

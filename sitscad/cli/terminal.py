@@ -60,7 +60,11 @@ def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) 
         sitscad.use_plugin(file)
 
 
-JOBS = click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
+JOBS = click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    help="Processes for several specs (default: the processors); 2 build one spec's solids beside all else.",
+)
 PLUGIN = click.option(
     "--plugin",
     multiple=True,

@@ -98,8 +98,8 @@ def build(
     made again, and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: what
     its checks found is then read from it. `policy` and `baseline` are held against the findings, and so are the
     comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as `force`
-    does. With two `jobs` or more the solids are made in a process of their own, beside all else (where processes can be
-    forked, and from a program that has no threads of its own).
+    does. With two `jobs` or more the solids are made in a process of their own, beside all else; a script that asks for
+    that has to guard its main part (``if __name__ == "__main__"``), as for `multiprocessing`.
 
     Raises
     ------

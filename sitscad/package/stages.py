@@ -218,23 +218,32 @@ class Aside:
 
 
 def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str]) -> Aside | None:
-    """The solids that have to be made, begun beside all else; None where there are none, or where nothing else takes
-    long, or no process can be split off (a copy of this one: it has the design, and nothing that runs in threads).
+    """The solids that have to be made, begun beside all else; None where there are none, or nothing else takes long.
+
+    The process is a fresh one, not a copy of this: a copy has the locks of threads that it has not, and may wait for
+    them forever. What plugins have put in force is not in it, so with them all is made here.
     """
     asked = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
     parts = tuple(part for part in asked if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
-    if not parts or "datasheet" not in wanted or "fork" not in multiprocessing.get_all_start_methods():
+    if not parts or "datasheet" not in wanted or marks():
         return None
-    context = multiprocessing.get_context("fork")
+    context = multiprocessing.get_context("spawn")
     received, sent = context.Pipe(duplex=False)
-    process = context.Process(target=_render_aside, args=(sent, contents, parts), daemon=True)
+    given = contents.design.spec, contents.policy, contents.baseline, contents.measured, contents.forced, parts
+    process = context.Process(target=_render_aside, args=(sent, *given), daemon=True)
     process.start()
     sent.close()
     return Aside(parts, process, received)
 
 
-def _render_aside(sent: Connection, contents: Contents, parts: tuple[tuple[str, bool], ...]) -> None:
+def _render_aside(
+    sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
+    parts: tuple[tuple[str, bool], ...],
+) -> None:  # fmt: skip
+    """What the other process does; `forced` is known, so that nothing is checked again."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked for the build ends this process
+    contents = Contents(Design(spec), policy, baseline, measured)
+    contents.__dict__["forced"] = forced
     for stage, numbers in parts:
         try:
             sent.send(_rendered(contents, stage, numbers, {}, {}))
@@ -307,7 +316,7 @@ def _written(
         try:
             made = writer.render(*(beside | new if name == "files" else contents.value(name) for name in writer.takes))
         except ValueError as error:
-            if contents.checked.is_orderable:
+            if not contents.forced:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
