@@ -60,6 +60,10 @@ MAY_IMPORT = {
         "opening", "finding", "policy", "spec", "scene", "design", "checks", "remedy", "drawing", "papers", "report",
     },
     "plugins": {"finding", "design", "checks", "writer"},
+    "study": {
+        "units", "finding", "measured", "geometry", "spec", "layout", "scene", "estimates", "design", "checks",
+        "remedy", "inspection", "opening", "physics", "mechanics", "readout",
+    },
     "cli": {
         "", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design", "scene",
     },

@@ -1,0 +1,1 @@
+"""Studies: from requirements to the designs that meet them best."""

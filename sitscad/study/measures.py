@@ -1,0 +1,304 @@
+"""The figures of a design that a study can ask for: a row a measure, with what it means and how it is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sitscad.design import Design
+from sitscad.measured import Measure as FitMeasure
+from sitscad.record import record
+from sitscad.study.evaluation import FULL, SCREEN
+
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.points import Felt
+    from sitscad.estimates.values import CoilEstimate, StateEstimate
+
+Figure = tuple[float, float]
+"""A value and what it may be off by, both in the measure's unit."""
+
+Reader = Callable[[Design], Figure]
+
+AXES = ("normal", "shear_x", "shear_y")
+
+
+class AbsentError(ValueError):
+    """The design does not have the figure; the text says why."""
+
+
+@record
+class DesignMeasure:
+    """One figure of a design: its name, SI unit (empty for shares and counts), meaning, what a spec needs to have it,
+    and the levels that give it. `read` takes it from a design in full, and raises `AbsentError` where there is none.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    needs: str
+    read: Reader
+    levels: tuple[str, ...] = (SCREEN, FULL)
+
+
+def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
+    """Every coil in every state that it has."""
+    failed = next((why for coil in design.estimates.coils for why in coil.failed_states.values()), None)
+    if failed is not None:
+        raise AbsentError(failed)
+    for coil in design.estimates.coils:
+        yield from ((coil, state) for state in coil.states.values())
+
+
+def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
+    """What a state's inductance may be off by (H): the winding's bound, and that of what the target changes in it."""
+    least = 0.01 * coil.winding_inductance
+    by_target = (state.target_change_error or 0.0) * max(abs(state.target_change or 0.0), least)
+    return coil.inductance_error * coil.winding_inductance + by_target
+
+
+def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
+    """Reads a figure of all tanks at its worst; `by_inductance` and `by_loss` are its exponents in L and R."""
+
+    def read(design: Design) -> Figure:
+        pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
+        if not pairs:
+            raise AbsentError("no tank of this design oscillates")
+        coil, state = pick(pairs, key=lambda pair: getattr(pair[1], name))
+        value = float(getattr(state, name))
+        relative = abs(by_inductance) * inductance_error(coil, state) / state.inductance
+        return value, abs(value) * (relative + abs(by_loss) * (state.resistance_error or 0.0))
+
+    return read
+
+
+def _signal(design: Design) -> Figure:
+    from sitscad.estimates.signal import signals
+    from sitscad.estimates.uncertainty import SHARE
+    from sitscad.scene.state import PRESSED, REST
+
+    found = signals(design.estimates)
+    if not found:
+        raise AbsentError("no coil is read both at rest and pressed")
+    least = min(found, key=lambda signal: abs(signal.share))
+    coil = next(coil for coil in design.estimates.coils if coil.name == least.coil)
+    rest, pressed = coil.states[REST], coil.states[PRESSED]
+    moved = [s.spread.shifts.get(SHARE, (0.0, 0.0))[1] if s.spread is not None else 0.0 for s in (rest, pressed)]
+    change = pressed.frequency - rest.frequency
+    value = abs(least.share)
+    return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
+
+
+def _felt(design: Design) -> Felt:
+    found = design.felt
+    if found is None:
+        raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
+    if not all(found.held):
+        raise AbsentError("the pad gives way sideways within the required normal force")
+    return found
+
+
+def _by_axis(of: Callable[[Felt, str], float], nearly: float) -> Callable[[str], Reader]:
+    """Makes what reads a figure of one axis, which the quick method may have too low by a share."""
+
+    def along(axis: str) -> Reader:
+        def read(design: Design) -> Figure:
+            found = _felt(design)
+            if axis not in found.bench.range.axes:
+                raise AbsentError(f"the coils do not tell {axis} apart")
+            value = of(found, axis)
+            if not math.isfinite(value):
+                raise AbsentError(f"no reading tells {axis}")
+            return value, nearly * value
+
+        return read
+
+    return along
+
+
+def _resolution(found: Felt, axis: str) -> float:
+    k = found.bench.range.axes.index(axis)
+    return max(float(point.noise[k]) for point in found.points)
+
+
+def _by_tilt(found: Felt, axis: str) -> float:
+    from sitscad.estimates.performance.causes import DEGREE
+
+    k, tilt = found.bench.range.axes.index(axis), found.layout.spec.requirements.tilt or DEGREE
+    return max(float(point.tilt_errors(tilt)[k].max()) for point in found.points)
+
+
+def _by_warmth(found: Felt, axis: str) -> float:
+    from sitscad.checks.performance import farthest
+
+    needs = found.layout.spec.requirements
+    apart = abs(farthest(needs) - needs.temperature)
+    return float(apart * found.warmed[-1].temperature[found.bench.range.axes.index(axis)])
+
+
+def _range(axis: str) -> Reader:
+    def read(design: Design) -> Figure:
+        _felt(design)
+        points = design.performance
+        if not points:
+            raise AbsentError("the response has nothing to feel with")
+        if axis not in points[0].axes:
+            raise AbsentError(f"the coils do not tell {axis} apart")
+        from sitscad.estimates.performance.points import COURSE
+
+        apart = design.solved.bench.farthest[axis] / (COURSE - 1)  # of the loads that are looked at
+        return points[0].axes[axis].range, apart
+
+    return read
+
+
+def _crosstalk(design: Design) -> Figure:
+    from sitscad.checks.performance import NEARLY
+    from sitscad.estimates.performance.inversion import crosstalk
+
+    found = _felt(design)
+    if len(found.bench.range.axes) == 1:
+        raise AbsentError("one coil tells one axis")
+    if not found.is_range_held:
+        raise AbsentError("the pad gives way sideways within the required loads")
+    tables = [crosstalk(found.working, point.load, point.inverse)[0] for point in found.points]
+    value = max(error for table in tables for row in table.values() for error in row.values())
+    return value, NEARLY * value
+
+
+def _by_gap(design: Design) -> Figure:
+    from sitscad.checks.performance import NEARLY
+    from sitscad.estimates.performance.manufacture import GLUE, THICKNESS
+
+    found = _felt(design)
+    if not found.is_range_held:
+        raise AbsentError("the pad gives way sideways within the required loads")
+    units, full = found.units, found.bench.range.normal
+    near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
+    causes = [units.before[name][near] for name in (GLUE, THICKNESS) if name in units.before]
+    if not causes:
+        raise AbsentError("neither glue lines nor the pad's thickness scatter")
+    value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0)).max())
+    return value, NEARLY * value
+
+
+def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
+    def read(design: Design) -> Figure:
+        found = {measure.name: measure for measure in design.fit}
+        if not found:
+            raise AbsentError("it takes a jaw with known dimensions, and a shield that its standoff has room for")
+        return of(found), 0.0
+
+    return read
+
+
+def _closed_pair(found: dict[str, FitMeasure]) -> float:
+    from sitscad.scene.fit import CLOSED_PAIR
+
+    return found[CLOSED_PAIR].worst
+
+
+def _layout(of: Callable[[Design], float]) -> Reader:
+    return lambda design: (of(design), 0.0)
+
+
+def _area(design: Design) -> float:
+    from sitscad.geometry.path import enclosed_area
+
+    return abs(enclosed_area(design.layout.outline))
+
+
+def _readout(name: str) -> Reader:
+    def read(design: Design) -> Figure:
+        value = getattr(design.estimates.readout, name)
+        if value is None or not math.isfinite(value):
+            raise AbsentError("no tank of this design can be counted")
+        return float(value), 0.0
+
+    return read
+
+
+def _yield(design: Design) -> Figure:
+    raise AbsentError("it is a study's: of the designs that it keeps")
+
+
+NEEDS_PAD = "target and elastomer"
+NEEDS_JAW = "mount.jaw"
+BOTH = (SCREEN, FULL)
+
+
+def _rows() -> Iterator[DesignMeasure]:
+    from sitscad.checks.performance import NEARLY, NEARLY_TILTED
+
+    yield DesignMeasure("inductance", "H", "least inductance at the contacts, of all coils and states", "",
+                        _of_tank(min, "inductance", 1.0, 0.0))
+    yield DesignMeasure("rp", "ohm", "least parallel resistance of all tanks and states", "",
+                        _of_tank(min, "parallel_resistance", 1.0, 1.0))
+    yield DesignMeasure("q", "", "least quality factor of all tanks and states", "",
+                        _of_tank(min, "quality_factor", 0.5, 1.0))
+    yield DesignMeasure("frequency", "Hz", "highest frequency of all tanks and states", "",
+                        _of_tank(max, "frequency", 0.5, 0.0))
+    yield DesignMeasure("amplitude", "V", "least amplitude at the converter, of all tanks and states", "",
+                        _of_tank(min, "amplitude", 1.0, 1.0))
+    yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
+                        "requirements.normal_force, of the coil where it changes least",
+                        f"{NEEDS_PAD}, requirements.normal_force", _signal)
+    quick = (("resolution", "one sigma of noise on {axis} at the scan rate, the worst of rest, half and full load",
+              _by_axis(_resolution, NEARLY), BOTH),
+             ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
+              _range, (FULL,)),
+             ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
+              "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), BOTH),
+             ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
+              _by_axis(_by_tilt, NEARLY_TILTED), BOTH))
+    for name, meaning, read, levels in quick:
+        for axis in AXES:
+            yield DesignMeasure(f"{name}.{axis}", "N", meaning.format(axis=axis.replace("_", " along ")),
+                                NEEDS_PAD if axis == "normal" else f"{NEEDS_PAD}, coils that tell it apart",
+                                read(axis), levels)
+    yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its own "
+                        "(curved map)", f"{NEEDS_PAD}, two coils", _crosstalk)
+    yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
+                        "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap)
+    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", NEEDS_JAW,
+                        _fit(_closed_pair))
+    yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", NEEDS_JAW,
+                        _fit(lambda found: min(measure.margin for measure in found.values())))
+    yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", "",
+                        _layout(lambda design: design.layout.body_size[1]))
+    yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", "",
+                        _layout(lambda design: design.layout.body_size[0]))
+    yield DesignMeasure("board.area", "m2", "area of the board with its tail", "", _layout(_area))
+    yield DesignMeasure("board.layers", "", "copper layers of the board", "",
+                        _layout(lambda design: float(len(design.spec.fpc.stackup.copper))))
+    yield DesignMeasure("rate", "Hz", "complete scans a second", "", _readout("scan_rate"))
+    yield DesignMeasure("supply_current", "A", "of all converters with their drive", "", _readout("supply_current"))
+    yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
+                        "spreads of manufacture", "", _yield)
+
+
+MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
+"""Every measure by its name, in the order in which they are listed."""
+
+
+def measures_named(names: list[str] | tuple[str, ...] | None) -> tuple[str, ...]:
+    """The measures of these names, all but ranges and yield where none are named; ValueError for a name that there is
+    not, with the nearest ones.
+    """
+    if names is None:
+        return tuple(name for name, row in MEASURES.items() if SCREEN in row.levels and name != "yield")
+    unknown = next((name for name in names if name not in MEASURES), None)
+    if unknown is not None:
+        raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")
+    return tuple(dict.fromkeys(names))
+
+
+def nearest_measures(word: str) -> str:
+    """In words, which measures a word may have meant."""
+    import difflib
+
+    near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)
+    near = near or [name for name in MEASURES if word and (word in name or name.partition(".")[0] in word)]
+    return f"did you mean {', '.join(near)}?" if near else "`sitscad measures` lists them all"
