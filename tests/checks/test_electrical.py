@@ -231,8 +231,12 @@ def test_scan_rate(judge, design, estimates) -> None:
     ("rate", "severity"), [("2000 Hz", None), ("2500 Hz", Severity.WARNING), ("3 kHz", Severity.ERROR)]
 )
 def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, design) -> None:
+    """Error and warning named two rates of one converter, in "kHz times a second"."""
     found = judge("SIT209", design(readout__scan_rate=rate))
     assert [f.severity for f in found] == ([severity] if severity else [])
+    for one in found:
+        assert one.limit == approx(400e3 / 196.0, rel=1e-6)  # two coils of two registers of 49 bits
+        assert "a scan rate of 2.041 kHz at most" in one.message and "a second" not in one.message + one.hint
 
 
 def test_no_more_scans_are_proposed_than_a_bandwidth_takes(design) -> None:

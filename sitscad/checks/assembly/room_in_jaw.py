@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 
@@ -21,10 +21,11 @@ from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
 from sitscad.measured import Measure
 from sitscad.remedy.moves import narrower, other_ends
-from sitscad.remedy.search import Fix, Left, named, setting, tried, ways
+from sitscad.remedy.search import Fix, Left, first_or_vain, named, setting, tried, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures
@@ -92,20 +93,23 @@ def _advice(less: Fix | None, before: str = "", after: str = "") -> Advice | Non
 
 def _narrower_body(design: Design, excess: float, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
-    found = ways((islice(_led_otherwise(design, left), 1), narrower(design.spec, excess)), left)
+    found = ways((islice(_led_otherwise(design, OVERHANG, left), 1), narrower(design.spec, excess)), left)
     if found:
         return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or {OTHER_SEAT}"
-    return f"{show(excess, 'm')} too much: smaller coils, narrower leads and gaps (fpc.rules), or {OTHER_SEAT}"
+    return f"{show(excess, 'm')} too much: {NARROWER}, or {OTHER_SEAT}"
 
 
-def _led_otherwise(design: Design, left: Left) -> Iterator[Fix]:
-    """Other ends of the layers whose leads leave the body narrow enough for the jaw; as far as the budget goes."""
+def _led_otherwise(design: Design, name: str, left: Left) -> Iterator[Fix]:
+    """Other ends of the layers whose leads leave the body so narrow that a measure is an error no more, or no warning
+    where it is one now; as far as the budget goes.
+    """
+    now = measure_of(design, name)
     for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
-        if layout is None:
+        if now is None or layout is None:
             return
-        over = measure_of(Design(fix.spec, layout), OVERHANG)
-        if over is not None and weight_of(over) is not Severity.ERROR:
+        then = measure_of(Design(fix.spec, layout), name)
+        if then is not None and weight_of(then) not in (Severity.ERROR, weight_of(now)):
             yield fix
 
 
@@ -248,48 +252,94 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     severity = None if pair is None else weight_of(pair)
     if pair is None or severity is None:
         return
-    over, less = show(_to_take_off(design, pair), "m", 3), _thinner(design)
-    narrower_too = f"{over} too much: a narrower board, or less height: {less}"
     wider = SMALLEST_MEASURED_PORT * pair.limit
     passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
+    less = f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {_thinner(design)}"
+    narrower_by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
+    otherwise = f"{less}; or narrower tolerances: {_widest(pair)}"
+    plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
     yield PAIR_TOO_HIGH.found(
         "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=severity, nominal=pair.nominal,
         beyond=with_tolerances(pair), decided_by=pair.decided_by, unverified=unverified(jaw),
         glue=math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE)),
         measured_ports="" if pair.measured > wider + ROUNDING else passes,
-        remedy=narrower_too if "board" in pair.decided_by else f"take {over} off: {less}", widest=_widest(pair),
+        remedy=f"{_narrower_by(narrower_by)} {NARROWER}; or {otherwise}" if narrower_by else plates + otherwise,
+        advice=(lambda left: _narrower_in_port(design, narrower_by, otherwise, left)) if narrower_by else None,
     )
 
 
-def _to_take_off(design: Design, pair: Measure) -> float:
+BOARD = "board body"
+"""The closed pair's piece that a smaller coil or margin makes narrower."""
+
+PLATES = ("target", "elastomer", "encapsulation")
+"""Its pieces that are as wide as the spec says, and the film on them."""
+
+
+NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
+
+
+def _narrower_by(width: float) -> str:
+    return f"a board narrower by {show(width, 'm', 3)}:"
+
+
+def _narrower_in_port(design: Design, by: float, otherwise: str, left: Left) -> str:
+    """Less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port."""
+    margin = _less_margin(design.spec, 1, by)
+    led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
+    fixes = [margin] if margin else [*led, *narrower(design.spec, by)]
+    found = first_or_vain(fixes, left, ("", otherwise, f"{NARROWER}; or {otherwise}"))
+    return f"{_narrower_by(by)} {found}" if found else ""
+
+
+def _width_to_take_off(design: Design, pair: Measure) -> float | None:
+    """By how much (m) the board is to be narrower until the pair passes at worst; None where that is not enough."""
+    x0, y0, x1, y1 = design.layout.body
+
+    def passes(less: float) -> bool:
+        return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
+
+    return _least_that(passes, -pair.margin, y1 - y0)
+
+
+def _pair(layout: Layout) -> Measure:
+    """The closed pair's measure of a layout in a jaw that its shield fits."""
+    return next(one for one in measures(layout) if one.name == CLOSED_PAIR)
+
+
+def _height_to_take_off(design: Design, pair: Measure) -> float:
     """What height (m) has to go until the pair passes as it failed: the circle shrinks by less than the stack does.
     Tried on the elastomer; where that is not thick enough, or there is none, that by which the circle is too wide.
     """
     spec, over = design.spec, pair.measured - pair.limit
     if spec.elastomer is None:
         return over
-    tried = [step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < spec.elastomer.thickness]
-    high = next((height for height in tried if _with_less(design, height, pair) <= pair.limit), None)
+    pad = spec.elastomer
+    counted = {pair.nominal: "nominal", pair.worst: "worst"}.get(pair.measured, "root_sum_square")
+
+    def passes(less: float) -> bool:
+        thinner = replace(spec, elastomer=replace(pad, thickness=pad.thickness - less))
+        return float(getattr(_pair(replace(design.layout, spec=thinner)), counted)) <= pair.limit
+
+    return _least_that(passes, over, pad.thickness) or over
+
+
+def _least_that(passes: Callable[[float], bool], over: float, most: float) -> float | None:
+    """The least length (m) that is enough, of some between half of what is too much and three times that; None where
+    none below `most` is.
+    """
+    tried_ones = [step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most]
+    high = next((length for length in tried_ones if passes(length)), None)
     if high is None:
-        return over
+        return None
     low = 0.5 * over
     while high - low > LEAST_STEP:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _with_less(design, middle, pair) > pair.limit else (low, middle)
+        low, high = (low, middle) if passes(middle) else (middle, high)
     return LEAST_STEP * math.ceil(high / LEAST_STEP)
 
 
 LEAST_STEP = 1e-6
-"""How fine (m) the height is found that has to go."""
-
-
-def _with_less(design: Design, height: float, pair: Measure) -> float:
-    """The circle (m) that the pair needs with an elastomer so much (m) thinner, counted as the failing one is."""
-    spec = design.spec
-    assert spec.elastomer is not None
-    thinner = replace(spec, elastomer=replace(spec.elastomer, thickness=spec.elastomer.thickness - height))
-    found = next(one for one in measures(replace(design.layout, spec=thinner)) if one.name == pair.name)
-    return {pair.nominal: found.nominal, pair.worst: found.worst}.get(pair.measured, found.root_sum_square)
+"""How fine (m) a length is found that has to go."""
 
 
 def _widest(pair: Measure) -> str:
@@ -313,9 +363,10 @@ def _thinner(design: Design) -> str:
 
 
 PAIR_TOO_HIGH = Case(
-    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}; the port's is {limit:m}",
-    detail="the {decided_by} decides, and glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
-    hint="{remedy}; or narrower tolerances: {widest}",
+    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}, which the {decided_by} "
+    "decides; the port's is {limit:m}",
+    detail="glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
+    hint="{remedy}",
 )
 
 
@@ -355,7 +406,8 @@ RULES: tuple[Rule, ...] = (
         "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
         "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
         "The pad is taken at rest: what it gives way in the port is not counted on.",
-        "A thinner elastomer, standoff or target, narrower tolerances, or a jaw with more metal taken away.",
+        "Change what the finding says decides: of the board body the width (less fpc.margin, smaller coils); else a "
+        "thinner elastomer, standoff or target. Narrower tolerances, or a jaw with more metal taken away, always do.",
         "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; tolerances: the report's table of fit; "
         + JAW_SOURCE, ("jaw",), stack_height,
     ),
