@@ -127,6 +127,7 @@ SETTLED = (
     "coil.layers",
     "fpc.tail.layers",
     "fpc.stackup",
+    "fpc.plated",
     "fpc.rules",
     "target.size",
     "elastomer.size",

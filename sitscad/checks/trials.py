@@ -16,7 +16,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.escape import SearchLimit
 from sitscad.record import record
 from sitscad.remedy.mending import worsened
-from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work
+from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work, warn
 from sitscad.spec.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
 
@@ -40,6 +40,7 @@ class Trials:
         self._undecided = {one.rule for one in undecided}
         self._said = tuple(said)
         self._errors = _errors(self._said)
+        self.complaining = {one.rule for one in _complaints(self._said)}
         self._known: list[tuple[SensorSpec, _Tried | None]] = []
         self._looks = Budget(LOOKS)
         self._drawn: list[tuple[SensorSpec, Design | None]] = []
@@ -254,8 +255,8 @@ class _Left:
         if remedy.edits not in (known.edits for known in self.mending):
             self.mending.append(remedy)
 
-    def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        return self._trials.warned(changed)
+    def warned(self, changed: SensorSpec) -> str:
+        return warn(self._trials.warned(changed), self._trials.complaining)
 
     def stands(self, fix: Fix) -> bool:
         assert self._finding is not None

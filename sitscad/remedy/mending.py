@@ -83,12 +83,13 @@ def _next(
 ) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
     """The text with the first fix that makes it better, and that (None where none does); those that do not."""
     rolled_back: list[RolledBack] = []
+    already = {one.rule for one in said.findings if one.severity is not Severity.NOTE}
     for finding, remedy in _fixes(said.findings):
         if not may(finding, remedy):
             continue
         if remedy.brings:
             if all(one.finding != finding for one in rolled_back):
-                rolled_back.append(RolledBack(finding, remedy, f"{warn(remedy.brings)} then"))
+                rolled_back.append(RolledBack(finding, remedy, f"{warn(remedy.brings, already)} then"))
             continue
         try:
             changed = rewritten(text, remedy.edits)
@@ -135,8 +136,8 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
 
 
 def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
-    """The rules that warned before and whose figures lie farther beyond their limits than they did."""
-    was, now = _excess(before), _excess(after)
+    """The rules that complained before and whose warnings lie farther beyond their limits than any complaint did."""
+    was, now = _excess(before, Severity.ERROR), _excess(after)
     return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
 
 
@@ -144,11 +145,13 @@ WORSE = 0.01
 """Part of its limit by which a figure may lie farther beyond it before that counts."""
 
 
-def _excess(findings: Iterable[Finding]) -> dict[str, float]:
-    """How far the figures of each rule's warnings lie beyond their limits, at most, in parts of these."""
+def _excess(findings: Iterable[Finding], *also: Severity) -> dict[str, float]:
+    """How far the figures of each rule's warnings, and of other severities, lie beyond their limits, at most, in parts
+    of these.
+    """
     found: dict[str, float] = {}
     for one in findings:
-        if one.severity is Severity.WARNING and one.measured is not None and one.limit:
+        if one.severity in (Severity.WARNING, *also) and one.measured is not None and one.limit:
             beyond = abs(one.measured / one.limit - 1.0) * (-1.0 if one.keeps_limit else 1.0)
             found[one.rule] = max(found.get(one.rule, -1.0), beyond)
     return found

@@ -28,6 +28,7 @@ from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import Plating
 from sitscad.units import show
 
 MOST_LAYERS = 8
@@ -200,6 +201,18 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
             except SpecError:
                 continue
             yield Fix((Edit("fpc.tail.layers", f"{layers}"),), changed)
+
+
+def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
+    """Holes and their pads alone plated ("buttons"), so that tracks stay foil: finer to etch, and a thinner tail;
+    nothing where it is so, or no hole is plated.
+    """
+    if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
+        try:
+            changed = spec.replace("fpc.plated", "buttons")
+        except SpecError:
+            return
+        yield Fix((Edit("fpc.plated", "buttons"),), changed)
 
 
 SEALING = ("ecoflex-00-50", 50e-6)

@@ -8,7 +8,7 @@ right within a factor of two only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -143,14 +143,14 @@ class Budget:
 class Fix:
     """A change of a spec: its edits, and the spec with them applied.
 
-    ``said`` is how it is told where that is not "key: value with key: value"; ``brings`` are rules that warn of the
+    ``said`` is how it is told where that is not "key: value with key: value"; ``brings`` says which rules warn of the
     changed design and not, or of less, of the design as it stands.
     """
 
     edits: tuple[Edit, ...]
     spec: SensorSpec
     said: str = ""
-    brings: tuple[str, ...] = ()
+    brings: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
         """The same together with another fix, which was made for the spec that this one leaves."""
@@ -161,7 +161,7 @@ class Fix:
     def words(self) -> str:
         """The keys and values as they are to be written, and what they bring."""
         told = self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
-        return f"{told} ({warn(self.brings)} then)" if self.brings else told
+        return f"{told} ({self.brings} then)" if self.brings else told
 
 
 def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
@@ -181,9 +181,12 @@ def fail(rules: tuple[str, ...]) -> str:
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
 
 
-def warn(rules: tuple[str, ...]) -> str:
-    """That rules warn, in words."""
-    return f"{', '.join(rules)} warn{'s' if len(rules) == 1 else ''}"
+def warn(rules: Iterable[str], already: Collection[str] = ()) -> str:
+    """That rules warn, in words: of more, those that do `already`."""
+    known = list(rules)
+    new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
+    said = ((new, ""), (more, " of more"))
+    return " and ".join(f"{', '.join(some)} warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)
 
 
 class Left(Protocol):
@@ -199,8 +202,10 @@ class Left(Protocol):
     def mends(self, fix: Fix) -> None:
         """Tell the finding with a fix that was laid out and held against the rules that matter, but not estimated."""
 
-    def warned(self, changed: SensorSpec) -> tuple[str, ...]:
-        """Other rules that warn of it, and of the spec as it stands not or of less; of a change that breaks nothing."""
+    def warned(self, changed: SensorSpec) -> str:
+        """Which other rules warn of it, and of the spec as it stands not or of less, in words; of a change that breaks
+        nothing.
+        """
 
     def stands(self, fix: Fix) -> bool:
         """Whether a fix that was not tried was laid out and nothing that needs no estimate speaks against it."""
@@ -320,4 +325,4 @@ def tried(fix: Fix, left: Left) -> str:
     if broken:
         return f" (tried, but {fail(broken)} then)"
     brings = left.warned(fix.spec)
-    return f" (it was tried; {warn(brings)} then)" if brings else " (it was tried)"
+    return f" (it was tried; {brings} then)" if brings else " (it was tried)"

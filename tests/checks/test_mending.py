@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,8 @@ from check_times import design as random_design  # noqa: E402
 from sitscad.checks import check, mended  # noqa: E402
 from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
 from sitscad.record import record  # noqa: E402
-from sitscad.remedy.mending import mended_text  # noqa: E402
+from sitscad.remedy.mending import mended_text, worsened  # noqa: E402
+from sitscad.remedy.search import warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.rewriting import rewritten  # noqa: E402
@@ -298,3 +300,18 @@ def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
         lambda said: Said(findings(said, "coil.start_angle")),
     )
     assert "[4, 3]" in done.text and not done.rolled_back
+
+
+def test_rules_that_warn_already_are_said_to_warn_of_more():
+    """"SIT103, SIT130 warn then" was said of rules that warned as the design stood."""
+    assert warn(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == "SIT205 warns and SIT103, SIT130 warn of more"
+    assert warn(("SIT103",), {"SIT103"}) == "SIT103 warns of more"
+    assert warn(("SIT103", "SIT130")) == "SIT103, SIT130 warn" and warn(()) == ""
+
+
+def test_a_warning_that_was_graver_as_an_error_is_not_worse():
+    """A rule with an error of 50 % and a warning of 10 % that leaves two warnings of 10 and 30 % was called worse."""
+    error = replace(finding("SIT201"), measured=1.5, limit=1.0)
+    mild, half = (replace(error, severity=Severity.WARNING, measured=measured) for measured in (1.1, 1.3))
+    assert worsened((error, mild), (half, mild)) == set()
+    assert worsened((mild,), (half, mild)) == {"SIT201"}

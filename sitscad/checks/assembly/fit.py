@@ -16,7 +16,7 @@ from sitscad.layout.bending import bend_figure
 from sitscad.layout.lanes import coils_breadth
 from sitscad.layout.thickness import tail_thickness
 from sitscad.measured import Measure
-from sitscad.remedy.moves import higher_seat, sealed, thinner_tails
+from sitscad.remedy.moves import higher_seat, plated_in_holes_alone, sealed, thinner_tails
 from sitscad.remedy.search import Left, first_tried, in_vain, named, setting, ways
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
@@ -64,7 +64,8 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
             "fpc.tail.bend", radius, room, "m", source=source_of(design, field),
             is_grave=tail.bend != "static" or tail.layers > 2, bend=tail.bend, layers=tail.layers,
             plural="s" if tail.layers > 1 else "", house=house(design, field), ratio=ratio, thickness=thickness,
-            advice=lambda left: first_tried([list(thinner_tails(design.spec))], TOO_THICK_TO_BEND.hint)(left),
+            advice=lambda left: first_tried([list(thinner_tails(design.spec)),
+                                             list(plated_in_holes_alone(design.spec))], TOO_THICK_TO_BEND.hint)(left),
         )
 
 
@@ -157,7 +158,8 @@ TOO_WIDE_A_BEND = Case(
 TOO_THICK_TO_BEND = Case(
     "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} asks {ratio:g} times the "
     "{thickness:m,3} tail); inside the port there are {limit:m,3}",
-    hint="a thinner tail, of fewer copper layers (fpc.tail.layers), or no bend", severity=Severity.NOTE,
+    hint="a thinner tail, of fewer copper layers (fpc.tail.layers) or plated in its holes alone (fpc.plated: buttons), "
+    "or no bend", severity=Severity.NOTE,
     grave=Severity.WARNING,
 )
 

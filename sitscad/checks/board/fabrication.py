@@ -14,7 +14,7 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
-from sitscad.remedy.moves import finer_fabricators, wider
+from sitscad.remedy.moves import finer_fabricators, plated_in_holes_alone, wider
 from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
 from sitscad.spec import presets
 from sitscad.spec.design_rules import DesignRules
@@ -215,7 +215,7 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Vio
     if value < least - ROUNDING:
         yield TOO_FINE.found(f"coil.{field}", value, least, "m",
                              hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
-                             source=source_of(design, field), advice=lambda left: _widened(design, left),
+                             source=source_of(design, field), advice=lambda left: _widened(design, field, left),
                              asked=asked.format(um(value)), house=house(design, field), more=more)
 
 
@@ -248,7 +248,8 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             binds = rules.binds(f"coil_{field}")
             why = "" if binds else f"this only warns: {_not_binding(design)}"
             yield FINE_COIL.found(f"coil.{field}", value, smallest, "m", source=source_of(design, f"coil_{field}"),
-                                  advice=partial(_waived_or_widened if binds else _hardly_widened, design),
+                                  advice=partial(_waived_or_widened if binds else _hardly_widened, design,
+                                                 f"coil_{field}"),
                                   is_grave=binds, word=word, house=house(design, f"coil_{field}"), copper=copper,
                                   why=why)
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
@@ -257,18 +258,28 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
         yield from _thicker_foil(design, unknown, "coiled tracks", severity)
 
 
-def _widened(design: Design, left: Left) -> str:
+def _widened(design: Design, field: str, left: Left) -> str:
     """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
     rules = design.spec.fpc.rules
     width, spacing = (
-        max(getattr(rules, field), (getattr(rules, f"coil_{field}") or 0.0) if rules.binds(f"coil_{field}") else 0.0)
-        for field in ("trace_width", "trace_spacing")
+        max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0) if rules.binds(f"coil_{name}") else 0.0)
+        for name in ("trace_width", "trace_spacing")
     )
     wide, houses = list(wider(design.spec, width, spacing)), list(finer_fabricators(design.spec))
     is_wide = first_that_mends(wide, left) is not None
     found = None if is_wide else first_that_mends(houses[:NAMED], left)
     finer = f"{found.words} (it was tried)" if found is not None else f"choose {_finer(houses)}"
+    finer = "; or ".join(filter(None, (_as_foil(design, field, left), finer)))
     return first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps"))
+
+
+def _as_foil(design: Design, field: str, left: Left) -> str:
+    """Plating in the holes alone, where a figure of the coil is then enough for its foil; empty where it is not."""
+    value = getattr(design.spec.coil, field.removeprefix("coil_"))
+    fixes = (fix for fix in plated_in_holes_alone(design.spec)
+             if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING)
+    found = first_that_mends(fixes, left)
+    return "" if found is None else f"{found.words} leaves the tracks foil, a build to ask for (it was tried)"
 
 
 def _finer(houses: Sequence[Fix]) -> str:
@@ -278,17 +289,19 @@ def _finer(houses: Sequence[Fix]) -> str:
     return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
 
 
-def _hardly_widened(design: Design, left: Left) -> str:
+def _hardly_widened(design: Design, field: str, left: Left) -> str:
     """Tracks and gaps as a rule asks that only warns, where the coil has room for that with all its turns."""
     rules = design.spec.fpc.rules
     widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
     fixes = islice(wider(design.spec, *widths), 1)
     found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
-    return "" if found is None else f"{found.words} takes no turn (it was tried); or {WAIVER}"
+    widened = "" if found is None else f"{found.words} takes no turn (it was tried)"
+    known = [words for words in (widened, _as_foil(design, field, left)) if words]
+    return "; or ".join((*known, WAIVER)) if known else ""
 
 
-def _waived_or_widened(design: Design, left: Left) -> str:
-    widened = _widened(design, left)
+def _waived_or_widened(design: Design, field: str, left: Left) -> str:
+    widened = _widened(design, field, left)
     return f"{WAIVER}, or {widened}" if widened else ""
 
 
