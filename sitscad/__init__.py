@@ -63,6 +63,8 @@ if TYPE_CHECKING:
     from sitscad.spec.rules import SpecError as SpecError
     from sitscad.spec.load import load as load, load_text as load_text
     from sitscad.spec.sensor import SensorSpec as SensorSpec, json_schema as json_schema
+    from sitscad.study.evaluation import Evaluation as Evaluation
+    from sitscad.study.sweeping import SweepTable as SweepTable, measure as measure, sweep as sweep
     from sitscad.writer import Writer as Writer
     # isort: on
 
@@ -90,6 +92,8 @@ _HOMES = {
     "sitscad.plugins": "PluginError use_installed_plugins use_plugin",
     "sitscad.spec.load": "SpecError load load_text",
     "sitscad.spec.sensor": "SensorSpec json_schema",
+    "sitscad.study.evaluation": "Evaluation",
+    "sitscad.study.sweeping": "SweepTable measure sweep",
     "sitscad.writer": "Writer",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}

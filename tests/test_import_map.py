@@ -62,15 +62,16 @@ MAY_IMPORT = {
     "plugins": {"finding", "design", "checks", "writer"},
     "study": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "estimates", "design", "checks",
-        "remedy", "inspection", "opening", "physics", "mechanics", "readout",
+        "remedy", "inspection", "opening", "physics", "mechanics", "readout", "drawing", "report",
     },
     "cli": {
         "", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design", "scene",
+        "study",
     },
     "__main__": {"cli"},
     "__init__": {
         "finding", "measured", "spec", "layout", "interchange", "parts", "estimates", "design", "checks", "formats",
-        "package", "plugins", "writer", "calibration",
+        "package", "plugins", "writer", "calibration", "study",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

@@ -13,6 +13,7 @@ import click
 import sitscad
 from sitscad.cli.building import build, verify
 from sitscad.cli.checking import check
+from sitscad.cli.designing import measures, sweep
 from sitscad.cli.estimating import calibrate, estimate, response
 from sitscad.cli.explaining import explain, new, rules, schema
 from sitscad.cli.terminal import say
@@ -124,7 +125,8 @@ def cli() -> None:
     """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
 
 
-for command in (new, check, estimate, response, calibrate, build, explain, rules, schema, verify):  # as they are used
+# as they are used
+for command in (new, check, estimate, response, calibrate, sweep, build, explain, rules, measures, schema, verify):
     cli.add_command(command)
 
 

@@ -174,12 +174,14 @@ def _changed(text: str, key: str, value: Any) -> str:
         except CannotWriteError:
             pass  # a section in lines, or what the text has no place for: it is written anew
     data = read_yaml(text).data
-    _put(data, key, value)
+    put(data, key, value)
     return yaml_text(data)
 
 
-def _put(data: Any, key: str, value: Any) -> None:
-    """A value in the place of another, or taken out where it is None; sections that are not there are made."""
+def put(data: Any, key: str, value: Any) -> None:
+    """A plain value in the place of another at a dotted key, or taken out where it is None; sections that are not there
+    are made. Raises TextError where the values have no place for it.
+    """
     *parents, last = key.split(".")
     for deep, name in enumerate(parents, 1):
         inner = _entry(data, name, ".".join(parents[:deep]))

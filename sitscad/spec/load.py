@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from sitscad.spec.kinds import is_profile_file
-from sitscad.spec.reading import decoded, finding_from_flaw, finding_from_text, in_order, read_file, read_section
+from sitscad.spec.reading import (
+    decoded,
+    finding_from_flaw,
+    finding_from_text,
+    in_order,
+    read_file,
+    read_section,
+    section_of_data,
+)
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec, SpecDocument
+from sitscad.spec.source import SpecSource
 from sitscad.spec.yaml_text import MAX_BYTES, TextError
 
 __all__ = ["SpecError", "load", "load_text"]
@@ -56,7 +67,21 @@ def load_text(
     """
     name = os.fspath(path)
     document, source = read_section(text.removeprefix("\ufeff"), name, SpecDocument, "sitscad: 1")
-    folder = _folder_of(document.fpc.rules, None if name == NO_FILE else Path(path).parent, profiles)
+    return _resolved(document, source, profiles)
+
+
+def load_values(
+    data: Mapping[str, Any], source: SpecSource, profiles: str | os.PathLike[str] | None = None
+) -> SensorSpec:
+    """The sensor that plain values describe, in the place of those that a text holds: for programs that try many. Its
+    source is that text, by which findings are placed and comments count, and not what is described.
+    """
+    return _resolved(section_of_data(data, source, SpecDocument), source, profiles)
+
+
+def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.PathLike[str] | None) -> SensorSpec:
+    beside = None if source.path == NO_FILE else Path(source.path).parent
+    folder = _folder_of(document.fpc.rules, beside, profiles)
     spec, remarks = resolve(document, source, folder)
     if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]

@@ -111,8 +111,15 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     source = SpecSource(path, text, found.keys, found.values)
-    findings = [finding_from_text(flaw) for flaw in found.flaws]
-    data, empty = _without_nulls(found.data, "")
+    return section_of_data(found.data, source, form, found.flaws), source
+
+
+def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
+    """What plain values say in the form of a section; `source` is where they stand, `flaws` what is known of it. Raises
+    `SpecError` as `read_section`.
+    """
+    findings = [finding_from_text(flaw) for flaw in flaws]
+    data, empty = _without_nulls(data, "")
     for key in empty:
         place, message = source.keys.get(key, (1, 1)), f"{undotted(key)}: has no value"
         findings.append(
@@ -130,7 +137,7 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if findings:
         raise SpecError(in_order(findings), source=source)
-    return cast(Form, document), source
+    return cast(Form, document)
 
 
 @cache

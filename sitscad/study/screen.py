@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import SCREEN, Evaluation
@@ -10,5 +11,5 @@ from sitscad.study.full import judged
 
 
 def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
-    """What is said of every design; those of one batch share what they have in common."""
-    return [judged(spec, measures, SCREEN) for spec in specs]
+    """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide."""
+    return [replace(judged(spec, measures, SCREEN), unknown=()) for spec in specs]

@@ -1,0 +1,98 @@
+"""`sitscad measures`, `sweep` and `design`: figures of many designs, and the best of them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+import sitscad
+from sitscad.cli.terminal import Example, counted, print_result, row_of, say, show_findings, spec_of
+
+if TYPE_CHECKING:
+    from sitscad.study.sweeping import Progress
+
+
+@click.command(cls=Example, example="sitscad measures")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
+def measures(format_name: str) -> int:
+    """List what a sweep or a study can ask of a design."""
+    from sitscad.study.listing import MEASURE_FORMATS
+
+    print_result(row_of(MEASURE_FORMATS, format_name, "--format")())
+    return 0
+
+
+@click.command(cls=Example, example="sitscad sweep sensor.yaml coil.turns=6:12:13 --measure rp -o turns.svg")
+@click.argument("spec", type=click.Path())
+@click.argument("ranges", nargs=-1, required=True, metavar="KEY=FIRST:LAST:COUNT...")
+@click.option("--measure", "names", multiple=True, metavar="NAME", help="One of `sitscad measures` (default: all).")
+@click.option("--level", default="screen", show_default=True, metavar="screen|full", help="Quick, or as `check` does.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .csv, .npz, .json or .svg.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|csv|json")
+@click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
+def sweep(
+    spec: str, ranges: tuple[str, ...], names: tuple[str, ...], level: str, output: str | None, format_name: str,
+    jobs: int | None,
+) -> int:
+    """Print figures of every design of a product of ranges.
+
+    A range is KEY=FIRST:LAST:COUNT or KEY=VALUE,VALUE, with keys and values as in SPEC: coil.layers=2,4 or
+    coil.trace_width=70um:110um:9. The last one is fastest.
+
+    \b
+    Columns:
+      the keys       as a spec has them.
+      NAME           the figure, in SI units in files.
+      NAME.error     what it may be off by (in files).
+      verdict        ok, fails, or unknown where the screen cannot tell.
+      refused_by     the rules that find an error.
+
+    A picture (.svg) of one key is a curve with its band of error, of two a field with the edges of what each rule
+    refuses. Exit code: 0, or 2 where the spec or a range cannot be read.
+    """  # noqa: D301 - click asks for the control character itself
+    from sitscad.package import write_file
+    from sitscad.study.space import RangeError
+    from sitscad.study.sweep_files import SWEEP_FILES, SWEEP_FORMATS
+    from sitscad.study.sweeping import range_of
+
+    show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
+    if output:
+        write = row_of(SWEEP_FILES, os.path.splitext(output)[1].lower(), "-o")
+    loaded = spec_of(spec)
+    if loaded is None:
+        return 2
+    try:
+        asked = dict(map(range_of, ranges))
+        if len(asked) < len(ranges):
+            raise click.UsageError("a key is swept once")
+        table = sitscad.sweep(loaded, asked, names or None, level=level, jobs=jobs, progress=_progress())
+        content = write(table) if write is not None else b""
+    except RangeError as error:
+        raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error
+    except sitscad.SpecError as error:
+        from sitscad.inspection import unreadable
+
+        show_findings([unreadable(spec, error)])
+        return 2
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    if output:
+        write_file(output, content)
+        say(f"wrote {output}: {counted(len(table), 'design')}")
+    else:
+        print_result(show(table))
+    return 0
+
+
+def _progress() -> Progress | None:
+    """What shows on a terminal how far a sweep is."""
+    if not sys.stderr.isatty():
+        return None
+
+    def show(done: int, of: int) -> None:
+        click.echo(f"\r  {done} of {of} designs" + ("\n" if done >= of else ""), err=True, nl=False)
+
+    return show

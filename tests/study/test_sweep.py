@@ -1,0 +1,221 @@
+"""Sweeps: the table, its files, and what is refused before anything is computed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.cli import run
+from sitscad.spec import templates
+from sitscad.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
+from sitscad.study.measures import MEASURES
+from sitscad.study.space import RangeError, Space, Variable, counted, stepped
+from sitscad.study.sweep_files import sweep_csv, sweep_json, sweep_npz, sweep_svg
+from sitscad.study.sweeping import range_of
+
+CONTRACT = {
+    "inductance", "rp", "q", "frequency", "amplitude", "signal.normal", "resolution.normal", "resolution.shear_x",
+    "resolution.shear_y", "range.normal", "range.shear_x", "range.shear_y", "crosstalk", "error.temperature.normal",
+    "error.temperature.shear_x", "error.temperature.shear_y", "error.tilt.normal", "error.tilt.shear_x",
+    "error.tilt.shear_y", "error.gap", "fit.closed_pair", "fit.spare", "fit.width", "fit.length", "board.area",
+    "board.layers", "rate", "supply_current", "yield",
+}
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return sitscad.load_text(templates.read("single_coil"))
+
+
+@pytest.fixture(scope="module")
+def table(bench):
+    ranges = {"coil.turns": [10, 12], "coil.trace_width": ["100 um", "3 mm", "120 um"]}
+    return sitscad.sweep(bench, ranges, ["rp", "inductance", "signal.normal", "board.area"])
+
+
+def test_every_measure_of_the_contract_is_there():
+    assert set(MEASURES) >= CONTRACT
+
+
+def test_figures_are_those_of_check_and_estimate():
+    spec = sitscad.load_text(templates.read("grasper_4layer"))
+    found = sitscad.measure(spec, "full", ["inductance", "rp", "fit.spare", "fit.length", "resolution.normal"])
+    estimates, result = sitscad.estimate(sitscad.lay_out(spec)), sitscad.check(spec, hints="none")
+    states = [state for coil in estimates.coils for state in coil.states.values()]
+    assert found.values["rp"][0] == approx(min(state.parallel_resistance for state in states), rel=1e-12)
+    assert found.values["inductance"][0] == approx(min(state.inductance for state in states), rel=1e-12)
+    assert found.values["fit.spare"][0] == approx(min(measure.margin for measure in result.fit), rel=1e-12)
+    assert found.values["fit.length"][0] == approx(result.board[0], rel=1e-12)
+    assert found.verdict == "ok" and 0.0 < found.values["rp"][1] < 0.1 * found.values["rp"][0]
+
+
+def test_rows_go_with_the_last_key_fastest(table):
+    assert table.shape == (2, 3) and len(table) == 6
+    assert table.keys["coil.turns"] == (10, 10, 10, 12, 12, 12)
+    assert table.keys["coil.trace_width"] == ("100 um", "3 mm", "120 um") * 2
+    assert table.values["inductance"][3] > table.values["inductance"][0]
+
+
+def test_a_design_that_the_spec_refuses_has_no_figures_and_names_the_rule(table):
+    assert table.verdict[1] == "fails" and table.refused_by[1][0].startswith("SIT01")
+    assert np.isnan(table.values["rp"][1]) and np.isfinite(table.values["rp"][0])
+
+
+def test_what_a_design_does_not_have_is_empty(table):
+    assert np.isnan(table.values["signal.normal"]).all()
+    rows = list(csv.DictReader(io.StringIO(sweep_csv(table))))
+    assert rows[0]["signal.normal"] == "" and float(rows[0]["rp"]) == approx(float(table.values["rp"][0]), rel=1e-9)
+    assert json.loads(sweep_json(table))["measures"]["signal.normal"]["value"] == [None] * 6
+
+
+def test_every_file_is_the_same_bytes_twice(table):
+    with np.load(io.BytesIO(sweep_npz(table))) as arrays:
+        assert arrays["rp.error"].shape == (6,) and arrays["verdict"][1] == "fails"
+    assert sweep_npz(table) == sweep_npz(table)
+    assert sweep_svg(table) == sweep_svg(table) and "refused within" in sweep_svg(table)
+
+
+def test_a_picture_has_two_keys_at_most(bench):
+    ranges = {"coil.turns": [10], "coil.trace_width": ["100 um"], "coil.outer_diameter": [9, 10]}
+    with pytest.raises(ValueError, match="one key or two"):
+        sweep_svg(sitscad.sweep(bench, ranges, ["rp"]))
+
+
+def test_processes_give_what_one_gives(bench, table):
+    ranges = {"coil.turns": [10, 12], "coil.trace_width": ["100 um", "3 mm", "120 um"]}
+    several = sitscad.sweep(bench, ranges, list(table.values), jobs=2)
+    assert sweep_csv(several) == sweep_csv(table)
+
+
+@pytest.mark.parametrize("ranges, message", [
+    ({}, "at least one key"),
+    ({"coil.turns": []}, "at least one value"),
+    ({"coil.turns": list(range(1, 3001)), "coil.outer_diameter": list(range(1, 3001))}, "9000000 designs"),
+])
+def test_a_sweep_that_is_none_is_refused(bench, ranges, message):
+    with pytest.raises(ValueError, match=message):
+        sitscad.sweep(bench, ranges)
+
+
+@pytest.mark.parametrize("key, value, rule", [("coil.turs", 7, "SIT002"), ("coil.turns", "many", "SIT004"),
+                                              ("fpc.stackup", "flex-9l", "SIT007"), ("coil.turns", -1, "SIT006")])
+def test_keys_and_values_that_can_be_none_are_refused_at_once(bench, key, value, rule):
+    with pytest.raises(sitscad.SpecError) as refused:
+        sitscad.sweep(bench, {key: [value]})
+    assert {finding.rule for finding in refused.value.findings} == {rule}
+
+
+def test_unknown_measures_name_the_nearest(bench):
+    with pytest.raises(ValueError, match=r"did you mean resolution\.normal"):
+        sitscad.sweep(bench, {"coil.turns": [10]}, ["resolution.norml"])
+    with pytest.raises(ValueError, match="only the level full"):
+        sitscad.sweep(bench, {"coil.turns": [10]}, ["range.normal"])
+
+
+def test_ranges_are_written_as_in_a_spec():
+    assert range_of("coil.turns=6:8:5") == ("coil.turns", (6, 6.5, 7, 7.5, 8))
+    assert range_of("coil.trace_width=70um:80um:3") == ("coil.trace_width", ("70 um", "75 um", "80 um"))
+    assert range_of("coil.layers=2,4") == ("coil.layers", (2, 4))
+    assert counted(1, 0.1, 4) == (1, 0.7, 0.4, 0.1)
+    for wrong in ("coil.turns", "coil.turns=", "coil.turns=6:8", "coil.turns=a:b:3", "coil.turns=6um:8mm:3",
+                  "coil.turns=6:8:0"):
+        with pytest.raises(RangeError):
+            range_of(wrong)
+
+
+def test_a_range_without_a_step_has_round_values_and_its_ends():
+    values = stepped(3.5, 4.6)
+    assert values[:3] == (3.5, 3.52, 3.54) and values[-1] == 4.6 and len(values) > 50
+    assert stepped("75 um", "125 um", "5 um")[-2:] == ("120 um", "125 um") and len(stepped(0, 1, 0.3)) == 4
+
+
+def test_same_and_what_a_choice_brings_along():
+    space = Space((Variable("coil.layers", (2, 4), False), Variable("coil.trace_width", ("80 um", "90 um"))),
+                  {"coil.trace_spacing": "coil.trace_width"}, {"coil.layers": {"4": {"fpc.stackup": "flex-4l"}}})
+    assert space.size == 4 and list(space.points())[2] == (1, 0)
+    assert dict(space.changes((1, 0))) == {"coil.layers": 4, "coil.trace_width": "80 um",
+                                           "coil.trace_spacing": "80 um", "fpc.stackup": "flex-4l"}
+
+
+def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
+    def fails(specs, measures):
+        if any(spec.coil.turns == 11 for spec in specs):
+            raise ZeroDivisionError("of this test")
+        return screened(specs, measures)
+
+    from sitscad.study import evaluating
+    from sitscad.study.screen import screened
+
+    monkeypatch.setattr(evaluating, "screened", fails)
+    chunk = Chunk(((("coil.turns", 10),), (("coil.turns", 11),)), ("board.area",), "screen")
+    (one, other), _ = evaluate_chunk(bench.source.text, "x.yaml", None, chunk)
+    assert NOT_COMPUTED not in one.refused and other.refused_by == (NOT_COMPUTED,)
+    assert "of this test" in other.absent["board.area"]
+
+
+def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
+    spec = sitscad.load_text(templates.read("grasper_4layer"))
+    from sitscad.spec.sensor import without_text
+    from sitscad.study.base import Base
+
+    base, changes = Base.of(spec), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
+    written = sitscad.load_text(base.written(changes))
+    assert without_text(base.design(changes)) == without_text(written)
+    assert "# the jaw is 4.8 mm wide" in base.written(changes)
+
+
+def test_another_value_comment_or_level_is_another_key():
+    base = _base()
+    other = type(base)(base.text.replace("# sitscad: ignore SIT103", "# once: ignore SIT103"), base.path)
+    keys = {base.key((("coil.turns", 7.25),), "full"), base.key((("coil.turns", 7.5),), "full"),
+            base.key((("coil.turns", 7.25),), "screen"), other.key((("coil.turns", 7.25),), "full")}
+    assert len(keys) == 4
+    assert base.key((("coil.turns", 7.75),), "full") == base.key((), "full")
+
+
+def _base():
+    from sitscad.study.base import Base
+
+    return Base.of(sitscad.load_text(templates.read("grasper_4layer")))
+
+
+class Counting:
+    """An executor that works here, and is asked as any other."""
+
+    def __init__(self):
+        self.chunks = 0
+
+    def submit(self, work, *given):
+        from concurrent.futures import Future
+
+        self.chunks += 1
+        future = Future()
+        future.set_result(work(*given))
+        return future
+
+
+def test_any_executor_serves(bench):
+    executor = Counting()
+    with Workers(_base().of(bench), 2, executor) as workers:
+        designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
+        found = list(workers.evaluations(designs, ("board.area",), "screen"))
+    assert len(found) == 3 and executor.chunks >= 2
+
+
+def test_the_command_prints_and_writes(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "coil.yaml").write_text(templates.read("single_coil"))
+    asked = ["sweep", "coil.yaml", "coil.turns=10:12:2", "--measure", "rp", "--jobs", "1"]
+    assert run(asked) == 0
+    assert "coil.turns" in capsys.readouterr().out
+    assert run([*asked, "-o", "turns.svg"]) == 0 and (tmp_path / "turns.svg").read_text().startswith("<")
+    assert run(["sweep", "coil.yaml", "coil.turs=10:12:2"]) == 2
+    assert "did you mean turns" in capsys.readouterr().err
+    assert run(["measures", "--format", "json"]) == 0
+    assert {row["name"] for row in json.loads(capsys.readouterr().out)["measures"]} == set(MEASURES)
