@@ -58,23 +58,20 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
 def _items(items: Iterable[Item]) -> Iterator[bytes]:
     for item in items:
         if isinstance(item, Group):
-            yield from _group(item)
+            group = item
+            is_placed = group.window is not None or group.offset != (0.0, 0.0)
+            if is_placed:
+                yield b"q"
+            if group.window is not None:
+                x0, y0, x1, y1 = group.window
+                yield f"{' '.join(decimal(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
+            if group.offset != (0.0, 0.0):
+                yield f"1 0 0 1 {' '.join(decimal(v) for v in group.offset)} cm".encode("ascii")
+            yield from _items(group.items)
+            if is_placed:
+                yield b"Q"
         else:
             yield from _label(item) if isinstance(item, Label) else _shape(item)
-
-
-def _group(group: Group) -> Iterator[bytes]:
-    is_placed = group.window is not None or group.offset != (0.0, 0.0)
-    if is_placed:
-        yield b"q"
-    if group.window is not None:
-        x0, y0, x1, y1 = group.window
-        yield f"{' '.join(decimal(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
-    if group.offset != (0.0, 0.0):
-        yield f"1 0 0 1 {' '.join(decimal(v) for v in group.offset)} cm".encode("ascii")
-    yield from _items(group.items)
-    if is_placed:
-        yield b"Q"
 
 
 def _label(label: Label) -> Iterator[bytes]:

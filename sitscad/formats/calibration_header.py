@@ -25,7 +25,12 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
         *_tables(found),
         *_ends(found, conversion),
         *_tare(found),
-        *_function(found, conversion),
+        "",
+        *_product(found),
+        *_changes(found, conversion),
+        *_mixed(),
+        *_terms(found),
+        *_sums(found),
         "",
         "#endif",
         "",
@@ -142,11 +147,6 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
         *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
         *_array("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
     ]  # fmt: skip
-
-
-def _function(found: InverseMap, conversion: Conversion) -> list[str]:
-    """C of the map: a product of powers, and the forces at counts."""
-    return ["", *_product(found), *_changes(found, conversion), *_mixed(), *_terms(found), *_sums(found)]
 
 
 def _product(found: InverseMap) -> list[str]:

@@ -200,10 +200,7 @@ def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int)
 
 def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
     """How large (m) a sheet has to be for one plate [x, y] and the coupon beside it, with their kerfs and margins."""
-    return (
-        size[0] + kerf + 3 * MARGIN + COUPON_SIZE + 2 * kerf,
-        max(size[1] + kerf, COUPON_SIZE + kerf) + 2 * MARGIN,
-    )
+    return (size[0] + kerf + 3 * MARGIN + COUPON_SIZE + 2 * kerf, max(size[1] + kerf, COUPON_SIZE + kerf) + 2 * MARGIN)
 
 
 def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:

@@ -191,7 +191,12 @@ def _request(
 ) -> tuple[BuildRequest, Design | None]:
     own, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)
     directory = Path(out) / require_package_name(own.name)
-    return BuildRequest(own, directory, _require_stages(only), force, policy or Policy(), baseline), design
+    wanted = frozenset(STAGES if only is None else only)
+    unknown = sorted(wanted - set(STAGES))
+    if unknown or not wanted:
+        raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
+    implied = {"assembly"} if "mount" in wanted else set()
+    return BuildRequest(own, directory, wanted | implied | {CHECK_STAGE}, force, policy or Policy(), baseline), design
 
 
 def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
@@ -254,15 +259,6 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
         if spec.name in seen:
             raise PackageError(f"{seen[spec.name]} and {spec.source.path} both have the name {spec.name!r}; rename one")
         seen[spec.name] = spec.source.path
-
-
-def _require_stages(only: Iterable[str] | None) -> frozenset[str]:
-    wanted = frozenset(STAGES if only is None else only)
-    unknown = sorted(wanted - set(STAGES))
-    if unknown or not wanted:
-        raise PackageError(f"{', '.join(unknown) or 'nothing'} is not a stage; there are: {', '.join(STAGES)}")
-    implied = {"assembly"} if "mount" in wanted else set()
-    return wanted | implied | {CHECK_STAGE}
 
 
 def _require_ours(directory: Path) -> Manifest:

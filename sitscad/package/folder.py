@@ -56,7 +56,14 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
         lock = _lock(parent, name)
     try:
         with explained(f"cannot build in {parent}"):
-            _recover(parent, name)
+            # put right what a killed build left behind; the lock is held, so nobody else uses these folders
+            target = parent / name
+            ours = _leftovers_of(name)
+            for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
+                if leftover.name.startswith(f".{name}.old-") and not target.exists():
+                    os.rename(leftover, target)
+                else:
+                    shutil.rmtree(leftover, ignore_errors=True)
             staged = parent / f".{name}.new-{secrets.token_hex(6)}"
             staged.mkdir()
         try:
@@ -174,17 +181,6 @@ def has_leftovers(parent: Path, name: str) -> bool:
 
 def _leftovers_of(name: str) -> re.Pattern[str]:
     return re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
-
-
-def _recover(parent: Path, name: str) -> None:
-    """Put right what a killed build left behind; the lock is held, so nobody else uses these folders."""
-    target = parent / name
-    ours = _leftovers_of(name)
-    for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
-        if leftover.name.startswith(f".{name}.old-") and not target.exists():
-            os.rename(leftover, target)
-        else:
-            shutil.rmtree(leftover, ignore_errors=True)
 
 
 def _exchange(one: Path, other: Path) -> bool:

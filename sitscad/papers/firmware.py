@@ -79,9 +79,7 @@ def devices(converter: Converter, estimates: Estimates) -> tuple[Device, ...]:
         raise ValueError(f"{needed}, and one I2C bus has addresses for {len(addresses)}")
     return tuple(
         Device(
-            address,
-            tuple(coil.name for coil in group),
-            _registers(converter, group, each * number, estimates.readout),
+            address, tuple(coil.name for coil in group), _registers(converter, group, each * number, estimates.readout)
         )
         for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
     )

@@ -167,15 +167,9 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     port = bd.Solid.make_cylinder(radius, bounds.size.X + 2, along)
     about = bd.Solid.make_box(*(side + 1 for side in bounds.size), bd.Plane(bounds.min - bd.Vector(0.5, 0.5, 0.5)))
-    return _common(slab, port, about)
-
-
-def _common(slab: Any, port: Any, about: Any) -> Any:
-    """What a seat and the port's cylinder share, `about` being a box round the seat.
-
-    The kernel sometimes finds nothing, or too much, where a round ledge meets the cylinder; so several ways are tried
-    until one agrees with the meshes. Raises `PartsError` where none does.
-    """
+    # what a seat and the port's cylinder share, `about` being a box round the seat. The kernel sometimes finds
+    # nothing, or too much, where a round ledge meets the cylinder; so several ways are tried until one agrees
+    # with the meshes
     solids = [Solid("mount", shape, "", "", BodyRole.MOUNT) for shape in (slab, port)]
     one, other = (manifold(tessellate(solid)) for solid in solids)
     expected = float((one ^ other).volume())

@@ -56,7 +56,8 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
 
     Raises `PluginError` where one cannot be loaded.
     """
-    if not _are_installed():
+    wanted = f"[{GROUP}]".encode()
+    if not any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
         return ()
     from importlib.metadata import entry_points  # slow to import, and seldom needed
 
@@ -68,12 +69,6 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
             module = point.load()
             found.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
     return tuple(found)
-
-
-def _are_installed() -> bool:
-    """Whether any installed distribution has such entry points: looked up in the files themselves, in a few ms."""
-    wanted = f"[{GROUP}]".encode()
-    return any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or "."))
 
 
 def _entry_points_in(folder: str) -> Iterator[bytes]:

@@ -86,7 +86,14 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
     jaw, pair = fitted_jaw(layout), closed_section(layout)
     if jaw is None or pair is None:
         return ()
-    return _closed_pair(layout, pair), _overhang(layout, jaw), _length(layout, jaw)
+    # the circle that the closed pair needs, with the shares of all its parts
+    spec, layers = layout.spec, column(layout)
+    outline, placed = outline_tolerance(spec), placement(spec)
+    parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
+    parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
+    parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
+    widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
+    return Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts)), _overhang(layout, jaw), _length(layout, jaw)
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
@@ -125,17 +132,6 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     return ClosedSection(height.nominal, above, nominal.nominal, corner.part, jaw.port_diameter / 2, likely, worst)
 
 
-def _closed_pair(layout: Layout, pair: ClosedSection) -> Measure:
-    """The circle that the closed pair needs, with the shares of all its parts."""
-    spec, layers = layout.spec, column(layout)
-    outline, placed = outline_tolerance(spec), placement(spec)
-    parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
-    parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
-    parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
-    widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
-    return Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts))
-
-
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
     """How far the board stands over each side of the jaw's true face, against what the seat below it carries: as much
     as it is thick, which is an overhang of 45 degrees.
@@ -171,13 +167,7 @@ def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: 
 
 
 def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    yield from _jaw_corners(layout, jaw, at, middle)
-    yield from _seat_corners(layout, at, middle)
-    yield from _sensor_corners(layout, at, middle)
-
-
-def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """Lowest point, side and face edge of both jaws."""
+    # Lowest point, side and face edge of both jaws
     profile = section(jaw)
     half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec, profile.face).band, "jaw across")
     side = Toleranced(profile.side)
@@ -192,6 +182,8 @@ def _jaw_corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> It
         edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
         for below in (0.0, tall.side):
             yield Corner("jaw", edge, at["jaw"][1] + Toleranced(jaw.recess - below) - middle)
+    yield from _seat_corners(layout, at, middle)
+    yield from _sensor_corners(layout, at, middle)
 
 
 def _opposing_rims(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:

@@ -10,15 +10,7 @@ from sitscad.geometry.path import Path, Point, Region, bounding_box, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
 from sitscad.layout.thickness import tail_layers
-from sitscad.scene.bodies import (
-    Body,
-    BodyRole,
-    Heights,
-    above_board,
-    board_heights,
-    seat_heights,
-    top_height,
-)
+from sitscad.scene.bodies import Body, BodyRole, Heights, above_board, board_heights, seat_heights, top_height
 from sitscad.scene.jaws import axis, fitted_jaw, half_width, jaw_range, section, shield_that_fits
 from sitscad.units import in_mm
 
@@ -80,18 +72,7 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
     x0, y0, x1, y1 = bounding_box((body.outline(),))
     place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
     words = f"goes under the board, {in_mm(sheet.gap)} mm below its lower face"
-    return (
-        CutPart(
-            body.name,
-            body.material,
-            "rectangle",
-            place.size,
-            sheet.thickness,
-            sheet.kerf,
-            place,
-            words,
-        ),
-    )
+    return (CutPart(body.name, body.material, "rectangle", place.size, sheet.thickness, sheet.kerf, place, words),)
 
 
 def encapsulation(layout: Layout) -> Body | None:

@@ -145,7 +145,11 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     free = max(stretch[0], layout.body[2], _held_until(layout))
     parts = [Stretch(free - layout.body[2]), *down] if down else []
     if jaw is not None and jaw.hinge is not None and turned > LEAST:
-        parts += _into_shaft(_end(start, parts), jaw_range(layout, jaw)[1] + jaw.hinge, middle, turned)
+        # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
+        here, pivot = _end(start, parts), jaw_range(layout, jaw)[1] + jaw.hinge
+        tangent = middle * math.tan(turned / 2)
+        before = max(0.0, pivot - here.x - tangent)
+        parts += [Stretch(before), Stretch(middle * turned, -turned)]
     rest = layout.tail_length - math.fsum(part.length for part in parts)
     if rest <= 0.0:
         return TailPath(start, straight.stretches, None, TOO_SHORT)
@@ -240,13 +244,6 @@ def _let_down(drop: float, radius: float) -> list[Stretch]:
     fall = drop - 2.0 * radius * (1.0 - math.cos(turn))
     steep = [Stretch(fall)] if fall > LEAST else []
     return [Stretch(radius * turn, -turn), *steep, Stretch(radius * turn, turn)]
-
-
-def _into_shaft(here: Station, pivot: float, radius: float, turned: float) -> list[Stretch]:
-    """Straight to the hinge and the bend into the shaft's direction, its middle under the pivot."""
-    tangent = radius * math.tan(turned / 2)
-    before = max(0.0, pivot - here.x - tangent)
-    return [Stretch(before), Stretch(radius * turned, -turned)]
 
 
 def _end(start: Station, parts: list[Stretch]) -> Station:

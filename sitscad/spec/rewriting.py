@@ -159,7 +159,11 @@ def _edited(text: _Text, edit: Edit) -> str:
     """The text with one edit made; CannotWriteError where it would then say something else."""
     changed = text.raw
     if edit.what == "name":
-        changed = _renamed(text, edit)
+        start = text.place(text.found.keys[edit.key]) if edit.key in text.found.keys else -1
+        name = undotted(edit.key.rpartition(".")[2])
+        if start < 0 or not text.plain.startswith(name, start):
+            raise CannotWriteError(f"{name} is not written plainly")
+        changed = text.replaced(start, start + len(name), edit.new)
     elif edit.key in text.found.keys:
         for key, new in reversed(list(_values(text, edit.key, edit.new))):
             changed = _Text.read(changed).replaced(*_required(text.span(key), key), new)
@@ -174,14 +178,6 @@ def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
     if span is None:
         raise CannotWriteError(f"{undotted(key)} is not written in one piece")
     return span
-
-
-def _renamed(text: _Text, edit: Edit) -> str:
-    start = text.place(text.found.keys[edit.key]) if edit.key in text.found.keys else -1
-    name = undotted(edit.key.rpartition(".")[2])
-    if start < 0 or not text.plain.startswith(name, start):
-        raise CannotWriteError(f"{name} is not written plainly")
-    return text.replaced(start, start + len(name), edit.new)
 
 
 def _values(text: _Text, key: str, new: str) -> Iterator[tuple[str, str]]:

@@ -34,9 +34,20 @@ def read_events(text: str) -> YamlText:
     """The values of one YAML document; raises `TextError` where there is no such document."""
     found = YamlText()
     try:
-        _read_document(_bounded(YAML(typ="safe", pure=True).parse(text)), found)
+        events = _bounded(YAML(typ="safe", pure=True).parse(text))
+        has_document = False
+        for event in events:
+            if isinstance(event, NodeEvent):
+                has_document = True
+                found.data = _read_node(event, events, "", found)
+        if not has_document:
+            raise TextError("SIT001", "the file is empty", "a spec begins with `sitscad: 1`")
     except ReaderError as error:
-        raise _reader_error(error, text) from None
+        position = int(error.position or 0)
+        before = text[:position]
+        place = before.count("\n") + 1, position - (before.rfind("\n") + 1) + 1
+        code = error.character if isinstance(error.character, int) else ord(str(error.character)[:1] or "\0")
+        raise TextError("SIT001", f"the character U+{code:04X} is not allowed", "is this a text file?", place) from None
     except MarkedYAMLError as error:
         raise _syntax_error(error) from None
     except TextError:
@@ -85,17 +96,6 @@ def _refuse_indirection(event: Event) -> None:
 
 def _not_plain(what: str, hint: str, event: Event) -> TextError:
     return TextError("SIT013", f"{what} is not supported", hint, _place(event))
-
-
-def _read_document(events: Iterator[Event], found: YamlText) -> None:
-    """Read the first document into `found`; TextError where there is none."""
-    has_document = False
-    for event in events:
-        if isinstance(event, NodeEvent):
-            has_document = True
-            found.data = _read_node(event, events, "", found)
-    if not has_document:
-        raise TextError("SIT001", "the file is empty", "a spec begins with `sitscad: 1`")
 
 
 def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText) -> Any:
@@ -168,14 +168,6 @@ def _key_name(event: Event) -> str:
             hint += "; if it is the end of a number: decimals take a point, a comma ends what stands before it"
         raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _place(event))
     return name
-
-
-def _reader_error(error: ReaderError, text: str) -> TextError:
-    position = int(error.position or 0)
-    before = text[:position]
-    place = before.count("\n") + 1, position - (before.rfind("\n") + 1) + 1
-    code = error.character if isinstance(error.character, int) else ord(str(error.character)[:1] or "\0")
-    return TextError("SIT001", f"the character U+{code:04X} is not allowed", "is this a text file?", place)
 
 
 def _syntax_error(error: MarkedYAMLError) -> TextError:

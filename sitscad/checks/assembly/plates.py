@@ -90,7 +90,7 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
         return here.footprint.hangs_over(larger) + film(spec) <= 0.0
 
     beside = _least(has_room, radius)
-    x, y = (_up(now + side + beside) if side + beside > 0.0 else now
+    x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
             for now, side in zip(spec.fpc.margin, more, strict=True))
     return x, y
 
@@ -202,10 +202,6 @@ def _least(enough: Callable[[float], bool], most: float) -> float:
         middle = (low + high) / 2
         low, high = (low, middle) if enough(middle) else (middle, high)
     return high
-
-
-def _up(length: float) -> float:
-    return round(math.ceil(length / GRAIN - 1e-4) * GRAIN, 9)
 
 
 def _down(length: float, grain: float) -> float:

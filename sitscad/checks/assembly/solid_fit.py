@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, located, named
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, located, named
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.thickness import tail_thickness
@@ -72,21 +72,17 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
     for each in document.get("measured", ()):
         if not each["kept"]:
             rule, case, key = FAULTS[each["what"]]
-            found.append(located(named(_RULES[rule], _complaint(case, key, each), spec.readout.device), spec))
+            # what a measurement that is not kept says
+            x, y, z = each["where_m"]
+            volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
+            area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
+            when = f" ({each['when']})" if each["when"] else ""
+            values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume, "area": area,
+                      "wanted": 1e6 * each["limit"], "x": 1e3 * x, "y": 1e3 * y, "z": 1e3 * z}
+            values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
+            complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
+            found.append(located(named(_RULES[rule], replace(complaint, place=Place(x, y)), spec.readout.device), spec))
     return tuple(found)
-
-
-def _complaint(case: Case, key: str, each: Mapping[str, Any]) -> Violation:
-    """What a measurement that is not kept says."""
-    x, y, z = each["where_m"]
-    volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
-    area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
-    when = f" ({each['when']})" if each["when"] else ""
-    values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume, "area": area,
-              "wanted": 1e6 * each["limit"], "x": 1e3 * x, "y": 1e3 * y, "z": 1e3 * z}
-    values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
-    complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
-    return replace(complaint, place=Place(x, y))
 
 
 def settles(document: Mapping[str, Any]) -> frozenset[str]:

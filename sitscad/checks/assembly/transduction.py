@@ -126,16 +126,6 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
                                    advice=lambda left: _stays_over_the_coils(design.spec, force, left))
 
 
-def _extrapolated_shear(spec: SensorSpec, force: float) -> Iterator[Verdict]:
-    """That a shear force (N) goes beyond what the pad's law was held against, as data sheet and calibration say."""
-    from sitscad.estimates.response.working_range import beyond_held_shear, held_shear
-
-    held = held_shear(spec)
-    if force > held:
-        beyond = beyond_held_shear(held)
-        yield EXTRAPOLATED_SHEAR.found("requirements.shear_force", force, held, "N", beyond=beyond)
-
-
 def _stays_over_the_coils(spec: SensorSpec, force: float, left: Left) -> str:
     """A hint with the softest silicone on which the target stays over the coils, then with pads of other thickness."""
     assert spec.elastomer is not None and spec.array.pitch is not None
@@ -171,7 +161,12 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     softest = _softest(material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
-        yield from _extrapolated_shear(spec, force)
+        # beyond what the pad's law was held against, as data sheet and calibration say
+        from sitscad.estimates.response.working_range import beyond_held_shear, held_shear
+
+        held = held_shear(spec)
+        if force > held:
+            yield EXTRAPOLATED_SHEAR.found("requirements.shear_force", force, held, "N", beyond=beyond_held_shear(held))
         return
     beyond = strain > limit
     factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)

@@ -330,11 +330,7 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
                 yield id(item), _Stand(number, way)
             way += element.path.length if isinstance(element, Trace) else 0.0
         yield from _contact_stands(layout, coil, number, way)
-    yield from _teardrop_stands(layout)
-
-
-def _teardrop_stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
-    """A teardrop stands where its track begins or ends."""
+    # a teardrop stands where its track begins or ends
     ways: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):
         way = 0.0

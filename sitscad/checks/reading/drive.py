@@ -40,7 +40,15 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     near: list[Violation] = []
     yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
     yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
-    yield from _as_one([*near, *_copper_ends(design)])
+    # what is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker
+    # code and another for a stronger one. Place and figures are those of the gravest
+    near = [*near, *_copper_ends(design)]
+    if not near:
+        return
+    gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
+    yield replace(gravest, message="; ".join(aside.message for aside in near),
+                  detail="; ".join(aside.detail for aside in near if aside.detail),
+                  hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]))
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
@@ -98,18 +106,6 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -
         sigma=sigmas_between(smallest, asked), code=_code(design, smallest), where=where(smallest),
         high=design.converter.limit("amplitude_max"), in_sigmas=in_sigmas(smallest, asked, "V"),
     )
-
-
-def _as_one(near: list[Violation]) -> Iterator[Verdict]:
-    """What is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker code
-    and another for a stronger one. Place and figures are those of the gravest.
-    """
-    if not near:
-        return
-    gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-    yield replace(gravest, message="; ".join(aside.message for aside in near),
-                  detail="; ".join(aside.detail for aside in near if aside.detail),
-                  hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]))
 
 
 def _cold_amplitude(design: Design) -> Iterator[Verdict]:

@@ -53,7 +53,12 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
                               "a few more turns make it safe, where the coil has room for them", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
-    refused, away = _cannot_be_driven(design, worst), more_distance(design) if worst.state != FREE else ""
+    # whether the tank in a reading's state is too fast or too lossy for the converter: what a small inductance
+    # means where it matters, and what is estimated itself
+    state = next(coil.states[worst.state] for coil in design.estimates.coils if coil.name == worst.coil)
+    slow = state.frequency <= design.converter.limit("sensor_frequency_max")
+    driven = state.parallel_resistance >= design.converter.limit(_resistance_floor(design))
+    refused, away = (not (worst.value > 0.0 and slow and driven)), more_distance(design) if worst.state != FREE else ""
     grows = "inductance grows with the square of turns and layers: {}"
     grows += f"; {away} takes less of it away" if away else ""
     yield (TOO_SMALL if refused else SMALL_BUT_DRIVEN).found(
@@ -62,16 +67,6 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         where=where(worst), other_states=other_states(design, worst, "inductance", "H", 4),
         in_sigmas=in_sigmas(worst, floor, "H"),
     )
-
-
-def _cannot_be_driven(design: Design, reading: Reading) -> bool:
-    """Whether the tank in a reading's state is too fast or too lossy for the converter: what a small inductance means
-    where it matters, and what is estimated itself.
-    """
-    state = next(coil.states[reading.state] for coil in design.estimates.coils if coil.name == reading.coil)
-    slow = state.frequency <= design.converter.limit("sensor_frequency_max")
-    driven = state.parallel_resistance >= design.converter.limit(_resistance_floor(design))
-    return not (reading.value > 0.0 and slow and driven)
 
 
 def _resistance_floor(design: Design) -> str:

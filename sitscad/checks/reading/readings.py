@@ -184,8 +184,7 @@ NOTHING_ESTIMATED = Case(
 )
 
 OVERDAMPED_TANK = Case(
-    "the tank of {where} does not oscillate: it is overdamped, Q {measured:.2g} with {now:F,3}",
-    severity=Severity.ERROR,
+    "the tank of {where} does not oscillate: it is overdamped, Q {measured:.2g} with {now:F,3}", severity=Severity.ERROR
 )
 
 TOO_LOSSY = "SIT203"

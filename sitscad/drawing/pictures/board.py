@@ -120,7 +120,10 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark])
 
 def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
     """A bar of a round length near a sixth of the picture, and the sizes in words."""
-    length = _round_below(WIDTH / view.length(1.0) / 6)
+    # the largest of 1, 2, 5 times a power of ten that is not above `length`
+    length = WIDTH / view.length(1.0) / 6
+    power = 10.0 ** math.floor(math.log10(length))
+    length = max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
     end = 20.0 + view.length(length)
     body, board = layout.body_size, bounding_box([layout.outline])
     sizes = (
@@ -132,12 +135,6 @@ def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
     sheet.draw(strokes, Pen(2.0, round_ends=False), kind="scale")
     sheet.text(end + 10.0, top - 17.0, show(length, "m"), LETTERS)
     sheet.text(WIDTH - 20.0, top - 17.0, sizes, LETTERS, "end")
-
-
-def _round_below(length: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
 
 
 def _swatch(fill: str) -> Sign:
@@ -168,14 +165,7 @@ def picture(
     plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it. ``marks`` are drawn
     over it, those that the window shows. ``name`` begins every id, so that one page may hold several pictures.
     """
-    return svg(board_sheet(layout, layers, window, marks, name))
-
-
-def board_sheet(
-    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None, marks: Iterable[Mark] = (),
-    name: str = "board",
-) -> Sheet:
-    """The same picture as a sheet, in pixels."""
+    # the same picture as a sheet, in pixels
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
     # A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height
     x0, y0, x1, y1 = window or bounding_box([layout.outline])
@@ -203,7 +193,7 @@ def board_sheet(
         x, y = 20.0 + 195.0 * column, top - ROW * (row + 1)
         sign(sheet, x, y)
         sheet.text(x + 34.0, y - 17.0, text, LETTERS)
-    return sheet
+    return svg(sheet)
 
 
 def flat(width: float, colour: str, dashes: str = "") -> Pen:
@@ -264,7 +254,9 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
     reach = min(layout.spec.coil.size) / 2
     size = max(12.0, min(30.0, 0.25 * view.length(reach)))
     for coil in layout.coils:
-        at = _free_place(layout, coil.centre, 0.9 * size / view.length(1.0))
+        centre, step = coil.centre, 0.9 * size / view.length(1.0)
+        places = [centre.shifted(i * step, j * step) for i, j in ((0, 0), (0, 1), (0, -1), (-1, 0), (1, 0))]
+        at = max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
         with sheet.group(f"{name}-coil-{coil.name}"):
             sheet.text(view.x(at.x), view.y(at.y) - 0.35 * size, coil.name, size, "middle", halo=4.0)
     for each in layout.capacitors:
@@ -283,12 +275,6 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
                 sheet.text(x + 0.35 * size, y, words, size, "middle", 90.0)
             else:
                 sheet.text(x, y - 0.35 * size, words, size, "middle")
-
-
-def _free_place(layout: Layout, centre: Point, step: float) -> Point:
-    """The centre of a coil, or a place one step beside it, whichever is farthest from every via."""
-    places = [centre.shifted(i * step, j * step) for i, j in ((0, 0), (0, 1), (0, -1), (-1, 0), (1, 0))]
-    return max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
 
 
 def _marks(sheet: Sheet, marks: list[Mark], view: View, name: str) -> None:

@@ -92,9 +92,7 @@ def _rules(layout: Layout) -> list[dict[str, Any]]:
     spacing, width = _mm(rules.trace_spacing), _mm(rules.trace_width)
     groups = ["Outer", "Inner"] if layout.copper_layers > 2 else ["Outer"]
     return [
-        {
-            "Layers": group, "PadToPad": spacing, "PadToTrack": spacing, "TrackToTrack": spacing, "MinLineWidth": width,
-        }
+        {"Layers": group, "PadToPad": spacing, "PadToTrack": spacing, "TrackToTrack": spacing, "MinLineWidth": width}
         for group in groups
     ]
 

@@ -64,7 +64,11 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     ordinates_x(sheet, view, xs, low, low - 7.0)
     ordinates_y(sheet, view, ys, left, left - 9.0)
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
-    low = _legend(sheet, pieces, low - 8.0)
+    low -= 8.0
+    for piece in reversed(pieces):  # what each line means
+        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.name])
+        sheet.text(COLUMN + 18.0, low, f"{piece.name}: {_size(piece)}, {piece.material}", 2.6)
+        low -= 5.0
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout, pieces)), 2.4)
     return sheet
 
@@ -124,15 +128,6 @@ def _coils(layout: Layout) -> Iterator[tuple[str, ...]]:
     for coil in layout.coils:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
         yield coil.name, mm(coil.centre.x), mm(coil.centre.y), turned
-
-
-def _legend(sheet: Sheet, pieces: tuple[Body, ...], top: float) -> float:
-    """What each line means; the y below it."""
-    for piece in reversed(pieces):
-        sheet.line(COLUMN + 1.0, top + 1.0, COLUMN + 15.0, top + 1.0, PENS[piece.name])
-        sheet.text(COLUMN + 18.0, top, f"{piece.name}: {_size(piece)}, {piece.material}", 2.6)
-        top -= 5.0
-    return top
 
 
 def _size(piece: Body) -> str:

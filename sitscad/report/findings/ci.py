@@ -89,7 +89,8 @@ def _result(
     indices: dict[str, int],
     ignored: Ignored | None,
 ) -> dict[str, Any]:
-    where = _artifact(output.uri_from_root(finding.file or spec.path))
+    uri = output.uri_from_root(finding.file or spec.path)
+    where = {"uri": uri} if uri.startswith("file:") else {"uri": uri, "uriBaseId": ROOT}
     mark = fingerprint(output.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
     # What the finding's JSON has beyond what SARIF has a place for
@@ -142,10 +143,6 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
         "description": {"text": told},
         "artifactChanges": [{"artifactLocation": where, "replacements": replacements}],
     }
-
-
-def _artifact(uri: str) -> dict[str, Any]:
-    return {"uri": uri} if uri.startswith("file:") else {"uri": uri, "uriBaseId": ROOT}
 
 
 def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:

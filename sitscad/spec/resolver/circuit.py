@@ -7,15 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec import presets
-from sitscad.spec.circuit import (
-    MOST_PARTS,
-    BendDocument,
-    FpcDocument,
-    FpcSpec,
-    LayerDocument,
-    PanelSpec,
-    Tail,
-)
+from sitscad.spec.circuit import MOST_PARTS, BendDocument, FpcDocument, FpcSpec, LayerDocument, PanelSpec, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Mount
@@ -85,32 +77,28 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
 
 def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
     if isinstance(document.stackup, list):
-        return _written_stackup(document.stackup, remarks)
+        # the stack-up that is written layer by layer; what cannot be is noted
+        found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(document.stackup)]
+        kinds = [layer.kind for layer in found]
+        if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
+            message = (
+                f"{kinds.count(LayerKind.COPPER)} copper layers in {len(found)} are out of range: 1 to 8 in at most 40"
+            )
+            remarks.flaw("SIT006", "fpc.stackup", message, "write the layers from top to bottom")
+        for index, kind in enumerate(kinds):
+            if kind is LayerKind.COVERLAY and 0 < index < len(kinds) - 1:
+                message = "coverlay lies inside the stack-up"
+                remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "inside, write dielectric")
+            if kind is LayerKind.COPPER and index and kinds[index - 1] is LayerKind.COPPER:
+                message = "two copper layers touch"
+                remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
+        return Stackup("written out", tuple(found), WRITTEN_SOURCE)
     if document.stackup is not None:
         return document.stackup
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
     layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
     remarks.default("fpc.stackup", name, f"the default for {layers}")
     return presets.stackup(name)
-
-
-def _written_stackup(layers: list[LayerDocument], remarks: Remarks) -> Stackup:
-    """The stack-up that is written layer by layer; what cannot be is noted."""
-    found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(layers)]
-    kinds = [layer.kind for layer in found]
-    if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
-        message = (
-            f"{kinds.count(LayerKind.COPPER)} copper layers in {len(found)} are out of range: 1 to 8 in at most 40"
-        )
-        remarks.flaw("SIT006", "fpc.stackup", message, "write the layers from top to bottom")
-    for index, kind in enumerate(kinds):
-        if kind is LayerKind.COVERLAY and 0 < index < len(kinds) - 1:
-            message = "coverlay lies inside the stack-up"
-            remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "inside, write dielectric")
-        if kind is LayerKind.COPPER and index and kinds[index - 1] is LayerKind.COPPER:
-            message = "two copper layers touch"
-            remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
-    return Stackup("written out", tuple(found), WRITTEN_SOURCE)
 
 
 def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup:
@@ -179,7 +167,22 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
     bend: str | BendDocument = tail.values()["bend"]
-    radius = _turn_radius(tail, rules, remarks)
+    # the radius (m) of the inner edge of the tail's turn, no less than the fabricator's
+    radius, is_turned = tail.values()["turn_radius"], tail.turn != "none" or tail.offset != 0.0
+    if tail.turn != "none" and tail.offset:
+        message = f"the tail turns {tail.turn} and is led aside too"
+        remarks.flaw("SIT009", "fpc.tail.offset", message, "keep one of turn and offset")
+    if radius is None:
+        radius = max(_TURN_RADIUS, rules.inside_radius)
+        if is_turned:
+            remarks.default("fpc.tail.turn_radius", show(radius, "m"))
+    elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
+        message = (
+            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holder('inside_radius')} asks "
+            f"{show(rules.inside_radius, 'm')}"
+        )
+        facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
+        remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)
     return _bent(replace(tail, layers=layers, turn_radius=radius), bend, mount, remarks)
 
 
@@ -210,23 +213,3 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
     key = "fpc.tail.bend" + (".angle" if isinstance(written, BendDocument) else "")
     remarks.default(key, f"{math.degrees(angle):.4g} deg {tail.bend_direction}", why)
     return replace(tail, bend_angle=angle)
-
-
-def _turn_radius(tail: Tail, rules: DesignRules, remarks: Remarks) -> float:
-    """The radius (m) of the inner edge of the tail's turn, no less than the fabricator's."""
-    radius, is_turned = tail.values()["turn_radius"], tail.turn != "none" or tail.offset != 0.0
-    if tail.turn != "none" and tail.offset:
-        message = f"the tail turns {tail.turn} and is led aside too"
-        remarks.flaw("SIT009", "fpc.tail.offset", message, "keep one of turn and offset")
-    if radius is None:
-        radius = max(_TURN_RADIUS, rules.inside_radius)
-        if is_turned:
-            remarks.default("fpc.tail.turn_radius", show(radius, "m"))
-    elif is_turned and radius < rules.inside_radius * (1 - 1e-9):
-        message = (
-            f"an inner edge of {show(radius, 'm')} radius tears; {rules.holder('inside_radius')} asks "
-            f"{show(rules.inside_radius, 'm')}"
-        )
-        facts = {"measured": radius, "limit": rules.inside_radius, "unit": "m"}
-        remarks.flaw("SIT009", "fpc.tail.turn_radius", message, "make it larger", **facts)
-    return radius

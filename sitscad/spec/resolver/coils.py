@@ -40,7 +40,7 @@ def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
 
 def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()) -> None:
     """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are."""
-    (x, y), outline, most = coil.size, coil.outline, _most_turns(coil)
+    (x, y), outline, most = coil.size, coil.outline, coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
     if not outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
         remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
@@ -61,10 +61,6 @@ def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()
     elif coil.corner_radius > limit:
         message = f"a corner radius of {show(coil.corner_radius, 'm')} is more than half the size ({show(limit, 'm')})"
         remarks.flaw("SIT009", "coil.corner_radius", message, "", measured=coil.corner_radius, limit=limit, unit="m")
-
-
-def _most_turns(coil: CoilSpec) -> float:
-    return coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
 
 
 def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: Remarks) -> None:

@@ -105,7 +105,21 @@ def _in_jaw(mount: Mount, written: Jaw | JawDocument, place: Origin, remarks: Re
                 remarks.flaw("SIT003", f"mount.jaw.{name}", f"the jaw has no {name}", hint)
         return replace(mount, step=step, backing=written.material or presets.conductor(DEFAULT_METAL))
     jaw = replace(_written_over(written), step=step)
-    _check_jaw(jaw, remarks)
+    # whether pockets and window of a jaw lie inside its face, and the other jaw's pad in its pocket
+    holes = (("pocket", jaw.pocket), ("fenestration", jaw.fenestration), ("opposing_pocket", jaw.opposing_pocket))
+    for name, size in holes:
+        if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
+            shown = f"{show(size[0], 'm')} x {show(size[1], 'm')}"
+            message = f"the {name} is {shown}, the face {show(jaw.length, 'm')} x {show(jaw.width, 'm')}"
+            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "[length, width], inside length and width of the jaw")
+    if jaw.opposing_recess > jaw.opposing_pad_thickness + 1e-9:
+        message = (
+            f"the other jaw's rims stand {show(jaw.opposing_recess, 'm')} above the floor of its pocket, its pad "
+            f"{show(jaw.opposing_pad_thickness, 'm')}: they would meet the board before the pad does"
+        )
+        facts = {"measured": jaw.opposing_recess, "limit": jaw.opposing_pad_thickness, "unit": "m"}
+        hint = "opposing_pad_thickness: that of the pad that lies in the pocket"
+        remarks.flaw("SIT009", "mount.jaw.opposing_recess", message, hint, **facts)
     return replace(mount, jaw=jaw)
 
 
@@ -121,24 +135,6 @@ def _written_over(document: JawDocument) -> Jaw:
     source = presets.jaw_source(base.name, written)
     own = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}" if written else source
     return replace(base, **figures, name=document.name, source=own, written=written)
-
-
-def _check_jaw(jaw: Jaw, remarks: Remarks) -> None:
-    """Whether pockets and window of a jaw lie inside its face, and the other jaw's pad in its pocket."""
-    holes = (("pocket", jaw.pocket), ("fenestration", jaw.fenestration), ("opposing_pocket", jaw.opposing_pocket))
-    for name, size in holes:
-        if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
-            shown = f"{show(size[0], 'm')} x {show(size[1], 'm')}"
-            message = f"the {name} is {shown}, the face {show(jaw.length, 'm')} x {show(jaw.width, 'm')}"
-            remarks.flaw("SIT009", f"mount.jaw.{name}", message, "[length, width], inside length and width of the jaw")
-    if jaw.opposing_recess > jaw.opposing_pad_thickness + 1e-9:
-        message = (
-            f"the other jaw's rims stand {show(jaw.opposing_recess, 'm')} above the floor of its pocket, its pad "
-            f"{show(jaw.opposing_pad_thickness, 'm')}: they would meet the board before the pad does"
-        )
-        facts = {"measured": jaw.opposing_recess, "limit": jaw.opposing_pad_thickness, "unit": "m"}
-        hint = "opposing_pad_thickness: that of the pad that lies in the pocket"
-        remarks.flaw("SIT009", "mount.jaw.opposing_recess", message, hint, **facts)
 
 
 def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> None:

@@ -150,7 +150,18 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
         place = "coil" if part.chip else "converter"
         remarks.default("readout.capacitor_at", place)
     if part.chip is not None:
-        _check_chip(part, tail, remarks)
+        # whether capacitors on the board have a place there, with the tail's pairs above each other
+        key = "readout.capacitors_on_board"
+        if part.capacitor_at == "converter":
+            remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
+        if tail is None:
+            remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
+        elif tail.connector.insertion_thickness <= 0.0:
+            message = f"a tail that ends in {tail.connector.name} has no stiffener, and chips on bare film crack"
+            remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
+        elif tail.layers == 1:
+            two = (Edit("fpc.tail.layers", "2"),)
+            remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2", edits=two)
     return replace(part, cable=cable, capacitor_at=place)
 
 
@@ -165,21 +176,6 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
         facts = {"measured": float(tail.contacts), "limit": float(needed)}
         enough = (Edit("fpc.tail.contacts", str(needed)),)
         remarks.flaw("SIT009", "fpc.tail.contacts", message, "two contacts a coil, or more", **facts, edits=enough)
-
-
-def _check_chip(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> None:
-    """Whether capacitors on the board have a place there, with the tail's pairs above each other."""
-    key = "readout.capacitors_on_board"
-    if part.capacitor_at == "converter":
-        remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
-    if tail is None:
-        remarks.flaw("SIT009", key, "there is no tail with a stiffener to carry them", "give the spec an fpc.tail")
-    elif tail.connector.insertion_thickness <= 0.0:
-        message = f"a tail that ends in {tail.connector.name} has no stiffener, and chips on bare film crack"
-        remarks.flaw("SIT009", key, message, "take a connector that is plugged in, like zif-0.5mm")
-    elif tail.layers == 1:
-        two = (Edit("fpc.tail.layers", "2"),)
-        remarks.flaw("SIT009", key, "they need a tail of two copper layers", "fpc.tail.layers: 2", edits=two)
 
 
 def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
