@@ -8,7 +8,7 @@ from sitscad.checks import performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, plug, room, tail
 from sitscad.checks.reading import drive, electrical, response, thin_target, timing
-from sitscad.checks.rules import Outcome, Rule, outcomes
+from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
@@ -16,7 +16,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.remedy.search import DECISIVE, HINTS, Budget
-from sitscad.spec.rules import SPEC_RULES, SpecError
+from sitscad.spec.rules import RULE_NAMES, SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.validity import refuse_unusable
 
@@ -26,9 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
-_LOADING = tuple(
-    Rule(row.id, row.name, row.severity, row.summary, row.why, row.mend, "docs/spec.md") for row in SPEC_RULES
-)
+_LOADING = tuple(map(rule_of, RULE_NAMES))
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
+from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import RequirementResult
@@ -301,11 +301,6 @@ DRIFTS = Case(
     "{cause}); {limit:N,3} is required",
 )
 
-_WEAK = (
-    "More signal per newton: a softer pad or one of another thickness, a target that ends nearer to the coils' "
-    "middles, more distance from metal behind the coils"
-)
-
 BESIDE_NOISE = 10.0
 """How many times the resolution one degree of tilt may be read as before it is worth a note."""
 
@@ -360,72 +355,19 @@ UNSEEN = Case(
 )
 
 
+def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
+    figures = {"quick_method": NOISE_STEPS_SOURCE, "beside_noise": BESIDE_NOISE}
+    return rule_of(number, apply, "target", "elastomer", need, **figures)
+
+
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT401", "normal-resolution", Severity.ERROR,
-        "One sigma of noise of the normal force is within requirements.normal_resolution at rest, half and full load.",
-        "What the noise covers cannot be told from one moment to the next, however well the sensor is calibrated.",
-        _WEAK + "; fewer scans a second.", NOISE_STEPS_SOURCE,
-        ("target", "elastomer", "normal resolution"), normal_resolution,
-    ),
-    Rule(
-        "SIT402", "shear-resolution", Severity.ERROR,
-        "One sigma of noise of every shear axis that the array tells apart is within requirements.shear_resolution.",
-        "Slip shows first in a small change of shear; what the noise covers comes too late.",
-        _WEAK + "; fewer scans a second.", NOISE_STEPS_SOURCE,
-        ("target", "elastomer", "shear resolution"), shear_resolution,
-    ),
-    Rule(
-        "SIT403", "crosstalk", Severity.ERROR,
-        "While one axis goes over its full scale, no other errs by more than requirements.crosstalk of its own, by the "
-        "curved map that a calibration fits.",
-        "A force along one axis that is read as one along another cannot be told from a real one.",
-        "More than one target edge over the coils, less travel, three or four coils where two are asked too much.",
-        NOISE_STEPS_SOURCE, ("target", "elastomer", "crosstalk"), crosstalk,
-    ),
-    Rule(
-        "SIT404", "tilt-error", Severity.ERROR,
-        "A contact tilted by requirements.tilt is read as no more than requirements.tilt_error on any axis.",
-        "A tilted target comes nearer to one coil and leaves another, just as shear does: the main error of the "
-        "thesis, where 10 degrees in a scissor jaw were full-scale shear.",
-        _WEAK + "; a pad that is thin for its width tilts less.",
-        NOISE_STEPS_SOURCE + "; Jones, thesis, 6.5", ("target", "elastomer", "tilt error"), tilt_error,
-    ),
-    Rule(
-        "SIT405", "friction-error", Severity.WARNING,
-        "Shear over normal at full load is known to requirements.friction_error: noise, hysteresis, 10 K, what "
-        "manufacture leaves after calibration, and the required tilt where there is one. A modulus that is not known "
-        "leaves the ratio as it is.",
-        "Slip is the first peak of that ratio: 0.42 +- 0.05 on tissue (Jones, thesis, 4.4).",
-        _WEAK + "; an elastomer with less hysteresis.",
-        NOISE_STEPS_SOURCE + "; hysteresis by data/elastomers.csv, mostly unverified: a warning",
-        ("target", "elastomer", "friction error"), friction_error,
-    ),
-    Rule(
-        "SIT406", "temperature-error", Severity.WARNING,
-        "From the tare at requirements.temperature to the farther end of requirements.temperature_range, no axis "
-        "drifts by more than requirements.temperature_error at full load.",
-        "Copper's resistance pulls the tank, the pad grows and stiffens, capacitors drift: all of it is read as force.",
-        _WEAK + "; a tare before each grasp, a coil without target as a reference.",
-        NOISE_STEPS_SOURCE + "; expansion and modulus by data/elastomers.csv, unverified: a warning",
-        ("target", "elastomer", "temperature error"), temperature_error,
-    ),
-    Rule(
-        "SIT407", "ambiguous-map", Severity.NOTE,
-        "No two loads within the required ones, a tenth of full scale apart or more, give one reading.",
-        "Where they do, the map from readings to forces cannot be inverted: no calibration helps.",
-        "Less travel (a stiffer pad), a target whose edges stay over the coils, or another coil.", NOISE_STEPS_SOURCE,
-        ("target", "elastomer", "feeling"), two_loads_one_reading,
-    ),
-    Rule(
-        "SIT408", "tilt-beside-noise", Severity.NOTE,
-        f"One degree of tilt is read as at most {BESIDE_NOISE:.0f} times the noise of every axis.",
-        "A resolution that tilt covers is none in use.",
-        "Keep the face level, or calibrate with the tilts of use; state tilt and tilt_error.", NOISE_STEPS_SOURCE,
-        ("target", "elastomer", "feeling"), tilt_beside_noise,
-    ),
-    Rule("SIT409", "unseen-shear", Severity.NOTE, "A sensor that has to bear shear has coils that can see it.",
-         "A coil alone reads how near the target is and how much of it lies over the coil, and cannot tell them apart.",
-         "Two coils in line, or three or four.", "one reading, two unknowns (derived)",
-         ("target", "elastomer", "shear force"), unseen_shear),
+    _felt_rule("SIT401", normal_resolution, "normal resolution"),
+    _felt_rule("SIT402", shear_resolution, "shear resolution"),
+    _felt_rule("SIT403", crosstalk, "crosstalk"),
+    _felt_rule("SIT404", tilt_error, "tilt error"),
+    _felt_rule("SIT405", friction_error, "friction error"),
+    _felt_rule("SIT406", temperature_error, "temperature error"),
+    _felt_rule("SIT407", two_loads_one_reading, "feeling"),
+    _felt_rule("SIT408", tilt_beside_noise, "feeling"),
+    rule_of("SIT409", unseen_shear, "target", "elastomer", "shear force"),
 )

@@ -14,9 +14,10 @@ from typing import Any
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.readout.converter import Converter
+from sitscad.readout.converter import Converter, source_in_all
 from sitscad.record import record
 from sitscad.remedy.search import Left
+from sitscad.spec.rules import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -62,8 +63,8 @@ Verdict = Violation | Undecided
 class Rule:
     """One rule: its texts for `explain`, the parts that it needs, and the function that applies it.
 
-    ``severity`` is the worst that it says; single complaints may be milder (`severities`). ``needs`` are keys of
-    `NEEDS`.
+    ``severity`` is the worst that it says, ``cases`` says when it is which, mildest first, where single complaints are
+    milder; ``needs`` are keys of `NEEDS`.
     """
 
     id: str
@@ -75,38 +76,28 @@ class Rule:
     source: str
     needs: tuple[str, ...] = ()
     apply: Callable[[Design], Iterable[Verdict]] | None = None
+    cases: str = ""
 
     @property
     def severities(self) -> str:
         """Every severity that a finding of the rule can have, mildest first, and when."""
-        return SEVERITIES.get(self.id, self.severity.value)
+        return self.cases or self.severity.value
 
 
-SEVERITIES: dict[str, str] = {
-    "SIT103": "warning, error if binding", "SIT116": "note where a panel is made, warning, error below three bridges",
-    "SIT123": "note or warning for tracks, error",
-    "SIT127": "note where contacts lead nowhere or their number is written, error",
-    "SIT128": "warning, error where the contacts are too far from the edge for plating bars",
-    "SIT129": "note where its thickness is written, warning", "SIT131": "warning for the number of boards, error",
-    "SIT201": "note within two sigma, warning within one or where the tank is driven, error",
-    "SIT202": "note within two sigma, warning within one, error",
-    "SIT203": "note within two sigma, warning, error below the strongest drive or without oscillation",
-    "SIT204": "note within two sigma, warning, error outside what is stable", "SIT206": "warning, error beyond 0.8",
-    "SIT209": "warning, error where no host is fast enough",
-    "SIT211": "note or warning by the coupling across two converters, error for more than eight",
-    "SIT212": "note, warning from 5 % up", "SIT215": "warning, error where no coil feels anything",
-    "SIT216": "note, warning from 3 % up where a lead runs back",
-    "SIT301": "note where the seat holds what overhangs, warning for tail and contacts wider than the port, error",
-    "SIT302": "warning where it is too long at worst, error", "SIT303": "warning where it is too much at worst, error",
-    "SIT304": "warning, error beyond 50 %", "SIT305": "note or warning by what it costs, error where it does not sense",
-    "SIT307": "warning, error where a piece's middle lies beside what carries it",
-    "SIT308": "note, warning or error by layers and bend", "SIT309": "warning where it is too narrow, error",
-    "SIT310": "note, warning where a target free to tilt gives way, error where one held level does",
-    "SIT312": "note where only the softest case passes, or the law is extrapolated, warning",
-    "SIT319": "warning, error where less than half is carried",
-    "SIT326": "warning, error where less than half is carried",
-}
-"""The rules whose findings differ in severity, in words; all others have one."""
+def rule_of(
+    number: str, apply: Callable[[Design], Iterable[Verdict]] | None = None, *needs: str, **values: object
+) -> Rule:
+    """A rule of sitscad by its number, with its texts out of ``data/rules.csv``: `values` stand in them by name, and
+    the sources of converters' figures by the names of these.
+    """
+    row = RULE_TEXTS[number]
+    texts = {field: row[field] for field in ("summary", "why", "mend", "source")}
+    for field, text in texts.items() if "{" in "".join(texts.values()) else ():
+        named = {name for _, name, _, _ in Formatter().parse(text) if name}
+        texts[field] = text.format_map(values | {name: source_in_all(name) for name in named - values.keys()})
+    severity, cases = Severity(row["severity"]), row["severities"]
+    return Rule(number, row["name"], severity, **texts, needs=needs, apply=apply, cases=cases)
+
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),

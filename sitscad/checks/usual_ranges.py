@@ -9,10 +9,9 @@ from itertools import groupby
 from typing import Any
 
 from sitscad.checks.board.fabrication import outline_box
-from sitscad.checks.rules import Case, Rule, Verdict
+from sitscad.checks.rules import Case, Rule, Verdict, rule_of
 from sitscad.data import cited, rows
 from sitscad.design import Design
-from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.spec.stackup import LayerKind
 from sitscad.units import parse_quantity, show
@@ -188,13 +187,5 @@ TOGETHER = Case("nobody is known who makes what these rules say: {told}", f"look
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT134", "unusual", Severity.WARNING,
-        "Lengths, angles, moduli, forces and temperatures are of a size that is usual for each "
-        "(sitscad/data/usual_ranges.csv has them all, with their reasons).",
-        "A unit that is forgotten, or a point in the wrong place, is often still within what the format takes, and "
-        "makes a package that looks right.",
-        "Look at number and unit. What is meant stays, with its reason: # sitscad: ignore SIT134 at its line.",
-        "each range's own, in sitscad/data/usual_ranges.csv", apply=unusual,
-    ),
+    rule_of("SIT134", unusual),
 )

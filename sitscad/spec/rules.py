@@ -1,4 +1,4 @@
-"""What can be wrong with the spec itself: the table behind `sitscad rules` and `sitscad explain` for SIT0xx."""
+"""The table behind `sitscad rules` and `sitscad explain`, and what is raised where a spec cannot be used."""
 
 from __future__ import annotations
 
@@ -6,31 +6,18 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sitscad.data import rows
-from sitscad.finding import Finding, Severity
-from sitscad.record import record
+from sitscad.finding import Finding
 from sitscad.spec.source import SpecSource
 
 if TYPE_CHECKING:
     from sitscad.spec.sensor import SensorSpec
 
 
-@record
-class SpecRule:
-    """One rule of the spec: what it asks for, why, and how to mend a breach."""
+RULE_TEXTS = {row["id"]: row for row in rows("rules")}
+"""What every rule asks for, why, and how to mend a breach, by its number; those of the spec itself are SIT0xx."""
 
-    id: str
-    name: str
-    summary: str
-    why: str
-    mend: str
-    severity: Severity
-
-
-SPEC_RULES = tuple(
-    SpecRule(row["id"], row["name"], row["summary"], row["why"], row["mend"], Severity(row["severity"]))
-    for row in rows("spec_rules")
-)
-RULE_NAMES = {rule.id: rule.name for rule in SPEC_RULES}
+RULE_NAMES = {number: row["name"] for number, row in RULE_TEXTS.items() if number.startswith("SIT0")}
+"""The rules of the spec itself: what can be wrong with it while it is read."""
 
 ROOM_RULES = ("SIT014", "SIT016")
 """The rules of the spec that say that coils or their turns have no room."""

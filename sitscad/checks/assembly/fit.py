@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -201,26 +201,7 @@ def with_tolerances(measure: Measure) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT308", "tail-bend", Severity.ERROR,
-        "The tail can be bent as the spec says: one copper layer where it moves at every grasp (two are a warning, "
-        "more an error), of rolled foil (else a warning), and a radius that half of the port leaves (a note for a "
-        "static bend of up to two layers, else a warning).",
-        "Several layers of copper crack in a hinge, and so does deposited foil, whose grain stands across it; bend "
-        "radii are multiples of the thickness.",
-        "One layer of rolled foil through the hinge, a thinner board, or no bend.",
-        "fpc.rules: All Flex 6/10/20 times static; jselectronic 20 to 40 times dynamic; ship.ie one layer only when "
-        "dynamic", ("tail",), tail_bend,
-    ),
-    Rule(
-        "SIT309", "shield-gap", Severity.ERROR,
-        "The shield lies inside the standoff between the board and the jaw, or the mount's plate (an error), and under "
-        "all of every coil where the port makes it narrower than the board's body (a warning).",
-        "A shield deeper than the standoff would stand in the jaw's metal; beside one that is too narrow the field "
-        "enters the jaw, and the estimates take shields as endless.", "A larger standoff, or a smaller gap.",
-        "geometry", ("shield", "mount"), shield_gap,
-    ),
-    Rule("SIT311", "bare-metal", Severity.WARNING, "A target in a jaw is encapsulated.",
-         "Open metal must not touch tissue; silicone is the candidate that the thesis names.", "Add an encapsulation.",
-         "thesis of Jones 8.2", ("target", "jaw"), bare_metal),
+    rule_of("SIT308", tail_bend, "tail"),
+    rule_of("SIT309", shield_gap, "shield", "mount"),
+    rule_of("SIT311", bare_metal, "target", "jaw"),
 )

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 
 from sitscad.checks.assembly.fit import ROUNDING, unverified
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
@@ -245,31 +245,8 @@ TOO_THIN_TO_PRINT = Case("the {name} is {measured:m,3} thick, which {process} do
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT315", "mount-joint", Severity.ERROR,
-        "A dovetail's tongue or the pins by which a mount is held can be made by its process, and the jaw has metal "
-        "enough left beside and below what is cut for them, and round its window.",
-        "A tongue thinner than a process makes breaks off; a jaw that is cut too deep bends or breaks in the patient.",
-        "Other sizes in mount.retention, or glue alone.", "sitscad/data/print_limits.csv (metal: machined)", ("jaw",),
-        mount_joint,
-    ),
-    Rule("SIT316", "printed-hole", Severity.WARNING, "Holes for screws are as large as the mount's process makes them.",
-         "Smaller holes close while they are printed.", "Drill them after printing, or take larger screws.",
-         "sitscad/data/print_limits.csv", ("mount",), mount_holes),
-    Rule(
-        "SIT314", "printed-wall", Severity.ERROR,
-        "Each piece of the mount is as thick as its process (mount.process) can make it.",
-        "A standoff a little larger than the shield needs prints a sheet of a few hundredths of a millimetre.",
-        "A standoff that lays the shield on the metal, a larger one, or another process.",
-        "sitscad/data/print_limits.csv", ("mount",), printed_wall,
-    ),
-    Rule(
-        "SIT319", "board-support", Severity.ERROR,
-        "Nine tenths of the board under the elastomer (under the target, or of the body, where there is none) lie on "
-        "the mount, the shield or the jaw (a warning); less than half of it, or of the whole body, is an error.",
-        "A seat that the port or the pad pocket cuts back to a narrow bar holds nothing: the board bends over it, and "
-        "what is felt is the board's bending. A strip of a tenth at the edges bends by micrometres.",
-        "A lower stack, a narrower board, a wider jaw; a seat where the board lies on a jaw's window.",
-        "geometry: areas from above, the seat as the port leaves it", ("mount",), carried,
-    ),
+    rule_of("SIT315", mount_joint, "jaw"),
+    rule_of("SIT316", mount_holes, "mount"),
+    rule_of("SIT314", printed_wall, "mount"),
+    rule_of("SIT319", carried, "mount"),
 )

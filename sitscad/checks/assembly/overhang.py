@@ -23,7 +23,7 @@ from sitscad.checks.assembly.plates import (
     moved,
     pair,
 )
-from sitscad.checks.rules import Case, Rule, Verdict, apply_rule
+from sitscad.checks.rules import Case, Rule, Verdict, apply_rule, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.geometry.convex import beyond
@@ -242,25 +242,7 @@ WIDER_THAN_FINGER = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT307", "elastomer-cover", Severity.ERROR,
-        "The elastomer carries the whole target and lies wholly on the board's body, each where it stands; without an "
-        "elastomer the target does. The film of an encapsulation round them counts with them (warnings; an error where "
-        "the middle of a piece lies beside what carries it).",
-        "An unsupported edge bends, and a tilted target reads as shear; what hangs over the board is neither bonded "
-        "nor supported. Body and plates are compared by their outlines, with the body's rounded corners.",
-        "Make the elastomer at least as large as the target and no larger than the body, or the body larger "
-        "(fpc.margin).", "thesis of Jones 6.5: target rotation is the main error", ("plate",), overhang,
-    ),
-    Rule(
-        "SIT317", "laser-sheet", Severity.ERROR,
-        "Elastomer, target and shield, each with its kerf, the coupon and the margins, lie on the sheet that they are "
-        "cut from, and copies so far apart that sheet stays between their cuts.",
-        "A shop that is sent a drawing larger than its sheet sends it back; an edge that is cut twice burns, and its "
-        "piece moves before the second cut.", "The size of your sheets, or smaller parts; more of `cutting.gap`.",
-        "geometry: cutting.sheet, cutting.gap", apply=laser_sheet,
-    ),
-    Rule("SIT318", "finger-width", Severity.WARNING, "The finger that a cap slips over is as wide as the board's body.",
-         "Plastic beside the finger gives way under a force that the sensor shall feel, and tilts its board.",
-         "A wider finger, or a narrower board.", "geometry: mount.finger.size", ("mount",), finger_carries),
+    rule_of("SIT307", overhang, "plate"),
+    rule_of("SIT317", laser_sheet),
+    rule_of("SIT318", finger_carries, "mount"),
 )

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict
+from sitscad.checks.rules import Case, Undecided, Verdict, rule_of
 from sitscad.design import Design
-from sitscad.finding import Edit, Severity
+from sitscad.finding import Edit
 from sitscad.geometry.convex import Footprint, beyond
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
@@ -337,16 +337,6 @@ BESIDE_COILS = Case(
 )
 
 
-PROPORTIONS = Rule(
-    "SIT306", "target-proportions", Severity.WARNING,
-    "Over two coils in a line the target is as long as their distance (within 20 %) and at least as wide as a "
-    "coil; over any other array it is at least as large as a coil both ways, and its best length is not judged. An "
-    "offset (target.offset) leaves a single coil wholly under it, and of several their middles.",
-    "Two coils: shear falls to less than a third when the target is much longer or shorter. Any coil: what does "
-    "not cover it loses normal signal. For other arrays no measured best size is known.",
-    "Over two coils set target.size to their distance; else make the target at least as large as a coil.",
-    "thesis of Jones 6.4, 6.5 and tables 6.3, 6.4; TI SNOA957B: target at least the sensor's area", ("target",),
-    target_proportions,
-)
+PROPORTIONS = rule_of("SIT306", target_proportions, "target")
 
 RULES = (PROPORTIONS,)

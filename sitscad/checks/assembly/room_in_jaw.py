@@ -17,7 +17,7 @@ from sitscad.checks.assembly.fit import (
     weight_of,
     with_tolerances,
 )
-from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict
+from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -383,32 +383,7 @@ SUNK = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT301", "sensor-width", Severity.ERROR,
-        "What of the board's body stands over the jaw's true face, the chord of its half-round back, is held by at "
-        "least as much plastic below it (an error nominally or by root-sum-square of the tolerances, a warning at "
-        "worst, a note where it is held); elastomer and target are not wider than both jaw and board (errors), nor is "
-        "the whole board, its tail and contacts included, wider than the port (a warning).",
-        "What overhangs is cut off or torn by the port (the board of Jones, thesis, Leeds, overhung by its connector).",
-        "A smaller coil or target, narrower leads, or a wider jaw.", JAW_SOURCE, ("jaw",), sensor_width,
-    ),
-    Rule(
-        "SIT302", "sensor-length", Severity.ERROR,
-        "The board's body is not longer than the jaw: nominally and by root-sum-square of both tolerances (errors), "
-        "nor at worst (a warning).", "The body must lie flat; only the tail may go through the hinge.",
-        "Fewer or smaller coils, or a smaller pitch.", JAW_SOURCE, ("jaw",), sensor_length,
-    ),
-    Rule(
-        "SIT303", "stack-height", Severity.ERROR,
-        "The closed jaws, with the sensor's whole stack and every glue line between them, pass the port's circle: "
-        "nominally and by root-sum-square of all tolerances (errors), and at worst (a warning). The stack is higher "
-        "than the rims of the pockets that it lies in.",
-        "Pieces are glued, and none is as thick as it is drawn. Ports are named by a nominal size, 5.0 mm taken "
-        "strictly here; 5 mm ports measure 5.5 to 7.4 mm inside: write mount.jaw.port_diameter where yours is known. "
-        "The pad is taken at rest: what it gives way in the port is not counted on.",
-        "Change what the finding says decides: of the board body the width (less fpc.margin, smaller coils); else a "
-        "thinner elastomer, standoff or target. Narrower tolerances, or a jaw with more metal taken away, always do.",
-        "Limperg 2024 (JMIG, 10.1016/j.jmig.2024.01.008) for measured ports; tolerances: the report's table of fit; "
-        + JAW_SOURCE, ("jaw",), stack_height,
-    ),
+    rule_of("SIT301", sensor_width, "jaw", jaw_source=JAW_SOURCE),
+    rule_of("SIT302", sensor_length, "jaw", jaw_source=JAW_SOURCE),
+    rule_of("SIT303", stack_height, "jaw", jaw_source=JAW_SOURCE),
 )

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, located, named
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, located, named, rule_of
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.thickness import tail_thickness
@@ -151,46 +151,13 @@ FAULTS = {"interference": ("SIT320", IN_EACH_OTHER, "mount"), "port": ("SIT321",
 """By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
 
 RULES: tuple[Rule, ...] = (
-    Rule("SIT320", "solids-interfere", Severity.ERROR,
-         "No two pieces of the assembly, as it is glued and closed, take the same room.",
-         "What is drawn into each other cannot be put together.", "Other sizes for one of the two.",
-         "geometry: manifold3d finds the pairs, OpenCASCADE settles them exactly", ("jaw",), on_solids),
-    Rule("SIT321", "solids-in-port", Severity.ERROR,
-         "Every piece between the jaws' tip and heel lies within the port, swept along the closed pair's axis.",
-         "SIT303 judges the section by figures; this measures every piece that is built.",
-         "A lower stack or a narrower piece.", "geometry: meshes within 5 um of the round faces", ("jaw",), on_solids),
-    Rule("SIT322", "jaws-open", Severity.ERROR,
-         "The other jaw runs into nothing while it opens, about the hinge, tried at every half millimetre of its tip.",
-         "A seat or a film that stands up at the heel blocks the jaws.",
-         "Less height at the heel, or the hinge where it really is.", "geometry", ("jaw",), on_solids),
-    Rule(
-        "SIT323", "loaded-pad", Severity.WARNING,
-        "Under the forces of the requirements, shear along each axis, the target, the other jaw and the bulging sides "
-        "of the pad touch nothing that does not give way.",
-        "A target that lies on a rim carries the force past the pad, and nothing is felt of it.",
-        "More room beside the pad, a smaller target, a stiffer pad.",
-        "mechanics.pad for the pose; bulge by constant volume with a parabola over the side", ("jaw",), on_solids,
-    ),
-    Rule(
-        "SIT324", "tail-past-hinge", Severity.WARNING,
-        "The tail, laid along the jaw's face, runs past the hinge's pin, closed and wide open, and its bend has room "
-        "between the jaw's heel and the pivot.", "A tail that rubs on the pin wears through at the first grasps.",
-        "Your instrument's pin, a way beside it, or more standoff.", "sitscad/data/shafts.csv", ("jaw", "tail"),
-        tail_past_pin,
-    ),
-    Rule("SIT325", "end-through-shaft", Severity.WARNING,
-         "The tail's end with contacts and stiffener goes through the tube behind the jaws.",
-         "Whatever is plugged in behind the handle has to be drawn through the shaft first.",
-         "A finer connector, fewer contacts, or wires.", "sitscad/data/shafts.csv", ("jaw", "tail"), end_through_shaft),
-    Rule(
-        "SIT326", "solids-carry", Severity.ERROR,
-        "Nine tenths of the board under the elastomer (under the target, or of the body, where there is none) have a "
-        "face of the mount, the shield or the jaw a glue line below them (a warning); less than half of it, or of the "
-        "whole body, is an error.",
-        "A part of your own may be smaller than the board, or its datum elsewhere; SIT319 judges all others by their "
-        "figures.", "More of the mount under the board.",
-        "geometry: sections of the meshes, hollows of up to 0.1 mm, which glue fills, left out", ("mount",), on_solids,
-    ),
+    rule_of("SIT320", on_solids, "jaw"),
+    rule_of("SIT321", on_solids, "jaw"),
+    rule_of("SIT322", on_solids, "jaw"),
+    rule_of("SIT323", on_solids, "jaw"),
+    rule_of("SIT324", tail_past_pin, "jaw", "tail"),
+    rule_of("SIT325", end_through_shaft, "jaw", "tail"),
+    rule_of("SIT326", on_solids, "mount"),
 )
 
 _RULES = {rule.id: rule for rule in RULES}

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
 from sitscad.checks.assembly.plates import lies
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, worded
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of, worded
 from sitscad.design import Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
@@ -376,48 +376,11 @@ NO_GAP = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT304", "elastomer-strain", Severity.ERROR,
-        "The required normal force compresses the elastomer by 30 % at most, its modulus being one sigma softer (a "
-        "warning beyond), and with its own modulus by 50 % at most (an error beyond). What the target does not cover "
-        "of the pad and an encapsulation help by the pad's law; where the pad reaches beyond it more on one side than "
-        "on another, its rest is taken as not helping; for the error, as helping as much as it can.",
-        "Beyond 30 % the pad's law is extrapolated; beyond 50 % the pad has lost its range, creeps, and the target "
-        "comes near the coil. A 2 mm Ecoflex 00-30 pad of 4 x 4 mm (miniature of Jones, thesis, Leeds) would need 57 "
-        "to 73 % at 4.8 N. A target smaller than its pad presses what lies under it, which its surround stiffens.",
-        "A stiffer or thinner elastomer, or a larger pad and target.", elastomer.SOURCE, ("elastomer", "normal force"),
-        elastomer_strain,
+    rule_of("SIT304", elastomer_strain, "elastomer", "normal force", source=elastomer.SOURCE),
+    rule_of("SIT310", target_rotation, "elastomer", "target"),
+    rule_of(
+        "SIT312", elastomer_shear, "elastomer", "target", "shear force", valid_shear=100.0 * elastomer.VALID_SHEAR,
+        held_shear=100.0 * HELD_SHEAR, shear_source=elastomer.SHEAR_SOURCE,
     ),
-    Rule(
-        "SIT310", "target-rotation", Severity.ERROR,
-        "What the target covers of the elastomer is not more slender than the bench pad of Jones (thesis, Leeds): not "
-        "thicker than a quarter of its lesser width (a note). Under the required normal force, where there is one, the "
-        "pad's law finds a place for the target, free to tilt (else a warning) and held level (else an error).",
-        "A slender pad lets the target tilt; 10 degrees in a scissor jaw gave full-scale shear. One more slender still "
-        "gives way sideways, as a column buckles.",
-        "A thinner elastomer: 1 mm instead of 2 mm also gave nearly ten times the normal range.",
-        "thesis of Jones 6.5, 7.5.1", ("elastomer", "target"), target_rotation,
-    ),
-    Rule(
-        "SIT312", "elastomer-shear", Severity.WARNING,
-        "The required shear force moves the target by no more than the pad is thick (shear strain "
-        f"{100.0 * elastomer.VALID_SHEAR:.0f} %; a note where only a modulus one sigma softer passes that, or from "
-        f"{100.0 * HELD_SHEAR:.0f} % on, up to where its law was held against finite elements) and by "
-        "less than half the coils' distance, with the required normal force or without, the pad being loaded under the "
-        "target alone (as the range in a data sheet); that distance is not judged for arrays without a common one.",
-        "Beyond half the distance the target's middle has passed a coil's, and L1 - L2 turns back: two forces give one "
-        "reading. Beyond the shear strain travel is no longer known, the target comes down as it goes, and the pad's "
-        "bond may peel.",
-        "A stiffer or larger elastomer under a larger target; for the travel also a thinner one.",
-        "F = G A gamma, about linear to large strain (Brown, quoted by GlobalSpec); half the distance is derived here; "
-        + elastomer.SHEAR_SOURCE,
-        ("elastomer", "target", "shear force"), elastomer_shear,
-    ),
-    Rule(
-        "SIT313", "target-gap", Severity.WARNING, "A target lies on an elastomer, not on the board.",
-        "Without a pad the gap is 0 and nothing gives way: the sensor has no signal, and the estimates at rest "
-        "describe a target pressed against the coil. A warning only: boards may be ordered before the pad is chosen.",
-        "Add elastomer.thickness, or leave the target out until its pad is chosen.",
-        "derived here: the gap is the elastomer's thickness", ("target",), target_gap,
-    ),
+    rule_of("SIT313", target_gap, "target"),
 )

@@ -5,18 +5,18 @@ what the coverlay's openings leave between them and lay bare.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
-from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Verdict, Violation
+from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of, um
+from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
-from sitscad.finding import Place, Severity
+from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
 from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
@@ -233,14 +233,6 @@ def name_of(item: Item) -> str:
     return f"the {item.role.value} of {item.net}"
 
 
-def drawn_rule(
-    number: int, name: str, texts: Iterable[str], source: str, apply: Callable[[Design], Iterable[Verdict]]
-) -> Rule:
-    """A rule about what is drawn, always an error: its number, name, the texts (summary, why, how to mend), source."""
-    summary, why, mend = texts
-    return Rule(f"SIT{number}", name, Severity.ERROR, summary, why, mend, source, (), apply)
-
-
 HOLE_NEAR_COPPER = Case(
     "a hole of {net} comes within {gap:m} of {foreign} on layer {layer}; {house} asks {limit:m} from hole to copper",
     hint="{missing:m} are missing",
@@ -414,37 +406,10 @@ OPENING_NEAR_TRACK = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    drawn_rule(107, "via-clearance", (
-        "Every via pad keeps the fabricator's spacing from copper that does not join it there.",
-        "A through via has its pad on every layer: one that stands on a turn shorts it to the other layers, inside one "
-        "net, where neither netlist nor electrical test can see it.",
-        "Make room inside the innermost turn: fewer turns, a narrower pitch, a larger coil, or a finer fabricator.",
-    ), FABRICATOR, via_clearance),
-    drawn_rule(108, "copper-spacing", (
-        "All tracks and contacts as drawn keep the fabricator's spacing, turn to turn of one coil included.",
-        "KiCad's own checker does not look at gaps within one net, and a coil is one net.",
-        "Widen the spacing, wind fewer turns, or give the leads more room (a larger pitch of the coils).",
-    ), FABRICATOR, copper_spacing),
-    drawn_rule(109, "copper-to-edge", (
-        "Copper stays the fabricator's distance inside the board's outline.",
-        "Copper nearer to the cut is laid bare by it, and in the jaw no bare copper may touch tissue.",
-        "Widen the board or make the coil smaller.",
-    ), FABRICATOR, copper_to_edge),
-    drawn_rule(110, "drill-to-copper", (
-        "Holes keep the fabricator's distance from copper that is not theirs, on every layer.",
-        "The drill wanders and the layers are not in register: a hole that grazes a track is plated to it.",
-        "Give the via more room.",
-    ), FABRICATOR, drill_to_copper),
-    drawn_rule(114, "coverlay-web", (
-        "Between two openings, and between one and the board's edge, the coverlay keeps the fabricator's web.",
-        "A narrower strip of coverlay tears, or comes off.",
-        "Join the openings, move the contacts apart, or give them more board beside them.",
-    ), FABRICATOR, coverlay_web),
-    drawn_rule(115, "coverlay-opening", (
-        "Copper that must stay covered lies under a coverlay on both faces of the board, and keeps its distance from "
-        "every opening in it.",
-        "The coverlay is laid by hand within some tenths of a millimetre: a track near an opening ends up bare. Bare "
-        "turns are plated with nickel and gold, which changes them, and whatever conducts and touches them shorts "
-        "them.", "Move the track, or lengthen the tail; give the stack-up a coverlay above and below.",
-    ), FABRICATOR, coverlay_opening),
+    rule_of("SIT107", via_clearance),
+    rule_of("SIT108", copper_spacing),
+    rule_of("SIT109", copper_to_edge),
+    rule_of("SIT110", drill_to_copper),
+    rule_of("SIT114", coverlay_web),
+    rule_of("SIT115", coverlay_opening),
 )

@@ -14,10 +14,10 @@ import numpy as np
 
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.board.copper import Copper, conductor_notches
-from sitscad.checks.board.fabrication import FABRICATOR, gap_asked_by
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict
+from sitscad.checks.board.fabrication import gap_asked_by
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.design import Design
-from sitscad.finding import Place, Severity
+from sitscad.finding import Place
 from sitscad.geometry.path import Path, Point, Segment
 from sitscad.geometry.primitives import Floats, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
@@ -411,26 +411,8 @@ NOT_JOINED = Case("no copper joins contacts {pin} and {other} of {net}", hint="a
 
 
 RULES: tuple[Rule, ...] = (
-    Rule("SIT120", "acute-angle", Severity.WARNING, "Tracks part at 60 degrees or more, but under a pad.",
-         "Etchant stays in an acute corner and eats the track there; the corner itself starts a crack when it is bent.",
-         "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.",
-         "IPC-2221, 5.3 (unverified: quoted from memory)", apply=acute_angle),
-    Rule(
-        "SIT121", "sliver", Severity.WARNING,
-        "Where one conductor turns back on itself the gap is as wide as the fabricator's spacing, also near the turn.",
-        "A strip of resist as narrow as that lifts off and shorts another place; or the gap is not etched through.",
-        "The layout draws the leads: another start angle or part of a turn makes it draw them otherwise.", FABRICATOR,
-        apply=sliver,
-    ),
-    Rule(
-        "SIT122", "shorted-turn", Severity.ERROR,
-        "No copper closes a loop: every net is a chain from contact to contact.",
-        "A closed loop round a coil is the secondary of a transformer that is shorted: inductance and Q fall, and no "
-        "electrical test sees it, because both contacts are still joined.",
-        "Open the loop; keep guard rings and planes slotted.", "Lenz's law; docs/coil.md", apply=shorted_turn,
-    ),
-    Rule("SIT125", "unconnected", Severity.ERROR,
-         "Every track and via as drawn is joined at both ends, and every coil's contacts are joined.",
-         "A coil that is open somewhere is no coil; a loose end is a track that was meant to lead somewhere.",
-         "Tell us: a layout that was said to be whole must be.", "docs/coil.md", apply=unconnected),
+    rule_of("SIT120", acute_angle),
+    rule_of("SIT121", sliver),
+    rule_of("SIT122", shorted_turn),
+    rule_of("SIT125", unconnected),
 )

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -422,53 +422,12 @@ ODD_NUMBER = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule("SIT104", "via-drill", Severity.ERROR, "Every via is drilled at least as large as the fabricator drills.",
-         "A smaller hole is not plated through.", "Use the fabricator's smallest drill or larger.", FABRICATOR,
-         apply=via_drill),
-    Rule("SIT105", "annular-ring", Severity.ERROR, "Every via keeps the fabricator's copper ring round its hole.",
-         "Drill and image are not in register: too small a ring is broken through and the joint is open.",
-         "Enlarge the pad, or use a smaller drill.", FABRICATOR, apply=annular_ring),
-    Rule("SIT106", "hole-to-hole", Severity.ERROR, "Drilled holes leave the fabricator's wall between them.",
-         "A thinner wall tears, or the drill runs into the neighbouring hole.",
-         "Give the vias more room: fewer turns, a larger coil, or fewer layers.", FABRICATOR, apply=hole_to_hole),
-    Rule(
-        "SIT116", "part-size", Severity.ERROR,
-        "The board is not smaller than the smallest part that the fabricator handles, nor it or its panel too large "
-        "for a panel size that is known, and at least three bridges hold it there.",
-        "Smaller parts fall through the machines: they are refused, or left in a panel on bridges (fpc.panel: auto "
-        "makes one: a note). A part on fewer than three bridges tilts or drops out of its panel: that is an error.",
-        "Order in a panel or with bridges narrow enough, and cut the parts out yourself.", FABRICATOR, apply=part_size,
-    ),
-    Rule(
-        "SIT101", "trace-width", Severity.ERROR,
-        "The coil's track, and every other one, is at least as wide as the fabricator makes.",
-        "A narrower track is over-etched: it breaks, or its resistance is anybody's guess.",
-        "Widen coil.trace_width (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
-        apply=trace_width,
-    ),
-    Rule(
-        "SIT102", "trace-spacing", Severity.ERROR,
-        "Neighbouring turns stand at least as far apart as the fabricator makes.",
-        "Turns that touch are one net: no electrical test and no netlist sees the short, and the inductance is gone.",
-        "Widen coil.trace_spacing (fewer turns fit), or name a finer fabricator in fpc.rules.", FABRICATOR,
-        apply=trace_spacing,
-    ),
-    Rule(
-        "SIT103", "coil-trace", Severity.ERROR,
-        "Coiled tracks keep the fabricator's own minimum for coils (loop lines), often twice the ordinary one.",
-        "Several flex houses list a larger minimum for coils, because their test cannot see a short between turns; a "
-        "coil at the ordinary minimum is queried or refused. An error where the rule binds, else a warning.",
-        "Ask for a waiver before ordering, widen the pitch, or name another fabricator.",
-        "hkgalaxy and jselectronic: loop lines 6/6 mil at 18 um copper, 8/8 mil at 35 um; JLCPCB 2023-09-05: coils "
-        "0.254 mm, limit 0.15 mm", apply=loop_lines,
-    ),
-    Rule(
-        "SIT131", "offered", Severity.ERROR,
-        "Stack-up, cover, finish, stiffener and number of boards are among those that the fabricator offers.",
-        "A service that makes every board in one way makes this one in that way too, whatever the papers ask for: "
-        "coils on another film or in other copper have another inductance and resistance. Only what the profile states "
-        "is judged.",
-        "Take a stack-up that they list, or a fabricator who makes yours; or state in a profile what you were told.",
-        FABRICATOR, apply=offered,
-    ),
+    rule_of("SIT104", via_drill),
+    rule_of("SIT105", annular_ring),
+    rule_of("SIT106", hole_to_hole),
+    rule_of("SIT116", part_size),
+    rule_of("SIT101", trace_width),
+    rule_of("SIT102", trace_spacing),
+    rule_of("SIT103", loop_lines),
+    rule_of("SIT131", offered),
 )

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.checks.board.clearances import crossings
-from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict
+from sitscad.checks.board.fabrication import ROUNDING, house, source_of, um
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
@@ -235,50 +235,10 @@ SPARE_CONTACTS = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT117", "insertion-thickness", Severity.ERROR,
-        "Bare contacts and stiffener have the thickness that the connector takes.",
-        "Too thick does not go in, too thin makes no contact.",
-        "Choose the stiffener so that the whole comes to the connector's thickness.",
-        "the connector's data sheet (fpc.tail.connector)", ("tail",), insertion_thickness,
-    ),
-    Rule(
-        "SIT124", "contact-worst-case", Severity.NOTE,
-        "The contacts' thickness stays in the connector's band with the fabricator's tolerance of finished thickness, "
-        "up to half of the step in which stiffeners are in stock; what is closer than the fabricator's tolerance "
-        "stands in the order.",
-        "The sum of the layers may be right and the part still too thick to go in, or too thin to make contact.",
-        "Agree on the band with the fabricator, or choose a connector that takes more.", FABRICATOR, ("tail",),
-        contact_worst_case,
-    ),
-    Rule(
-        "SIT126", "plug-width", Severity.NOTE,
-        "The fabricator's tolerance of the outline, or one half as wide, as a better cut brings it, keeps the width "
-        "that the connector asks at its contacts. The order asks for that width.",
-        "The housing guides the tail by its sides: too wide does not go in, too narrow lets contacts meet neighbours.",
-        "Agree on the width there with the fabricator, who cuts it by laser or with a punch of its own.",
-        "the connector's data sheet (fpc.tail.connector)", ("tail",), plug_width,
-    ),
-    Rule(
-        "SIT127", "connector-positions", Severity.ERROR, "The connector is made with as many contacts as the tail has.",
-        "Connectors are made with certain numbers of contacts only. Contacts that no coil needs are drawn all the "
-        "same, since the housing holds the tail over its whole width (a note says which lead nowhere).",
-        "Take a connector of another pitch, or write how many contacts the one that you buy has (fpc.tail.contacts).",
-        "the connector's data sheet (fpc.tail.connector)", ("tail",), connector_positions,
-    ),
-    Rule(
-        "SIT129", "stiffener-stock", Severity.WARNING,
-        "The stiffener is made of a film and an adhesive that fabricators have in stock.",
-        "Films are made in certain thicknesses: any other is refused, or replaced by what is at hand.",
-        "Ask for the fabricator's thicknesses and write the one that fits (fpc.tail.stiffener).",
-        "sitscad/data/stiffeners.csv", ("tail",), stiffener_stock,
-    ),
-    Rule(
-        "SIT128", "contact-finish", Severity.WARNING,
-        "The finish suits what is done with the contacts, and can be plated on them.",
-        "Hard gold is plated by a current: a contact that no bar joins to the panel's edge stays bare copper. OSP "
-        "wears off in a socket, and much gold makes solder joints brittle.",
-        "Take ENIG, or agree with the fabricator on plating bars from the contacts' tips, which the outline cuts off.",
-        "sitscad/data/finishes.csv", apply=contact_finish,
-    ),
+    rule_of("SIT117", insertion_thickness, "tail"),
+    rule_of("SIT124", contact_worst_case, "tail"),
+    rule_of("SIT126", plug_width, "tail"),
+    rule_of("SIT127", connector_positions, "tail"),
+    rule_of("SIT129", stiffener_stock, "tail"),
+    rule_of("SIT128", contact_finish),
 )

@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 
-from sitscad.checks.board.clearances import drawn_rule
-from sitscad.checks.board.fabrication import FABRICATOR
-from sitscad.checks.rules import Case, Rule, Verdict, Violation
+from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
-from sitscad.finding import Missing, Place, Severity, Shortfall
+from sitscad.finding import Missing, Place, Shortfall
 from sitscad.remedy import moves
 from sitscad.remedy.moves import fewer_turns
 from sitscad.remedy.search import Fix, Left, first_that_mends, tried, winding_work
@@ -154,29 +152,9 @@ NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot b
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT111", "no-way-out", Severity.ERROR, "Every coil leads from one contact to the other.",
-        "An odd number of layers ends inside the innermost turn; without a way out the converter sees no coil at all.",
-        "Wind an even number of layers, or give the stack-up one more copper layer.", "docs/coil.md", apply=no_way_out,
-    ),
-    drawn_rule(112, "inner-via-room", (
-        "The innermost turn leaves room for the vias that join the layers inside it.",
-        "One inner via needs about a pad and two spacings, two need about two pads and three spacings.",
-        "Wind fewer turns, make the pitch narrower or the coil larger, or use fewer layers.",
-    ), "geometry; " + FABRICATOR, no_room(Missing.INNER_ROOM)),
-    drawn_rule(113, "lead-room", (
-        "Every lead, stub and outer via found its place between and beside the coils.",
-        "What found no room is missing in the layout; the finding says how much is missing.",
-        "Follow the finding: it names the missing length, mostly in array.pitch.",
-    ), "geometry; " + FABRICATOR, no_room(Missing.LEAD_ROOM)),
-    drawn_rule(118, "array-not-routed", (
-        "Coils that do not stand in one line have two copper layers in the tail for their pairs.",
-        "Without them the coils are laid out and estimated, but not led to contacts: such a board is no use.",
-        "Give the tail two layers, or take pattern single or line.",
-    ), "docs/limits.md", no_room(Missing.TAIL_LAYERS)),
-    drawn_rule(119, "tail-room", (
-        "On their way to the contacts the tracks of different coils keep the fabricator's spacing.",
-        "Many coils on a narrow connector or a short tail leave no room for their tracks and vias.",
-        "Take a connector of wider pitch, fewer coils, or a longer tail.",
-    ), "geometry; " + FABRICATOR, no_room(Missing.TAIL_ROOM)),
+    rule_of("SIT111", no_way_out),
+    rule_of("SIT112", no_room(Missing.INNER_ROOM)),
+    rule_of("SIT113", no_room(Missing.LEAD_ROOM)),
+    rule_of("SIT118", no_room(Missing.TAIL_LAYERS)),
+    rule_of("SIT119", no_room(Missing.TAIL_ROOM)),
 )

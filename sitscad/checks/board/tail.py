@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from sitscad.checks.board.fabrication import FABRICATOR, ROUNDING, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, worded
+from sitscad.checks.board.fabrication import ROUNDING, house, source_of, um
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, rule_of, worded
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
@@ -366,37 +366,8 @@ BUTTONS = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT123", "bend-zone", Severity.ERROR,
-        "Where the tail bends, by the spec or because its mount lets it down, there are no vias, no contacts, no "
-        "stiffener, tracks run straight at one width, and the radius is the fabricator's or larger. A bend for which "
-        "the tail is too short between what is stiff is an error, one whose tracks are not straight a warning.",
-        "Plated holes and stiffener edges crack the copper beside them at the first bend; a corner or step gathers the "
-        "strain. Tracks that turn or change their width there are a note that says where to bend instead.",
-        "Lengthen the tail, so that everything lies outside the bend.",
-        "IPC-2223, 5.2.4 (unverified: quoted from memory)", ("tail",), bend_zone,
-    ),
-    Rule(
-        "SIT133", "tail-length", Severity.WARNING, "The tail is drawn as long as the spec asks.",
-        "Leads, contacts and stiffener take some millimetres: a shorter tail is drawn as long as they need it, and "
-        "what was planned by the spec's length does not fit.",
-        "Write the length that is drawn, or take fewer contacts or a connector of narrower pitch.",
-        "geometry: fpc.tail.length", ("tail",), tail_length,
-    ),
-    Rule(
-        "SIT130", "step", Severity.WARNING,
-        "Holes and turns keep their distance from the step where a tail of fewer layers leaves the body.",
-        "Resin is drawn away from the step, and barrels near it crack when the tail is bent; the tail's own coverlay "
-        "lies between the body's layers there.", "Make the body longer (fpc.margin), or run all layers down the tail.",
-        FABRICATOR, ("tail",), step,
-    ),
-    Rule(
-        "SIT132", "build", Severity.NOTE,
-        "A tail of fewer copper layers than the body is told: the order of its steps, its own coverlay, two "
-        "laminations, what is plated; so are holes and pads that alone are plated.",
-        "Holes of the tail are plated before the rest is laminated on, which a service for prototypes does not do "
-        "unasked; copper that is plated twice is thicker, has another resistance and wants wider lines.",
-        "Leave fpc.tail.layers out where the tail need not bend tightly.", "the build that fpc/readme.txt orders", (),
-        special_build,
-    ),
+    rule_of("SIT123", bend_zone, "tail"),
+    rule_of("SIT133", tail_length, "tail"),
+    rule_of("SIT130", step, "tail"),
+    rule_of("SIT132", special_build),
 )

@@ -16,10 +16,9 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.readout.converter import source_in_all
 from sitscad.units import show
 
 CODE_KEY = "readout.drive_code"
@@ -238,19 +237,5 @@ UNSURE_DRIVE = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT204", "drive-amplitude", Severity.ERROR,
-        "With the chosen drive code the tank swings 1.2 to 1.8 V peak in every state in which the sensor works: an "
-        "error above 1.8 V and below 0.6 V, a warning below 1.2 V, a note where a limit is kept by less than two sigma "
-        "of manufacture or for which no code serves the thinnest and the thickest copper. A warning, too, if a sensor "
-        "made for the heat swings beyond 1.8 V when switched on at 20 degC, and in the high-current mode where TI's "
-        "figures for its current leave the window open.",
-        "Above 1.8 V an input clamp shifts the frequency; below 1.2 V the noise grows; below 0.6 V oscillation may "
-        "stop. The code is the strongest that stays below 1.8 V with the target at its farthest, one sigma of "
-        "manufacture and the thickest copper that is delivered allowed for; where one for all coils leaves a coil "
-        "below 1.2 V and codes for every channel do not, every channel has its own. For an assembled sensor the bare "
-        "coil is no working state: the report's incoming test has the code for a bare board.",
-        "A coil whose R_P changes less between rest and pressed, coils placed alike; or a code of your own "
-        "(readout.drive_code).", source_in_all("amplitude_optimum_min"), apply=drive_amplitude,
-    ),
+    rule_of("SIT204", drive_amplitude),
 )

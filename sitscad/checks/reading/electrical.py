@@ -25,7 +25,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, worded
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of, worded
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import CoilEstimate
@@ -33,7 +33,6 @@ from sitscad.finding import Severity
 from sitscad.layout.board import Coil
 from sitscad.layout.branches import drawn_closing, least_closing
 from sitscad.layout.lanes import Ring
-from sitscad.readout.converter import source_in_all
 from sitscad.record import record
 from sitscad.remedy.moves import capacitor, other_ends, whole_turns
 from sitscad.remedy.search import Fix, Left, first_that_mends
@@ -375,65 +374,11 @@ RUNS_BACK = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT201", "inductance-floor", Severity.ERROR,
-        "Every coil keeps at least 0.2 uH in every state: alone, at rest, and pressed (a note within two sigma of "
-        "manufacture). Below that it is an error where the tank is too fast or its parallel resistance too low there, "
-        "too, else a warning. A coil of which no state can be estimated is an error.",
-        "Below that the tank of a small coil cannot be brought under 10 MHz with a resistance that the converter can "
-        "drive. The figure is one author's, for 0.25 kohm at 10 MHz; a large loop of one turn may have less and be "
-        "driven well.", "More turns or layers, a larger coil, or more distance from target and jaw.",
-        source_in_all("inductance_min"), apply=inductance_floor,
-    ),
-    Rule(
-        "SIT202", "frequency-ceiling", Severity.ERROR,
-        "The tank's frequency lies within 1 kHz to 10 MHz in every state (a note where 10 MHz are kept by less than "
-        "two sigma of manufacture).",
-        "The converter does not follow faster tanks; metal near the coil raises the frequency.",
-        "A larger capacitor, or more inductance.", source_in_all("sensor_frequency_max"), apply=frequency_ceiling,
-    ),
-    Rule(
-        "SIT203", "parallel-resistance", Severity.ERROR,
-        "In every state the tank oscillates and its parallel resistance is at least 1.0 kohm: a note where that is "
-        "kept by less than two sigma of manufacture, a warning below, an error below 0.60 kohm (0.25 kohm in the "
-        "high-current mode) or where it is overdamped.",
-        "R_P = (omega L)^2 / R is the load on the driver. Below 0.60 kohm no drive code reaches 1.2 V (0.25 kohm in "
-        "the single-channel high-current mode); below 1.0 kohm TI does not specify the converter. A metal jaw and the "
-        "target lower it: a coil that passes in free air can fail in the jaw.",
-        "More layers or turns, a higher frequency, thicker copper, a larger standoff, a copper shield before a steel "
-        "jaw.", source_in_all("parallel_resistance_driveable") + "; " + source_in_all("parallel_resistance_min"),
-        apply=parallel_resistance,
-    ),
-    Rule("SIT205", "quality-factor", Severity.WARNING, "The tank's quality factor is at least 10 in every state.",
-         "With a low Q the frequency depends on the losses too, and the settling and the noise get worse.",
-         "A higher frequency, less resistance, or more distance from lossy metal.", source_in_all("quality_factor_min"),
-         apply=quality_factor),
-    Rule(
-        "SIT206", "self-resonance", Severity.ERROR,
-        "The tank runs below 0.8 of the coil's own resonance (0.75 by the older note, a warning).",
-        "Near its own resonance a coil's inductance is no longer its own, and drifts with the dielectric.",
-        "A larger capacitor, fewer layers, or a thicker dielectric.",
-        source_in_all("self_resonance_fraction") + "; " + source_in_all("self_resonance_fraction_strict"),
-        apply=self_resonance,
-    ),
-    Rule(
-        "SIT214", "tank-capacitor", Severity.WARNING, "The tank capacitor lies within 47 pF to 3.3 nF.",
-        "With less, pins, tail and cable decide the frequency and drift with every touch; with more, the part's own "
-        "loss counts.", "More turns allow a smaller capacitor, fewer a larger one.", source_in_all("capacitor_min"),
-        apply=tank_capacitor,
-    ),
-    Rule(
-        "SIT216", "leads-round-coil", Severity.WARNING,
-        f"What a lead that runs round its coil by itself links of the winding's flux is less than {100.0 * NAMED:.1f} "
-        f"% of the winding's inductance; a warning from {100.0 * WARNED:.0f} % up where it runs back and takes them "
-        "away.",
-        "From contact to contact the current goes round the coil a whole number of times. What the turns of all layers "
-        "together lack of that, or have beyond it, a lead makes up outside the winding: it adds inductance or takes it "
-        "away, and it has resistance. So the inductance at the contacts leaves the winding's, and a fraction of a turn "
-        "more can give less.",
-        "Take turns whose sum over the layers is whole (halves for two layers, quarters for four); then both leads run "
-        "to the tail above each other. Where room beside the coils was lacking, another start angle or a larger pitch.",
-        "Neumann's integral of the leads as drawn with the winding; the limits are this project's own",
-        apply=leads_round,
-    ),
+    rule_of("SIT201", inductance_floor),
+    rule_of("SIT202", frequency_ceiling),
+    rule_of("SIT203", parallel_resistance),
+    rule_of("SIT205", quality_factor),
+    rule_of("SIT206", self_resonance),
+    rule_of("SIT214", tank_capacitor),
+    rule_of("SIT216", leads_round, named=100.0 * NAMED, warned=100.0 * WARNED),
 )

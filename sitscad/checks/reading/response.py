@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import NEEDS, Advice, Case, Rule, Undecided, Verdict, own_limits, worded
+from sitscad.checks.rules import NEEDS, Advice, Case, Rule, Undecided, Verdict, own_limits, rule_of, worded
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
@@ -385,45 +385,18 @@ DEGREE = math.radians(1.0)
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT215", "coil-response", Severity.ERROR,
-        f"From rest to pressed every coil changes by at least {FEWEST_STEPS:.0f} steps of the converter and by at "
-        f"least {100.0 * LEAST_SHARE:.0f} % of what the coil changes that changes most (a warning). It is an error "
-        f"where no coil changes by {TOLD_FROM_NOISE:g} sigma of the converter's noise: the sensor measures nothing. "
-        f"Where no force is required, that is judged under full load: the force that presses the pad by 20 %.",
-        "A coil beside the target, or too far from it, reads the same whatever the force: its channel is noise, and "
-        "shear or the place of a force cannot be told from it. TI asks a change of 30 sigma, 9 steps by quantisation "
-        "alone; real noise is a few times that. Below a few per cent of the best coil's change the estimate's own "
-        "error, the coupling of the neighbours and a target glued aside weigh as much.",
-        "A target (and pad) that covers every coil, or coils nearer together; where no coil feels enough, a softer "
-        "elastomer or one of another thickness, or fewer scans a second.",
-        "TI SNOAA04A: change over 3 sigma of at least 10; the limits of 30 steps and 5 % are derived here from it and "
-        "from the error of finite targets (unverified by measurement)", ("target", "elastomer"), coil_response,
+    rule_of(
+        "SIT215", coil_response, "target", "elastomer", fewest_steps=FEWEST_STEPS, least_share=100.0 * LEAST_SHARE,
+        told_from_noise=TOLD_FROM_NOISE,
     ),
-    Rule(
-        "SIT217", "small-signal", Severity.WARNING,
-        f"From rest to the required force the reading of the coil that changes most changes by at least "
-        f"{100.0 * own_limits()['least_signal'].value:g} % of itself (inductance by the converter's formula).",
-        f"The converter resolves far less, but everything else that moves the tank is read as force: ten degrees of "
-        f"warming move it by about {100.0 * own_limits()['drift_of_ten_kelvin'].value:g} %, by the copper's resistance "
-        f"and the capacitor.",
-        "A softer elastomer, or one of another thickness (a thinner one brings the target nearer, but a wide pad then "
-        "gives way less); a target over all of the coils; more distance from metal behind them; or a reference coil "
-        "and a tare.", own_limits()["least_signal"].source, ("target", "elastomer", "normal force"), small_signal,
+    rule_of(
+        "SIT217", small_signal, "target", "elastomer", "normal force",
+        least_signal=100.0 * own_limits()["least_signal"].value,
+        drift_of_ten_kelvin=100.0 * own_limits()["drift_of_ten_kelvin"].value,
+        signal_source=own_limits()["least_signal"].source,
     ),
-    Rule(
-        "SIT218", "shear-response", Severity.WARNING,
-        f"Along every axis on which coils stand apart, the required shear force makes their inductances differ by at "
-        f"least {FEWEST_STEPS:.0f} steps of the converter more than at rest, and by at least {100.0 * LEAST_SHARE:.0f} "
-        f"% of what the required normal force changes; and a tilt of one degree makes them differ by no more than that "
-        f"force does.",
-        "Shear shows only where the target's edges move over the coils. Under a target that covers the whole array and "
-        "more, nothing changes when it moves, and no later computation finds what was not measured. Under one that "
-        "ends at their rims little changes, and the slightest tilt, which lowers it over one coil and lifts it over "
-        "another, is more.",
-        "A target that ends over the outer coils, as long as their middles are apart; coils farther apart; a softer or "
-        "thicker elastomer.",
-        "the limits of SIT215; the travel by the pad's law, held level and not pressed; one degree: derived (a face "
-        "held by hand or by a jaw is not level to less)", ("target", "elastomer", "shear force"), shear_response,
+    rule_of(
+        "SIT218", shear_response, "target", "elastomer", "shear force", fewest_steps=FEWEST_STEPS,
+        least_share=100.0 * LEAST_SHARE,
     ),
 )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.reading.readings import Reading, readings_of, where
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth
@@ -224,19 +224,10 @@ POOR_CONDUCTOR = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(
-        "SIT305", "target-thickness", Severity.ERROR,
-        f"A target thinner than 3 skin depths at the lowest frequency of any coil and state is held against one of 3 "
-        f"skin depths of the same metal, by the same model (from {COMPARED:g} on by the resistance of an endless sheet "
-        f"alone, for that decides): a warning where it takes more than {100.0 * _limit('thin_target_resistance'):.0f} "
-        f"% of the parallel resistance or {100.0 * _limit('thin_target_change'):.0f} % of the change per newton, else "
-        f"a note. An error where it hardly conducts and changes the inductance by less than "
-        f"{100.0 * _limit('least_target_effect'):.0f} % of what copper of its size would; magnetic sheets that hardly "
-        f"conduct are not judged.",
-        "A thinner target lets the field through. What that costs depends on the coil: foil of half a skin depth loses "
-        "little, for its currents are held back by its inductance before its resistance. The loss is larger, and the "
-        "reading drifts with the target's temperature.", "A thicker target, a better conductor, or a higher frequency.",
-        "TI SNOA957B: 2 to 3 skin depths, 3 stop 95 %; depth = 1 / sqrt(pi f mu sigma); the shares are derived here",
-        ("target",), target_thickness,
+    rule_of(
+        "SIT305", target_thickness, "target", compared=COMPARED,
+        thin_target_resistance=100.0 * _limit("thin_target_resistance"),
+        thin_target_change=100.0 * _limit("thin_target_change"),
+        least_target_effect=100.0 * _limit("least_target_effect"),
     ),
 )

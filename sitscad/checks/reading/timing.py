@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, worded
+from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of, worded
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.readout.converter import source_in_all
 from sitscad.remedy.moves import scans
 from sitscad.remedy.search import Left, first_that_mends, in_vain, setting, tried
 from sitscad.spec import presets
@@ -222,46 +221,11 @@ ODD_CLOCK = Case(
 
 
 RULES: tuple[Rule, ...] = (
-    Rule("SIT207", "input-frequency", Severity.ERROR,
-         "The divided sensor frequency is below a quarter of the reference, and divided by 2 at least from 8.75 MHz.",
-         "A faster input is counted wrongly.", "A faster clock, or a larger divider.",
-         source_in_all("input_to_reference_max") + "; " + source_in_all("input_divider_2_from"), apply=input_frequency),
-    Rule("SIT208", "scan-rate", Severity.ERROR, "All coils can be converted as often as the spec asks.",
-         "Every channel needs its settling, its conversion and the switch to the next one.",
-         "Ask for fewer scans, or use fewer coils.", source_in_all("scan_timing"), apply=scan_rate),
-    Rule(
-        "SIT209", "read-back", Severity.ERROR,
-        "The results can be read over I2C at 400 kHz as often as the spec asks, by the bits that a register takes: a "
-        "warning where only TI's more hopeful figure allows it, an error beyond both.",
-        "Unread results are overwritten. A register takes 49 bits: results of two registers are read at 4.08 kHz for "
-        "one channel and 1.02 kHz for four, of one register at twice that. TI's more hopeful figures (1.45 kHz for "
-        "four channels of two registers, 13.3 kHz for one channel of one) leave less than those bits.",
-        "A lower readout.scan_rate.",
-        source_in_all("single_channel_rate_max") + "; " + source_in_all("read_back_four_channels"), apply=read_back,
-    ),
-    Rule(
-        "SIT210", "bandwidth", Severity.ERROR,
-        "The scan rate that the spec asks for is at least twice the required bandwidth (SIT208 says whether it is "
-        "reached).", "Faster changes fold back into slower ones that never happened.", "Raise readout.scan_rate.",
-        "sampling theorem; thesis of Jones 2.5: at least 100 Hz, 500 Hz best", ("bandwidth",), bandwidth,
-    ),
-    Rule(
-        "SIT211", "channels", Severity.ERROR, "There is one channel for every coil, on at most two converters.",
-        "Each channel has its own pair of pins, and TI documents no shared return. Two converters measure at the same "
-        "time, so that coupled coils of both pull each other's frequency.",
-        "As many coils as a converter has channels (two or four), or twice as many with two converters whose coils "
-        "stand apart.", _channel_sources(), apply=channels,
-    ),
-    Rule(
-        "SIT212", "idle-neighbour", Severity.WARNING,
-        "An idle coil takes less than 0.1 % off the inductance of any other on the same converter: a note from there, "
-        "a warning from 5 % up (SIT211 judges coils of two converters).",
-        "The converter grounds every idle channel through about 10 ohm, so that a neighbouring coil is a shorted loop "
-        "and acts as a target.", "Keep the coils apart; never stack coils of one converter.",
-        source_in_all("idle_channels") + "; TI E2E thread 784486; the share is the square of the coupling (derived)",
-        apply=idle_neighbour,
-    ),
-    Rule("SIT213", "clock", Severity.ERROR, "The clock lies within 2 to 40 MHz.",
-         "The converter's CLKIN is not specified beyond.", "Use a 40 MHz oscillator.", source_in_all("clock_max"),
-         apply=clock),
+    rule_of("SIT207", input_frequency),
+    rule_of("SIT208", scan_rate),
+    rule_of("SIT209", read_back),
+    rule_of("SIT210", bandwidth, "bandwidth"),
+    rule_of("SIT211", channels, channel_sources=_channel_sources()),
+    rule_of("SIT212", idle_neighbour),
+    rule_of("SIT213", clock),
 )

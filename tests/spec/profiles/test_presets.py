@@ -60,7 +60,7 @@ def test_an_unknown_preset_is_a_key_error(kind):
         LOOKUPS[kind]("no-such-thing")
 
 
-FITTED = ("pad_films", "spec_rules")
+FITTED = ("pad_films", "rules")
 """Tables of texts of rules, and of what was fitted here (tests/validation/fit_films.py)."""
 
 
