@@ -54,7 +54,7 @@ from sitscad.estimates.values import (
     ReadoutEstimate,
     StateEstimate,
 )
-from sitscad.estimates.winding.losses import near_metal_notes
+from sitscad.estimates.winding.losses import is_rough, near_metal_notes
 from sitscad.estimates.winding.methods import cross_checks, no_cross_check
 from sitscad.estimates.winding.own_capacitance import metal_notes
 from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
@@ -88,7 +88,8 @@ class Given:
 @record(eq=False)
 class Wound:
     """The winding solved, the bare windings' inductance matrix (H) and its errors (H), the target's share of the effect
-    of an endless one; and its effect `solved` where that share is not known well enough.
+    of an endless one; and its effect `solved` where that share is not known well enough; all of it roughly for a
+    tolerance that is for screening (`losses.is_rough`).
     """
 
     given: Given
@@ -97,6 +98,7 @@ class Wound:
     matrix_errors: Array
     shares: TargetShares
     solved: TargetChanges | None = None
+    is_rough: bool = False
 
 
 @record(eq=False)
@@ -135,9 +137,10 @@ def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
     spec, coils = start.spec, start.layout.coils
     copper = conductivity_at(start.temperature)
     winding = solve_winding(spec.coil, coils[0], start.assembly, copper, method, tolerance)
-    matrix, errors = beside_each_other(spec.coil, coils, winding)
-    shares = target_shares(spec, [layer.z for layer in coils[0].windings], start.assembly.states)
-    return Wound(start, winding, matrix, errors, shares)
+    rough = is_rough(tolerance)
+    matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
+    shares = target_shares(spec, [layer.z for layer in coils[0].windings], start.assembly.states, rough)
+    return Wound(start, winding, matrix, errors, shares, is_rough=rough)
 
 
 def tune(wound: Wound) -> Tuned:
@@ -170,7 +173,7 @@ def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
         if not found or (known is not None and known.holds_at(min(found), max(found))):
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and part is None and not _is_affordable(tuned.wound, band):
+        if known is None and part is None and (tuned.wound.is_rough or not _is_affordable(tuned.wound, band)):
             return tune(replace(tuned.wound, shares=shares.widened(wanted)))
         tuned = tune(_solved(tuned.wound, band, wanted))
     return tuned

@@ -33,15 +33,21 @@ from sitscad.units import in_mm
 CHORD_TOLERANCE = 0.05e-6
 """What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
 
+SKETCHED = 10e-6
+"""What is only sketched follows it within this distance (m): an arc for nearly half a turn of a spiral."""
+
 
 @record
 class SpiralDimensions:
-    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer."""
+    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer; and how
+    far (m) what is drawn may lie off.
+    """
 
     size: tuple[float, float]
     trace_width: float
     pitch: float
     turns: float
+    tolerance: float = CHORD_TOLERANCE
 
     @property
     def outer_radius(self) -> float:
@@ -54,7 +60,8 @@ def archimedean(dimensions: SpiralDimensions, outer_angle: float) -> Path:
     slope = dimensions.pitch / TWO_PI
     total = TWO_PI * dimensions.turns
     # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
-    count = max(1, math.ceil(total / min(math.pi / 4, (60.0 * CHORD_TOLERANCE / slope) ** (1 / 3))))
+    longest = math.pi / 4 if dimensions.tolerance <= CHORD_TOLERANCE else 0.95 * math.pi
+    count = max(1, math.ceil(total / min(longest, (60.0 * dimensions.tolerance / slope) ** (1 / 3))))
     angles = (total * i / (2 * count) for i in range(2 * count + 1))
     points = [polar(dimensions.outer_radius - slope * theta, outer_angle + theta) for theta in angles]
     return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))

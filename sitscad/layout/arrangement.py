@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Point
-from sitscad.layout.board import Capacitor, Coil, Layout, Role, Trace, Via
+from sitscad.geometry.shapes import SKETCHED
+from sitscad.layout.board import Capacitor, Coil, Layout, Pair, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape, SearchLimit
 from sitscad.layout.lanes import Bus, bus_for
@@ -27,7 +28,7 @@ from sitscad.layout.routes import (
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.thickness import stiffener
-from sitscad.layout.windings import WoundCoil, wind_all
+from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -42,6 +43,43 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     level = about_axis(spec)
     found = _attempt(level, searches or SearchLimit())
     return placed(_assemble(level, found), spec)
+
+
+def sketch(spec: SensorSpec) -> Layout:
+    """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
+    body with tail as they are where the narrowest board has room. How long leads will be is said by each coil's
+    `undrawn`; its windings lie about the origin, for coils differ by their places alone.
+    """
+    level = about_axis(spec)
+    bus = bus_for(level)
+    layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
+    none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
+    bare = _assemble(level, _unrouted(level, bus, none, ()))
+    coils = tuple(
+        replace(coil, windings=layers[coil.placement.rotation], undrawn=_undrawn(level, bus, coil, bare))
+        for coil in bare.coils
+    )
+    return placed(replace(bare, coils=coils), spec)
+
+
+FRONTMOST, ROUND = 2e-3, 0.8
+"""Length (m) of the leads of a coil in line that stands next to the tail; and, in the coil's sizes along the board, by
+how much those of the others are longer than the way from the coil's middle to the body's end: within 2 mm of what is
+drawn of the templates (tests/validation/screen_level.py)."""
+
+
+PARTED = 4e-3
+"""Length (m) at the end of a tail over which both leads run apart to their contacts."""
+
+
+def _undrawn(spec: SensorSpec, bus: Bus, coil: Coil, bare: Layout) -> tuple[Pair, ...]:
+    """The pairs beside the coils and down the tail that will lead a coil out."""
+    tail = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1])
+    ahead = bare.body[2] - coil.centre.x
+    near = all(coil.centre.x >= p.centre[0] - 1e-9 for p in spec.array.placements) and in_line(spec)
+    beside = FRONTMOST if near else ahead + ROUND * spec.coil.size[0] * (1.0 if in_line(spec) else 0.3)
+    return (Pair(beside, bus.width, bus.layers, bus.pitch),
+            Pair(max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width, bus.layers, tail.trace_width + bus.spacing))
 
 
 @record
@@ -72,11 +110,18 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
             shortfalls.append(_no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
-        far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
-        tail = reaching_ahead(spec, far, body_frame(spec, bus, front, breadth))
-        return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), tuple(shortfalls))
+        return _unrouted(spec, bus, wound, tuple(shortfalls))
     body = body_of(spec, routing.far, routing.breadth, routing.tail)
     return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(shortfalls))
+
+
+def _unrouted(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...]
+) -> _Attempt:
+    """Tail and body of the narrowest board, without leads."""
+    far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
+    tail = reaching_ahead(spec, far, body_frame(spec, bus, front_of(spec, bus), breadth))
+    return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
 
 
 def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:

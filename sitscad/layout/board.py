@@ -150,14 +150,29 @@ class Winding:
 
 
 @record
+class Pair:
+    """Both leads of a coil along a stretch that is not drawn: its length and their width (m), and their layers, the
+    first on top; side by side, `apart` (m) from middle to middle, where the two are one.
+    """
+
+    length: float
+    width: float
+    layers: tuple[int, int]
+    apart: float
+
+
+@record
 class Coil:
-    """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current."""
+    """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current;
+    ``undrawn`` is about what would lead it out, in a sketch.
+    """
 
     placement: CoilPlacement
     net: str
     windings: tuple[Winding, ...]
     series: tuple[Trace | Via, ...]
     is_closed_circuit: bool
+    undrawn: tuple[Pair, ...] = ()
 
     @property
     def name(self) -> str:

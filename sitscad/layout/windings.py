@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Point
-from sitscad.geometry.shapes import SpiralDimensions
+from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
 from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias, room_needed
 from sitscad.layout.lanes import Bus
@@ -22,14 +22,16 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.stackup import CopperLayer
 
 
-def wind_coil(spec: SensorSpec, placement: CoilPlacement) -> tuple[Winding, ...]:
-    """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards."""
-    wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation)
+def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:
+    """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards; curves drawn
+    within a tolerance (m).
+    """
+    wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation, tolerance)
     return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in wound)
 
 
 @lru_cache(maxsize=16)
-def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> tuple[Winding, ...]:
+def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tolerance: float) -> tuple[Winding, ...]:
     """The windings of a coil about the origin: the coils of an array differ in their places alone."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
@@ -40,7 +42,7 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float) -> t
         if not inward:
             angle += sweeps[index - 1] + sweeps[index]  # on to the inner end of the layer before, and out as far again
         layer_sense = sense if inward else -sense
-        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index])
+        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index], tolerance)
         path = coil.outline.wind(dimensions, angle, layer_sense, coil.corner_radius)
         path = path if inward else path.reversed()
         path = path.rotated(rotation) if rotation else path

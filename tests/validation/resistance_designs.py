@@ -21,6 +21,7 @@ import numpy as np
 
 from sitscad.estimates.winding.losses import bent_loss
 from sitscad.estimates.winding.methods import bent_track, winding_geometry
+from sitscad.geometry.shapes import CHORD_TOLERANCE
 from sitscad.layout.board import Coil
 from sitscad.layout.windings import _wind
 from sitscad.physics.loss import proximity
@@ -69,7 +70,7 @@ def design(family: str, number: int) -> tuple[CoilSpec, Coil]:
     spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)), trace_width=width,
                     trace_spacing=spacing, start_angle=0.0, clockwise=False, corner_radius=radius)  # fmt: skip
     stack = tuple(CopperLayer(number=k + 1, z=float(z), thickness=copper) for k, z in enumerate(heights))
-    return spec, Coil(CoilPlacement("C1", (0.0, 0.0)), "C1", _wind(spec, stack, 0.0), (), False)
+    return spec, Coil(CoilPlacement("C1", (0.0, 0.0)), "C1", _wind(spec, stack, 0.0, CHORD_TOLERANCE), (), False)
 
 
 def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:

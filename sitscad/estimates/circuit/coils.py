@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads
+from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import (
@@ -252,8 +252,11 @@ FAINT = 0.0015
 
 def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:
     if not coil.series:
-        return NO_LEADS
+        return _led_roughly(coil.undrawn, layout.spec.fpc.stackup, conductivity) if coil.undrawn else NO_LEADS
     return _led_out(coil, layout.spec.fpc.stackup, conductivity, tuple(sorted(spared.items())))
+
+
+_led_roughly = lru_cache(maxsize=8)(sketched_leads)
 
 
 @lru_cache(maxsize=8)

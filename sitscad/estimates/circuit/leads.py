@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from sitscad.estimates.winding.losses import Strip
 from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Layout, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, Pair, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
     PolylineTrack,
     curve_segments_mutual,
@@ -23,6 +24,7 @@ from sitscad.physics.inductance.filaments import (
     segment_set,
     via_inductance,
 )
+from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.loss.corners import direct_resistance
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
@@ -124,6 +126,34 @@ def estimate_leads(
     total = math.fsum(strip.resistance for strip in strips) + barrels - less
     inductance = math.fsum(parts.values())
     return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, less)
+
+
+UNDRAWN, APART = 0.25, 2e-9
+"""How far off, relative, inductance and resistance of leads may be that are not drawn (tests/validation); and the
+inductance (H) of stubs and of the tracks to the contacts, where both run apart."""
+
+
+def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float) -> LeadEstimate:
+    """The same of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
+    copper = {layer.number: layer for layer in stackup.copper}
+    strips, inductance, capacitance = [], 0.0, 0.0
+    for pair in pairs:
+        one, other = (copper[number] for number in pair.layers)
+        across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
+        section = (pair.width, pair.width), (one.thickness, other.thickness)
+        alone = sum(0.5 * log_mean_distance(0.0, 0.0, (pair.width, pair.width), (t, t)) for t in section[1])
+        between = log_mean_distance(across, height, *section)
+        inductance += MU0 / math.pi * pair.length * float(between - alone)
+        if across:
+            per_metre = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
+        else:
+            per_metre = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
+        capacitance += pair.length * per_metre
+        strips += [Strip(pair.length / (conductivity * pair.width * layer.thickness), pair.width, layer.thickness,
+                         (round(across, 6), height)) for layer in (one, other)]
+    resistance = math.fsum(strip.resistance for strip in strips)
+    inductance += APART
+    return LeadEstimate(inductance, resistance, capacitance, _joined(strips), 0.0, {"leads": inductance})
 
 
 def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
+from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side
+from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.readout import ReadoutSpec
 
@@ -56,6 +59,33 @@ def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
     relative = FAR_ERROR + NEAR_ERROR * pair.nearness
     ends = END_ERROR * pair.nearness * len(spec.layers) ** 2 * MU0 / (4.0 * math.pi) * spec.trace_width
     return relative * abs(pair.inductance) + ends
+
+
+ROUGH_MUTUAL, ORDERS = 0.15, 8
+"""Relative error of mutual inductances by moments, coils not touching; and how many moments of each coil."""
+
+
+def rings_beside_each_other(
+    spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], own: float, error: float
+) -> tuple[Array, Array]:
+    """The matrix and its errors (H) of alike spirals roughly: rings in one plane, by their moments.
+
+    Of two in a plane M is mu0 pi times the integral of S(k)^2 J0(k d), S the sum of a J1(k a); J1 as its series, and
+    the integral of k^s J0(k d) as Weber's, 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
+    """
+    rings = mean_rings(spirals)
+    moments = [
+        (-1) ** m * float(np.sum(rings.parts * rings.radii * (0.5 * rings.radii) ** (2 * m + 1)))
+        / (math.factorial(m) * math.factorial(m + 1)) for m in range(ORDERS)
+    ]
+    distances = np.array([[math.dist(one, other) for other in centres] for one in centres])
+    apart, mutual = np.where(distances > 0.0, distances, 1.0), np.zeros_like(distances)
+    for m, n in product(range(ORDERS), repeat=2):
+        s = 2 * (m + n + 1)
+        weber = 2.0**s * math.gamma(0.5 * (1 + s)) / math.gamma(0.5 * (1 - s))
+        mutual += moments[m] * moments[n] * weber * apart ** (-s - 1.0)
+    matrix = np.where(distances > 0.0, MU0 * math.pi * mutual, own)
+    return matrix, np.abs(matrix) * np.where(distances > 0.0, ROUGH_MUTUAL, error)
 
 
 def _displacement(one: Coil, other: Coil) -> tuple[float, ...]:

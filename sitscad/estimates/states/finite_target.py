@@ -23,6 +23,7 @@ from sitscad.physics.metal.finite_plate import (
     plate_loss_share,
     plate_share,
     share_error,
+    sheet_shares,
     stepped,
 )
 from sitscad.physics.metal.half_spaces import Plate as Layer
@@ -138,7 +139,9 @@ class SheetShares:
     magnetic: bool
 
 
-def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]) -> TargetShares:
+def target_shares(
+    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
+) -> TargetShares:
     """The shares of all coils in all states with a target; `heights` (m) are the mid-planes of the coils' layers.
 
     Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
@@ -148,21 +151,40 @@ def target_shares(spec: SensorSpec, heights: Sequence[float], states: Sequence[S
     if spec.target is None or not covered:
         return TargetShares({}, {}, ())
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
-    shares, losses, found = {}, {}, []
-    for name, gap, floor in covered:
-        found.append(shares_of_sheet(target, rings, distinct, gap, floor))
+    shares, losses = {}, {}
+    found = _of_gaps(target, rings, distinct, covered, is_rough)
+    for (name, _, _), one in zip(covered, found, strict=True):
         for placement, row in zip(spec.array.placements, member, strict=True):
-            shares[placement.name, name] = float(found[-1].shares[row])
-            losses[placement.name, name] = float(found[-1].losses[row])
+            shares[placement.name, name] = float(one.shares[row])
+            losses[placement.name, name] = float(one.losses[row])
     names, error = [name for name, _, _ in covered], max(f.error for f in found) + _elongated(spec.coil)
     errors = error, max(f.loss_error for f in found)
-    notes = _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
+    notes = [] if is_rough else _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
     is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
     strange = max(OPAQUE * _skin_depth(spec.target) / spec.target.thickness, _strangeness(spec, spec.target, states))
     covering = -_uncovered(spec, spec.target) / max(spec.coil.size)
     if any(around.below is not None for around in states):
         covering = -math.inf
     return TargetShares(shares, losses, tuple(notes), *errors, strange, is_thin, covering)
+
+
+ROUGHER, LOSS_ROUGHER = 0.03, 0.3
+"""What is added to the relative errors of shares that are found roughly: of inductance, and of loss, of which as much
+is said to be there as of inductance."""
+
+
+def _of_gaps(
+    target: Target, rings: CoaxialRings, places: Array, covered: Sequence[tuple[str, float, float]], is_rough: bool
+) -> list[SheetShares]:
+    """The shares at every gap and floor of `_covered`."""
+    gaps = [gap for _, gap, _ in covered]
+    if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
+        return [shares_of_sheet(target, rings, places, gap, floor) for _, gap, floor in covered]
+    plate, depth = _plate(target)
+    resisted, unsure = _resisted(target, rings)
+    shares = sheet_shares(plate, rings, places, np.array(gaps) + depth, covered[0][2]) / resisted
+    error, loss_error = share_error(plate, rings) + unsure, loss_share_error(plate, rings) + unsure
+    return [SheetShares(one, one, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for one in shares]
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
@@ -220,9 +242,11 @@ def _uncovered(spec: SensorSpec, target: Target) -> float:
 
 
 def shares_of_change(
-    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings]
+    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
 ) -> dict[tuple[str, str], float]:
     """The shares of the change of inductance alone, as in `target_shares`: for a conductor half of its work."""
+    if is_rough:
+        return dict(target_shares(spec, heights, states, is_rough).shares)
     if spec.target is None:
         return {}
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights)

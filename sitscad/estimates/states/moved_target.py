@@ -60,7 +60,8 @@ def moved_changes(
 
 
 def target_effects(
-    layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float, is_solved: bool = False
+    layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float, is_solved: bool = False,
+    is_rough: bool = False,
 ) -> NDArray[np.complex128]:
     """What the target changes of every coil's inductance (H, complex) when it has moved by (x, y) and by a height (m)
     from rest: (heights, moves, coils). As in `moved_changes`, the loss in the target only where it is solved; every
@@ -77,12 +78,12 @@ def target_effects(
         for k, z in enumerate(heights)
     ]
     layers = [winding.z for winding in layout.coils[0].windings]
-    shares = shares_of_change(_seen_from(spec, moves), layers, raised)
+    shares = shares_of_change(_seen_from(spec, moves), layers, raised, is_rough)
     nearest = over.distance + min(heights) - max(layers)
     if rest.below is not None:
         nearest = min(nearest, rest.below.distance + min(layers))
     spectrum = reflected_by(
-        winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE)
+        winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE), is_rough
     )
     at = np.array([frequency])
     bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real

@@ -15,7 +15,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.corners import direct_resistance, mitred, opened, with_corners
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
-from sitscad.physics.loss.proximity import least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
+from sitscad.physics.loss.proximity import ROUGH, least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
 from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.physics.metal.near_metal import CrowdingNearMetal, crowding_near_metal
@@ -35,6 +35,12 @@ ALIKE_ENDS = 12.0
 
 ALIKE = 4.0
 """Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off."""
+
+ROUGH_TOLERANCE = ROUGH
+"""Of R where a tolerance of the inductance from `SCREENING` on is asked for."""
+
+SCREENING = 2e-2
+"""Tolerance of the inductance with which thousands of designs are screened: everything else is as rough."""
 
 FINE_TOLERANCE = 1e-2
 """Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for."""
@@ -82,8 +88,15 @@ def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cu
     return replace(found, direct=math.fsum(direct_resistance(track, conductivity) for track in bent))
 
 
+def is_rough(tolerance: float | None) -> bool:
+    """Whether that tolerance of the inductance (relative; None: the usual) is for screening."""
+    return tolerance is not None and tolerance >= SCREENING
+
+
 def wanted_tolerance(tolerance: float | None) -> float:
     """The tolerance of R that goes with one asked for the inductance (None: the usual)."""
+    if is_rough(tolerance):
+        return ROUGH_TOLERANCE
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
 
 

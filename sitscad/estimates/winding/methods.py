@@ -16,7 +16,7 @@ from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, err
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.geometry.shapes import Outline
 from sitscad.layout.board import Coil, Winding
-from sitscad.physics.inductance.rings import ring_winding_inductance
+from sitscad.physics.inductance.rings import mean_ring_inductance, ring_winding_inductance
 from sitscad.physics.inductance.spiral_formulas import (
     COEFFICIENTS,
     SpiralOutline,
@@ -28,7 +28,7 @@ from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_i
 from sitscad.physics.inductance.tracks import Bend, Side, Track, track, winding_inductance
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corners import MOST_TURN, bend_loops
-from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
 from sitscad.physics.metal.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.record import record
 from sitscad.spec.coil import CoilSpec
@@ -148,10 +148,12 @@ def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLay
     return tuple(built)
 
 
-def reflected_by(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
+def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
     """What metal no nearer than `nearest` (m) to any mid-plane sees of a winding's current: that of direct current, so
-    what that has more at bends, too (in spirals `near_metal` has it).
+    what that has more at bends, too (in spirals `near_metal` has it); roughly, of spirals as rings.
     """
+    if geometry.spirals and is_rough:
+        return ring_spectrum(geometry.spirals, nearest)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
     tracks = [chorded(track, nearest) for track in geometry.bent]
@@ -189,6 +191,14 @@ def _spirals_coarse(geometry: WindingGeometry) -> float:
 
 def _rings(geometry: WindingGeometry) -> float:
     return ring_winding_inductance(geometry.spirals)
+
+
+def _mean_rings(geometry: WindingGeometry) -> float:
+    return mean_ring_inductance(geometry.spirals)
+
+
+def _mean_ring_error(geometry: WindingGeometry) -> float:
+    return 0.004 + 0.2 / geometry.fewest_turns**2
 
 
 def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
@@ -280,6 +290,9 @@ METHODS: tuple[Method, ...] = (
            "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
     Method("rings", _round, _rings, _ring_error, lambda g: g.fewest_turns >= 5.0,
            "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
+    Method("mean-rings", _round, _mean_rings, _mean_ring_error, _always,
+           "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
+           "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
     Method("strands", _straight, _strands(2, 3), _bound("strands"), _always,
            "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),

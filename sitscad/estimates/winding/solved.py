@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.circuit.neighbours import inductance_matrix
+from sitscad.estimates.circuit.neighbours import inductance_matrix, rings_beside_each_other
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.states.assembly import Assembly
 from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
@@ -24,6 +24,7 @@ from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import (
     ALIKE_ROUNDED,
     POLYGONS_NEAR_METAL,
+    is_rough,
     losses_near_metal,
     wanted_tolerance,
     winding_losses,
@@ -57,6 +58,9 @@ converged filaments (tests/validation/test_alternating_current.py)."""
 
 ENDS = 1.2
 """Of the added loss, times a track's width over the winding's length: what cuts miss where a layer begins or ends."""
+
+ONE_CUT = 0.1
+"""Of the added loss, where one cut stands for all of a winding."""
 
 MODES = {False: 0.011, True: 0.007}
 """Of the added loss, with usual and fine modes: tracks many skin depths wide or thick."""
@@ -142,6 +146,8 @@ def _faded(reach: float) -> float:
 def _round(spirals: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> float:
     length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
     cuts = suited_resolution(spirals, conductivity, tolerance).cuts
+    if cuts == 1:
+        return ONE_CUT
     return missed_crossings(spirals, cuts) + ENDS * spirals[0].width / length
 
 
@@ -206,7 +212,7 @@ def solve_winding(
         if nearest is None
         else losses_near_metal(spirals, conductivity, _no_nearer(nearest), tolerance, bool(geometry.spirals))
     )
-    spectrum = None if nearest is None else _spectrum(geometry, _no_nearer(nearest))
+    spectrum = None if nearest is None else _spectrum(geometry, _no_nearer(nearest), is_rough(tolerance))
     bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
     return SolvedWinding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound)
 
@@ -238,12 +244,17 @@ NO_NEARER = 1.2
 
 
 @lru_cache(maxsize=4)
-def _spectrum(geometry: WindingGeometry, nearest: float) -> CurrentSpectrum:
-    return reflected_by(geometry, nearest)
+def _spectrum(geometry: WindingGeometry, nearest: float, is_rough: bool) -> CurrentSpectrum:
+    return reflected_by(geometry, nearest, is_rough)
 
 
-def beside_each_other(spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding) -> tuple[Array, Array]:
+def beside_each_other(
+    spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
+) -> tuple[Array, Array]:
     """The inductance matrix (H) of the bare windings of all coils, and what its elements can be off by at most (H)."""
+    if is_rough and winding.geometry.spirals:
+        return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
+                                       winding.inductance, winding.inductance_error)
     bare = tuple(replace(coil, series=()) for coil in coils)
     return _matrix(spec, bare, winding.inductance, winding.inductance_error)
 

@@ -28,6 +28,7 @@ from sitscad.physics.loss.track_modes import (
     field_nodes,
     integrated,
     points_of,
+    rough_modes,
     suited_modes,
 )
 from sitscad.physics.special.elliptic import coaxial_rings
@@ -48,6 +49,9 @@ class Resolution:
     cuts: int
     steps: int
 
+
+ROUGH, ROUGH_STEPS = 0.1, 5
+"""Tolerance of R from which on one cut and few modes are enough, and their steps."""
 
 LEAST_CUTS, MOST_CUTS = 3, 40
 """Cuts around a turn, at least and about at most."""
@@ -94,12 +98,39 @@ def winding_cuts(
     layers: tuple[SpiralLayer, ...], conductivity: float, resolution: Resolution
 ) -> tuple[WindingCut, ...]:
     """The half-planes that stand for a winding of spiral layers (conductivity in S/m), kept for its states."""
+    if resolution.cuts == 1:
+        return (_mean_cut(layers, conductivity, resolution.modes),)
     found = []
     for azimuth, sector in sectors(layers, resolution.cuts):
         cut = azimuth_cut(layers, azimuth, sector)
         if cut is not None:
             found.append(WindingCut(cut, azimuth_system(layers, azimuth, cut, conductivity, resolution.modes)))
     return tuple(found)
+
+
+def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
+    """One half-plane for all of a winding: a whole number of rings a layer, all a little longer or shorter for broken
+    turns, and driven by as much more or less. Crossing turns stand a quarter of a pitch past each other, as they do
+    where what they do to each other is the mean, and layers end nowhere.
+    """
+    senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
+    crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
+    azimuth = 0.5 * (angles[0] + angles[crossing or 0]) + 0.25 * math.pi
+    radii, rows, parts = [], [], []
+    for layer in layers:
+        count = max(1, round(layer.turns))
+        passed = 0.0 if crossing is None else (layer.sense * (azimuth - layer.angle) / (2.0 * math.pi)) % 1.0 - 0.5
+        middle = layer.radius - 0.5 * layer.pitch * layer.turns
+        radii.append(middle + layer.pitch * (0.5 * (count - 1) - np.arange(count) - passed))
+        rows += [(layer.z, layer.width, layer.thickness)] * count
+        parts += [layer.turns / count] * count
+    across, part = np.concatenate(radii), np.array(parts)
+    height, width, thickness = np.array(rows).T
+    cut = Cut(across, height, width, thickness, 2.0 * math.pi * across * part, 1.0 / across)
+    smooth = ring_flux(cut, modes) / (2.0 * math.pi * across[:, None])
+    system = mode_system(cut, smooth, None, conductivity, modes)
+    driven = np.repeat(part, len(modes.orders))
+    return WindingCut(cut, replace(system, coupling=system.coupling * driven))
 
 
 def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
@@ -121,6 +152,8 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
     first = layers[0]
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
     thickness = max(layer.thickness for layer in layers)
+    if tolerance >= ROUGH:
+        return Resolution(rough_modes(first.width, thickness, gap, skin_depth(HIGHEST, conductivity)), 1, ROUGH_STEPS)
     found = resolution_for(first.width, thickness, gap, tolerance, conductivity)
     wanted, cuts = UNSEEN[tolerance < 0.02], found.cuts
     while cuts < MOST_CUTS and missed_crossings(layers, cuts) > wanted:

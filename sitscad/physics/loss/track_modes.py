@@ -57,6 +57,13 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
     return ModeSet(across, through, (min(max(across, near), 32), max(through + 1, min(deep, 16))))
 
 
+def rough_modes(width: float, thickness: float, gap: float, depth: float) -> ModeSet:
+    """The fewest modes for tracks (m) at a skin depth, as `suited_modes`: what they add to R within a tenth or so."""
+    across = min(max(2, math.ceil(1.1 * math.sqrt(width / depth))), 8)
+    through = min(max(1, math.ceil(0.9 * math.sqrt(thickness / depth))), 4)
+    return ModeSet(across, through, (min(max(across + 1, math.ceil(1.0 + width / gap)), 8), through + 1))
+
+
 @record(eq=False)
 class Cut:
     """Tracks where a plane crosses them at right angles, all arrays (n,) in metres.

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.special.bessel import bessel_orders, j0, j1
 from sitscad.physics.special.legendre import gauss
@@ -91,6 +92,19 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
         values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
         power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
+
+
+def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
+    """The same of a ring for every turn, where it is on average: what ends and slopes add is left out."""
+    k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
+    known: dict[tuple[float, ...], Array] = {}
+    for layer in layers:
+        if _size(layer) not in known:
+            rings = mean_rings([layer])
+            across = np.sinc(k * layer.width / (2.0 * math.pi))
+            known[_size(layer)] = across * (j1(k[:, None] * rings.radii) @ (rings.parts * rings.radii))
+    waves = np.array([known[_size(layer)] * layer.circulation for layer in layers]).T
+    return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), waves[:, :, None] * waves[:, None, :])
 
 
 def _harmonics(layers: Sequence[SpiralLayer], nearest: float) -> int:

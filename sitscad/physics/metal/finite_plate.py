@@ -58,14 +58,18 @@ class CoaxialRings:
         """The field's spectrum at the plane z = `roof`: the sum of turns a J1(k a) exp(-k distance), less that of the
         image in a mirror at z = `floor` (-inf: none); in units of mu0 pi it is the normal flux density's.
         """
-        k = wave_numbers[:, None]
+        return self.spectra(wave_numbers, np.array([roof]), floor)[0]
+
+    def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
+        """The same at several planes (m): (planes, wave numbers)."""
+        k, z = wave_numbers[:, None], roofs[:, None, None]
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))
         np.add.at(turns, (which, level), self.turns * self.radii)
-        waves = np.exp(-k * (roof - heights))
+        waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
-            waves = waves - np.exp(-k * (roof + heights - 2.0 * floor))
-        return np.asarray(((j1(k * radii) @ turns) * waves).sum(axis=1))
+            waves = waves - np.exp(-k * (z + heights - 2.0 * floor))
+        return np.asarray(((j1(k * radii) @ turns) * waves).sum(axis=2))
 
 
 @record
@@ -268,10 +272,10 @@ def _field_on(
     return np.asarray((squared * area).sum(axis=(1, 2)) / (2.0 * math.pi * np.sum(weights * k * spectrum**2)))
 
 
-def _wave_numbers(top: float, reach: float) -> tuple[Array, Array]:
+def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[Array, Array]:
     # k = top t^2: dense where the coil's own size lies, up to where exp(-k depth) has died out.
     nodes, share = gauss(16)
-    panels = min(40, 8 + math.ceil(top * reach / 25.0))
+    panels = panels or min(40, 8 + math.ceil(top * reach / 25.0))
     t = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).ravel()
     return top * t * t, top * t * np.tile(share, panels) / panels
 
@@ -287,6 +291,14 @@ def _modes(half: float, detail: float) -> int:
 def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room: float) -> Array:
     """Size of the change by a rectangular plate at every place, by projection of the field on Chebyshev's functions."""
     counts = _modes(half[0], detail), _modes(half[1], detail)
+    k, weights, spectrum = source
+    return _sheet_energy(half, counts, room, _fluxes(half, offsets, (k, weights, spectrum[None]), counts)[:, 0])
+
+
+def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
+    """Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (places, s,
+    functions along x, along y).
+    """
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
     radii = np.linspace(0.0, farthest, 4 * max(counts) + 40)
@@ -295,11 +307,18 @@ def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room:
     y = half[1] * v[0] - offsets[:, 1, None]
     away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
     field = _cubic(away, radii[1], table)
-    flux = half[0] * half[1] * np.einsum("mi,pij,nj->pmn", u[1], field, v[1], optimize=True)
-    total, mixed = np.zeros(len(offsets)), _mixed(half, max(counts), room)
+    across = np.einsum("mi,pijs->psmj", u[1], field, optimize=True)
+    return np.asarray(half[0] * half[1] * (across @ v[1].T))
+
+
+def _sheet_energy(half: Array, counts: tuple[int, int], room: float, flux: Array) -> Array:
+    """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
+    through it.
+    """
+    total, mixed = np.zeros(len(flux)), _mixed(half, max(counts), room)
     for px in (0, 1):
         for py in (0, 1):
-            b = flux[:, px::2, py::2].reshape(len(offsets), -1)
+            b = flux[:, px::2, py::2].reshape(len(flux), -1)
             if np.abs(b).max() > 1e-12 * np.abs(flux).max():
                 energy = _rectangle_energy(half, np.arange(px, counts[0], 2.0), np.arange(py, counts[1], 2.0), mixed)
                 total += np.einsum("pm,mp->p", b, np.linalg.solve(energy, b.T))
@@ -316,17 +335,46 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
 
 def _normal_field(radii: Array, k: Array, weights: Array, spectrum: Array) -> Array:
     # Normal flux density at distances from the axis, in units of mu0 / 2: the integral of k J0(k r) times the spectrum.
-    return np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum))
+    return np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:
-    """Catmull and Rom's spline through values at 0, step, 2 step ... of an even function."""
+    """Catmull and Rom's spline through values at 0, step, 2 step ... of an even function, or of several (steps, n)."""
     padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
-    cell = np.minimum((at / step).astype(int), table.size - 2)
-    t = at / step - cell
+    cell = np.minimum((at / step).astype(int), len(table) - 2)
+    t = (at / step - cell).reshape(*at.shape, *[1] * (table.ndim - 1))
     a, b, c, d = (padded[cell + shift] for shift in range(4))
     found: Array = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
     return found
+
+
+def sheet_shares(
+    plate: Plate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
+) -> Array:
+    """`plate_share` roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few waves and
+    functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
+    """
+    offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
+    middles = gaps + _sheet_depth(plate, outer)
+    depth = max(float(gaps.min()) - float(coil.heights.max()), 1e-2 * outer)
+    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
+    half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
+    k, weights = _wave_numbers(ROUGH_TOP / depth, reach, ROUGH_PANELS)
+    spectra = coil.spectra(k, middles, floor)
+    whole = np.array([_endless(k, weights, one, z - floor) for one, z in zip(spectra, middles, strict=True)])
+    detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
+    if plate.is_round:
+        found = [_disc(float(half[0]), offsets, (k, weights, one), detail, z - floor)
+                 for one, z in zip(spectra, middles, strict=True)]
+        return np.minimum(np.array(found) / whole[:, None], 1.0)
+    counts = min(_modes(half[0], detail), ROUGH_MODES), min(_modes(half[1], detail), ROUGH_MODES)
+    flux = _fluxes(half, offsets, (k, weights, spectra), counts)
+    energies = [_sheet_energy(half, counts, z - floor, flux[:, g]) for g, z in enumerate(middles)]
+    return np.minimum(np.array(energies) / whole[:, None], 1.0)
+
+
+ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES = 7.0, 5, 8
+"""Of rough shares: waves up to exp(-7) at the nearest gap, panels of 16 of them, and functions along a side at most."""
 
 
 def _mixed(half: Array, count: int, room: float) -> tuple[Array, Array]:
