@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sitscad.estimates.steps import given, made_sure, read, tell, tune, wind
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.winding.losses import is_rough
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
 from sitscad.spec.validity import refuse_unusable
@@ -47,4 +48,5 @@ def estimated(
 
     `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
     """
-    return tell(read(made_sure(tune(wind(given(layout, temperature), method, tolerance)), solved)))
+    start = given(layout, temperature, is_rough(tolerance))
+    return tell(read(made_sure(tune(wind(start, method, tolerance)), solved)))

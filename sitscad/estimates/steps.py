@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from sitscad.estimates.circuit.tank import (
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import Assembly, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
-from sitscad.estimates.states.pressing import GLUE, PAD, PressingScatter, pressing_scatter
+from sitscad.estimates.states.pressing import GLUE, PAD, PressingScatter
 from sitscad.estimates.uncertainty import (
     Slopes,
     depths_moved,
@@ -124,12 +124,12 @@ class Read:
     readout: ReadoutEstimate
 
 
-def given(layout: Layout, temperature: float | None) -> Given:
+def given(layout: Layout, temperature: float | None, is_rough: bool = False) -> Given:
     """What is asked; the spec's temperature where None is given."""
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     spared = {coil.name: spared_squares(coil, layout) for coil in layout.coils}  # knows the layout's teardrops already
     warm = replace(layout, spec=warmed(layout.spec, temperature))
-    return Given(warm, temperature, assemble(warm.spec, sigmas(warm.spec)), spared)
+    return Given(warm, temperature, assemble(warm.spec, sigmas(warm.spec), is_rough), spared)
 
 
 def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
@@ -264,8 +264,9 @@ def tell(done: Read) -> Estimates:
     """The numbers with what is worth saying about them."""
     wound = done.tuned.wound
     start, spec, assembly = wound.given, wound.given.spec, wound.given.assembly
-    pressing = pressing_scatter(spec, sigmas(spec)) if assembly.compression is not None else None
-    checks = cross_checks(start.layout.coils[0].name, wound.winding.geometry, wound.winding.inductance)
+    pressing = assembly.scatter
+    checks = () if wound.is_rough else cross_checks(
+        start.layout.coils[0].name, wound.winding.geometry, wound.winding.inductance)
     return Estimates(
         coils=done.coils,
         inductance_matrix=_rows(wound.matrix),
@@ -276,13 +277,14 @@ def tell(done: Read) -> Estimates:
         gaps=assembly.gaps,
         gap_sigmas=_gap_sigmas(spec, pressing),
         cross_checks=checks,
-        no_cross_check=no_cross_check(spec.coil, checks),
+        no_cross_check=None if wound.is_rough else no_cross_check(spec.coil, checks),
         incomplete=missing_leads(start.layout),
-        notes=tuple(_notes(done)),
+        notes=() if wound.is_rough else tuple(_notes(done)),
         normal_force=spec.requirements.normal_force,
         temperature=start.temperature,
         states=tuple(replace(around.state, temperature=start.temperature) for around in assembly.states),
         solved=0.0 if wound.solved is None else wound.solved.part,
+        is_rough=wound.is_rough,
     )
 
 
@@ -314,10 +316,18 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     deviations = sigmas(spec)
     slopes = inductance_slopes(winding.spirals, layout.coils[0], spec)
     deeper = depths_moved(layout.coils[0], spec, deviations)
-    found = {}
+    found: dict[str, dict[str, StateEstimate]] = {}
+    alike: dict[tuple[int, ...], str] = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
-        around = moved_by_surroundings(winding.spectrum, wound.given.assembly, states, circuit, deeper)
+        key = tuple(map(id, circuit.reflections.values()))
+        if wound.is_rough and key in alike:  # they differ by their leads alone
+            known = found[alike[key]]
+            found[circuit.name] = {name: replace(known[name], **_read_alone(state)) for name, state in states.items()}
+            continue
+        alike[key] = circuit.name
+        around = moved_by_surroundings(
+            winding.spectrum, wound.given.assembly, states, circuit, deeper, wound.is_rough)
         moved = Slopes(deviations, slopes, around, thickest_copper(spec))
         changes = {name: _target_change(circuit, state) for name, state in states.items()}
         found[circuit.name] = {
@@ -327,6 +337,12 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
             for name, state in states.items()
         }
     return found
+
+
+def _read_alone(state: StateEstimate) -> dict[str, float | str | None]:
+    """What a state of its own has: all but scatter, errors and what the target changes."""
+    shared = ("spread", "resistance_error", "target_change", "target_change_error")
+    return {one.name: getattr(state, one.name) for one in fields(state) if one.name not in shared}
 
 
 def _target_change(circuit: CoilCircuit, state: StateEstimate) -> tuple[float | None, float | None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import pairwise
@@ -21,7 +21,12 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
-from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance
+from sitscad.physics.metal.half_spaces import (
+    Reflector,
+    distance_derivative,
+    reflected_impedance,
+    reflected_inductances,
+)
 from sitscad.record import record
 from sitscad.scene.bodies import lines_below_target
 from sitscad.scene.state import FREE
@@ -197,6 +202,12 @@ def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
     return whole, part
 
 
+Between = Callable[
+    [CurrentSpectrum, float, tuple[Surroundings, Surroundings], tuple[complex, complex]], tuple[float, float]
+]
+"""Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_between`."""
+
+
 @record
 class Slopes:
     """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
@@ -307,6 +318,7 @@ def moved_by_surroundings(
     states: Mapping[str, StateEstimate],
     circuit: CoilCircuit,
     deeper: Mapping[str, tuple[float, float]],
+    is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
     more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal above and below
@@ -315,10 +327,11 @@ def moved_by_surroundings(
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
         return found
+    between = _straight(spectrum, assembly, states) if is_rough else _between
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
             share, lost = circuit.reflections[state].factors(states[state].frequency)
-            found[state][cause] = _between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
+            found[state][cause] = between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
     for around in assembly.states:
         if around.name not in states:
             continue
@@ -326,7 +339,7 @@ def moved_by_surroundings(
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
             frequency = states[around.name].frequency
             factors = circuit.reflections[around.name].factors(frequency)
-            found[around.name][cause] = _between(spectrum, frequency, (moved, around), factors)
+            found[around.name][cause] = between(spectrum, frequency, (moved, around), factors)
         more, lost = circuit.reflections[around.name].unsure(states[around.name].frequency)
         if more or lost:
             found[around.name][SHARE] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
@@ -378,6 +391,41 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
     )
     part, more = share.real, own.real - share.real
     return part * (one[0] - other[0]), part * (one[1] - other[1]) + more * (lost - other_lost)
+
+
+APART = 1e-2
+"""Part of a distance by which metal is moved to see what that does."""
+
+
+def _straight(spectrum: CurrentSpectrum, assembly: Assembly, states: Mapping[str, StateEstimate]) -> Between:
+    """`_between` roughly, as the distances of what lies above and below differ, by slopes at each state."""
+    known: dict[str, list[complex]] = {}
+
+    def slopes(around: Surroundings, frequency: float) -> list[complex]:
+        if around.name not in known:
+            at, pair = np.array([frequency]), (around.above, around.below)
+            here = reflected_inductances(spectrum, at, *pair, (0.0,))[0, 0]
+            known[around.name] = []
+            for k, one in enumerate(pair):
+                step = 0.0 if one is None else APART * one.distance
+                moved = [_further(other, step) if k == n else other for n, other in enumerate(pair)]
+                there = reflected_inductances(spectrum, at, *moved, (0.0,))[0, 0] if step else here
+                known[around.name].append(complex((there - here) / (step or 1.0)))
+        return known[around.name]
+
+    def between(
+        _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
+    ) -> tuple[float, float]:
+        """As `_between`."""
+        stated = next(around for around in assembly.states if around.name == pair[0].name)
+        moved = [
+            0.0 if one is None or other is None else one.distance - other.distance
+            for one, other in ((pair[0].above, pair[1].above), (pair[0].below, pair[1].below))
+        ]
+        found = factors[0] * sum(slope * by for slope, by in zip(slopes(stated, frequency), moved, strict=True))
+        return found.real, -2.0 * math.pi * frequency * found.imag
+
+    return between
 
 
 def _impedance(spectrum: CurrentSpectrum, frequency: float, around: Surroundings) -> tuple[float, float]:

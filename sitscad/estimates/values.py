@@ -274,7 +274,7 @@ class Estimates:
     `states` are those that the sensor has, with the target's pose in each; `solved` is the part of what the target
     changes in them that was solved as for a response, the rest being a share of an endless one's effect: 0 or 1, and
     between where the one gives way to the other; `metered` is what a meter reads of the bare board, empty where it was
-    not asked for (`Design.bench_estimates`).
+    not asked for (`Design.bench_estimates`); `is_rough` says that they were made for screening.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -294,6 +294,7 @@ class Estimates:
     states: tuple[State, ...] = ()
     solved: float = 0.0
     metered: tuple[Metered, ...] = ()
+    is_rough: bool = False
 
     @property
     def is_solved(self) -> bool:

@@ -26,6 +26,7 @@ from sitscad.estimates.response.values import Response
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
+from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import FREE
@@ -109,7 +110,8 @@ class Felt:
     def warmed(self) -> tuple[Disturbed, ...]:
         """Rest, half and full load with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
-        warmer = estimated(self.layout, temperature=warm, solved=self.estimates.solved)
+        rough = SCREENING if self.estimates.is_rough else None
+        warmer = estimated(self.layout, tolerance=rough, temperature=warm, solved=self.estimates.solved)
         return tuple(replace(one, by_metal=by_metal(self.estimates, warmer, self.bench.rest)) for one in self.points)
 
     @cached_property

@@ -111,6 +111,9 @@ HEIGHTS, PLACES, FARTHER = 5, 6, 4
 """Chebyshev points of the chart: heights, places along each axis, and how many more of these a thickness of the pad
 farther."""
 
+ROUGH, ROUGH_REACH = (4, 3), 0.25
+"""Heights and places of a chart for screening, and how far aside it goes (in thicknesses of the pad)."""
+
 TRAVEL = 1.0
 """Travel that the chart covers at least, in thicknesses of the pad; beyond the required loads its ends are taken."""
 
@@ -149,17 +152,21 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     spec = layout.spec
     pad = spec.elastomer
     assert pad is not None
-    reach, depth = _reach(spec)
-    heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, HEIGHTS)
-    places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
+    if estimates.is_rough:  # slopes on the axis alone are asked for
+        (reach, depth), (count, places) = (ROUGH_REACH, VALID_STRAIN + LIFTED), ROUGH
+    else:
+        (reach, depth), count = _reach(spec), HEIGHTS
+        places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
+    heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, count)
     sides = chebyshev_points(-reach * pad.thickness, reach * pad.thickness, places)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
     law, pressed = tank_law(spec, estimates), pressed_place(estimates)
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
-    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved)
-    change = (effect[-HEIGHTS:, 1:] - effect[0, 0]).reshape(HEIGHTS, places, places, -1).transpose(1, 2, 0, 3)
+    effect = target_effects(
+        layout, moves, over, float(law.frequency.mean()), estimates.is_solved, estimates.is_rough)
+    change = (effect[-count:, 1:] - effect[0, 0]).reshape(count, places, places, -1).transpose(1, 2, 0, 3)
     if estimates.is_solved:
-        values = law.logarithms(change * held(estimates, effect[-HEIGHTS - 1, 0] - effect[0, 0]))
+        values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
     else:
         values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
@@ -229,6 +236,8 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     known = chart(layout, estimates)
+    if estimates.is_rough:
+        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), known.frequencies, known.frequencies))
     tilts = QuickTilts(layout, estimates, spec, known.frequencies, tank_law(spec, estimates), pressed_place(estimates))
     bench = Bench(spec, estimates, required_range(spec), known.frequencies, tilts.frequencies)
     return Felt(layout, estimates, bench)

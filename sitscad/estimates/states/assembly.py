@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.estimates.states.pressing import BESIDE_PAD, GLUE, PAD, pressed, pressed_cases, rests_on_pad
+from sitscad.estimates.states.pressing import (
+    BESIDE_PAD,
+    GLUE,
+    PAD,
+    PressingScatter,
+    pressed,
+    pressed_cases,
+    rests_on_pad,
+    scatter_of,
+    straight_cases,
+)
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
@@ -45,7 +55,8 @@ class Assembly:
     """The states that exist with what is round the coils in each, the gaps (m) by name, the compression, and what is
     worth saying about the model.
 
-    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`).
+    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`), and
+    `scatter` is that of the pressed pad.
     """
 
     states: tuple[Surroundings, ...]
@@ -53,6 +64,7 @@ class Assembly:
     compression: Compression | None
     notes: tuple[str, ...]
     ranges: Mapping[tuple[str, str], tuple[Surroundings, Surroundings]] = field(default_factory=dict)
+    scatter: PressingScatter | None = None
 
     @property
     def nearest(self) -> float:
@@ -61,11 +73,11 @@ class Assembly:
         return min(found, default=math.inf)
 
 
-def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Assembly:
+def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> Assembly:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
 
     `sigmas` are the standard deviations (m) of the elastomer's thickness and size, and of the glue below the target;
-    none when left out.
+    none when left out; roughly, the pressed pad's scatter by straight lines.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
     around, gaps = [Surroundings(State(FREE))], {}
@@ -77,12 +89,14 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
     if over is not None and spec.elastomer is not None and sigmas.get(PAD):
         thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
         ranges[REST, PAD] = (_at_gap(spec, REST, thin, behind), _at_gap(spec, REST, thick, behind))
-    compression = None
+    compression = scatter = None
     if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
         around.append(_at_gap(spec, PRESSED, compression.gap, behind))
         gaps[PRESSED] = compression.gap + target_lines(spec)
-        for cause, (less, more) in pressed_cases(spec, sigmas).items():
+        cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
+        scatter = scatter_of(cases)
+        for cause, (less, more) in cases.items():
             ranges[PRESSED, cause] = (
                 _at_gap(spec, PRESSED, less.gap, behind),
                 _at_gap(spec, PRESSED, more.gap, behind),
@@ -97,7 +111,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None) -> Ass
             )
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)
-    return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges)
+    return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
 
 
 def _at_gap(spec: SensorSpec, name: str, gap: float, behind: Reflector | None) -> Surroundings:

@@ -158,11 +158,47 @@ def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tu
     return found
 
 
+def straight_cases(
+    spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression
+) -> dict[str, tuple[Compression, Compression]]:
+    """`pressed_cases` roughly, from the pad as it is pressed, by straight lines through it: of modulus and thickness.
+    The formula's error acts as the modulus does.
+    """
+    assert spec.elastomer is not None
+    material, around = spec.elastomer.material, surround(spec) or Surround()
+    rubber = material.shear_modulus, material.ogden_exponent
+    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness, around, *rubber)
+    modulus = max(material.shear_modulus_sigma, formula, 1e-3)
+    softer = pressed(spec, modulus=1.0 - modulus)
+    found = {MODULUS: _straight(stated, softer, material.shear_modulus_sigma / modulus),
+             BLOCK: _straight(stated, softer, formula / modulus)}
+    if sigmas.get(PAD):
+        found[PAD] = _straight(stated, pressed(spec, thicker=-sigmas[PAD]), 1.0)
+    if stated.doubt > 0.0:
+        found[PART] = stated, _stiffer(stated, spec.elastomer.thickness)
+    return found
+
+
+def _straight(stated: Compression, one: Compression, part: float) -> tuple[Compression, Compression]:
+    """Part of the way from what is stated to one case, and as far to the other side."""
+
+    def at(amount: float) -> Compression:
+        moved = {name: getattr(stated, name) + amount * (getattr(one, name) - getattr(stated, name))
+                 for name in ("strain", "gap", "apparent_modulus")}
+        return replace(stated, **moved)
+
+    return at(part), at(-part)
+
+
 def pressing_scatter(spec: SensorSpec, sigmas: Mapping[str, float]) -> PressingScatter | None:
     """The scatter of the pressed pad, causes being independent; None without a pad or a force."""
     if spec.elastomer is None or not spec.requirements.normal_force:
         return None
-    cases = pressed_cases(spec, sigmas)
+    return scatter_of(pressed_cases(spec, sigmas))
+
+
+def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
+    """The scatter of a pressed pad with these cases."""
     strain = {cause: abs(a.strain - b.strain) / SIGMAS_APART for cause, (a, b) in cases.items()}
     return PressingScatter(
         strain=math.hypot(*strain.values()),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -41,6 +42,13 @@ class CurrentSpectrum:
     weights: Array
     heights: Array
     power: Array
+    shifts: dict[float, Array] = field(default_factory=dict)
+
+    def shift(self, distance: float) -> Array:
+        """The mean over directions of waves shifted by a distance (m), J0 (k d), for each wave number; kept."""
+        if distance not in self.shifts:
+            self.shifts[distance] = j0(self.wave_numbers * distance)
+        return self.shifts[distance]
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array]:

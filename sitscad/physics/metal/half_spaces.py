@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.physics.special.bessel import j0
 from sitscad.record import record
 
 Array = NDArray[np.float64]
@@ -114,7 +113,7 @@ def reflected_inductances(
     both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
     up, cross, down = spectrum.sums
     waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
-    shift = np.array([j0(k * distance) for distance in distances])
+    shift = np.array([spectrum.shift(distance) for distance in distances])
     return np.asarray(MU0 * math.pi * (waves @ shift.T))
 
 
