@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -314,7 +314,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.given.layout, wound.given.spec, wound.winding
     deviations = sigmas(spec)
-    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec)
+    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, wound.is_rough)
     deeper = depths_moved(layout.coils[0], spec, deviations)
     found: dict[str, dict[str, StateEstimate]] = {}
     alike: dict[tuple[int, ...], str] = {}
@@ -323,7 +323,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
         key = tuple(map(id, circuit.reflections.values()))
         if wound.is_rough and key in alike:  # they differ by their leads alone
             known = found[alike[key]]
-            found[circuit.name] = {name: replace(known[name], **_read_alone(state)) for name, state in states.items()}
+            found[circuit.name] = {name: _as_scattered(state, known[name]) for name, state in states.items()}
             continue
         alike[key] = circuit.name
         around = moved_by_surroundings(
@@ -339,10 +339,10 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     return found
 
 
-def _read_alone(state: StateEstimate) -> dict[str, float | str | None]:
-    """What a state of its own has: all but scatter, errors and what the target changes."""
-    shared = ("spread", "resistance_error", "target_change", "target_change_error")
-    return {one.name: getattr(state, one.name) for one in fields(state) if one.name not in shared}
+def _as_scattered(state: StateEstimate, alike: StateEstimate) -> StateEstimate:
+    """A state with scatter and errors of that of a coil alike."""
+    return replace(state, spread=alike.spread, resistance_error=alike.resistance_error,
+                   target_change=alike.target_change, target_change_error=alike.target_change_error)
 
 
 def _target_change(circuit: CoilCircuit, state: StateEstimate) -> tuple[float | None, float | None]:

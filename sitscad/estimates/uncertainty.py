@@ -20,7 +20,7 @@ from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.metal.current_spectrum import CurrentSpectrum, spiral_spectrum
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
 from sitscad.physics.metal.half_spaces import (
     Reflector,
     distance_derivative,
@@ -137,7 +137,9 @@ def scatter_note(spec: SensorSpec) -> str:
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 
-def inductance_slopes(layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec) -> dict[str, float]:
+def inductance_slopes(
+    layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec, is_rough: bool = False
+) -> dict[str, float]:
     """Change of the winding's inductance (H) with the logarithm of each tolerance.
 
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
@@ -152,7 +154,7 @@ def inductance_slopes(layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpe
         by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
     by_distance = 0.0
     if len(layers) > 1:
-        slope = distance_slopes(layers)
+        slope = distance_slopes(layers, is_rough)
         whole, copper = _distances(coil, spec)
         by_distance = float(np.sum(slope * (whole - copper)))
         by_thickness += float(np.sum(slope * copper))
@@ -176,14 +178,15 @@ def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: f
     return along / (2.0 * step), up / (2.0 * step)
 
 
-def distance_slopes(layers: Sequence[SpiralLayer]) -> Array:
+def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
     """Slopes of the inductance (H/m) by the layers' heights, (layers, layers), by the waves of their currents."""
     heights, first = sorted(layer.z for layer in layers), layers[0]
     # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
     wide = first.radius - first.inner_radius + first.pitch
     nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
     alike = len({layer.turns for layer in layers}) == 1
-    spectrum = spiral_spectrum(layers[:1] if alike else layers, nearest, 0)
+    different = layers[:1] if alike else layers
+    spectrum = ring_spectrum(different, nearest) if is_rough else spiral_spectrum(different, nearest, 0)
     return distance_derivative(spectrum, [layer.z for layer in layers])
 
 
@@ -232,8 +235,11 @@ def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE)
     solutions (five coils, 1 to 10 MHz, within 0.15 E). Turns moved apart lose E. Tracks of the leads count as direct
     resistance.
     """
-    direct = circuit.resistance
-    _, (extra, growth) = _crowding(circuit, state, frequency)
+    return _resistance_slopes(circuit, frequency, _crowding(circuit, state, frequency)[1])
+
+
+def _resistance_slopes(circuit: CoilCircuit, frequency: float, crowded: tuple[float, float]) -> dict[str, float]:
+    direct, (extra, growth) = circuit.resistance, crowded
     leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
     return {
         **{name: share * extra + more * growth - direct - leads for name, (share, more) in EXTRA.items()},
@@ -243,7 +249,11 @@ def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE)
 
 def loss_inductance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
     """The same of the inductance (H) that skin and proximity effect take away: like w^2 and hardly like t."""
-    (change, growth), _ = _crowding(circuit, state, frequency)
+    return _loss_inductance_slopes(_crowding(circuit, state, frequency)[0])
+
+
+def _loss_inductance_slopes(crowded: tuple[float, float]) -> dict[str, float]:
+    change, growth = crowded
     return {name: share * change + growth for name, share in EXTRA_INDUCTANCE.items()}
 
 
@@ -301,8 +311,9 @@ def _moves(
 
 def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
     """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
-    by_l, by_r = slopes.inductance, resistance_slopes(circuit, frequency, state)
-    loss = loss_inductance_slopes(circuit, frequency, state)
+    crowded = _crowding(circuit, state, frequency)
+    by_l, by_r = slopes.inductance, _resistance_slopes(circuit, frequency, crowded[1])
+    loss = _loss_inductance_slopes(crowded[0])
     found = {
         WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH]),
         THICKNESS: (by_l[THICKNESS] + loss[THICKNESS], by_r[THICKNESS]),
@@ -403,14 +414,18 @@ def _straight(spectrum: CurrentSpectrum, assembly: Assembly, states: Mapping[str
 
     def slopes(around: Surroundings, frequency: float) -> list[complex]:
         if around.name not in known:
-            at, pair = np.array([frequency]), (around.above, around.below)
-            here = reflected_inductances(spectrum, at, *pair, (0.0,))[0, 0]
-            known[around.name] = []
-            for k, one in enumerate(pair):
-                step = 0.0 if one is None else APART * one.distance
-                moved = [_further(other, step) if k == n else other for n, other in enumerate(pair)]
-                there = reflected_inductances(spectrum, at, *moved, (0.0,))[0, 0] if step else here
-                known[around.name].append(complex((there - here) / (step or 1.0)))
+            above, below = around.above, around.below
+
+            def returned(over: Reflector | None, under: Reflector | None) -> complex:
+                """What metal returns (H) there."""
+                return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
+
+            here = returned(above, below)
+            up, down = (0.0 if one is None else APART * one.distance for one in (above, below))
+            known[around.name] = [
+                (returned(_further(above, up), below) - here) / up if up else 0j,
+                (returned(above, _further(below, down)) - here) / down if down else 0j,
+            ]
         return known[around.name]
 
     def between(

@@ -78,8 +78,8 @@ def _undrawn(spec: SensorSpec, bus: Bus, coil: Coil, bare: Layout) -> tuple[Pair
     ahead = bare.body[2] - coil.centre.x
     near = all(coil.centre.x >= p.centre[0] - 1e-9 for p in spec.array.placements) and in_line(spec)
     beside = FRONTMOST if near else ahead + ROUND * spec.coil.size[0] * (1.0 if in_line(spec) else 0.3)
-    return (Pair(beside, bus.width, bus.layers, bus.pitch),
-            Pair(max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width, bus.layers, tail.trace_width + bus.spacing))
+    down, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
+    return Pair(beside, bus.width, bus.layers, bus.pitch), Pair(down, width, bus.layers, width + bus.spacing)
 
 
 @record

@@ -119,8 +119,12 @@ def coil_circuits(
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
-    resistance = winding_resistance(spec.coil, first, conductivity)
-    own = self_capacitance(first, spec)
+    if winding.is_rough:  # bends and corners left out
+        resistance = math.fsum(w.path.length / (conductivity * spec.coil.trace_width * w.thickness)
+                               for w in first.windings)
+    else:
+        resistance = winding_resistance(spec.coil, first, conductivity)
+    own = self_capacitance(first, spec, winding.is_rough)
     distances = _distances(layout)
     beside = sorted({d for row in distances for d in row if d > 0.0})
     reflections = _reflections(winding, assembly, beside, layout, solved or shares)
@@ -219,7 +223,7 @@ def _reflection(
                 more = float(missing.factor(np.array(share[0] * endless)))
                 share = share[0] * more, share[1] * more
                 unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
-        return Reflection(spectrum, around, distances, share, winding.crowding, unsure)
+        return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
     more, lost = target.errors[around.name][number]
     solved = target.frequencies, target.changes[around.name], target.like
     return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number, (float(more), float(lost)))

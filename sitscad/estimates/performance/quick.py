@@ -237,7 +237,8 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     known = chart(layout, estimates)
     if estimates.is_rough:
-        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), known.frequencies, known.frequencies))
+        read = known.frequencies
+        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), read, read))
     tilts = QuickTilts(layout, estimates, spec, known.frequencies, tank_law(spec, estimates), pressed_place(estimates))
     bench = Bench(spec, estimates, required_range(spec), known.frequencies, tilts.frequencies)
     return Felt(layout, estimates, bench)

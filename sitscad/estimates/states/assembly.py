@@ -204,6 +204,10 @@ LOSSLESS = 1e18
 """Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's."""
 
 
+SCREENED_AT = 6e6
+"""Frequency (Hz) at which a target's effect is looked at where thousands of designs are screened."""
+
+
 class Reflection:
     """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
 
@@ -221,7 +225,9 @@ class Reflection:
         share: tuple[float, float] = (1.0, 1.0),
         crowding: CrowdingNearMetal | None = None,
         unsure: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        is_rough: bool = False,
     ) -> None:
+        self._is_rough = is_rough
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
         self._distances, self._unsure = (0.0, *distances), unsure
         self._known: dict[bytes, ComplexArray] = {}
@@ -258,7 +264,7 @@ class Reflection:
         """What the target alone changes of the winding's inductance (H, complex), its current even."""
         if self._around.above is None:
             return 0j
-        at = np.array([frequency])
+        at = np.array([self._looked_at(frequency)])
         return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
 
     def of_target(self, frequencies: Array) -> ComplexArray:
@@ -270,12 +276,18 @@ class Reflection:
 
     def endless_change(self, frequency: float) -> complex:
         """What an endless target would change of it (H, complex)."""
-        return 0j if self._around.above is None else complex(self._of_target(np.array([frequency]))[0, 0])
+        at = np.array([self._looked_at(frequency)])
+        return 0j if self._around.above is None else complex(self._of_target(at)[0, 0])
+
+    def _looked_at(self, frequency: float) -> float:
+        """The frequency (Hz) for which the target's effect is worked out: for screening one for all."""
+        return SCREENED_AT if self._is_rough else frequency
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
         if self._around.above is None or not any(self._unsure):
             return 0.0, 0.0
+        frequency = self._looked_at(frequency)
         at, omega = np.array([frequency]), 2.0 * math.pi * frequency
         whole, own = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
         share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
@@ -302,7 +314,8 @@ class Reflection:
         # What the target changes of the losses behind the board and of those in the tracks themselves goes with the
         # field, like the inductance; only its own loss has a share of its own.
         share, lost = self._share
-        return np.asarray(bare + share * (full - bare) + 1j * (lost - share) * self._own_loss(frequencies))
+        found = bare + share * (full - bare)
+        return np.asarray(found if lost == share else found + 1j * (lost - share) * self._own_loss(frequencies))
 
     def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         found = reflected_inductances(self._spectrum, frequencies, above, below, self._distances)

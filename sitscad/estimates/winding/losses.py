@@ -15,7 +15,14 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
 from sitscad.physics.loss.corners import direct_resistance, mitred, opened, with_corners
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
-from sitscad.physics.loss.proximity import ROUGH, least_gap, resolution_for, suited_resolution, winding_cuts, winding_loss
+from sitscad.physics.loss.proximity import (
+    ROUGH,
+    least_gap,
+    resolution_for,
+    suited_resolution,
+    winding_cuts,
+    winding_loss,
+)
 from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.physics.metal.near_metal import CrowdingNearMetal, crowding_near_metal

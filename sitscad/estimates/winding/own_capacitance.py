@@ -47,14 +47,18 @@ class _Part:
     share: float
 
 
-def self_capacitance(coil: Coil, spec: SensorSpec) -> float:
+ROUGH_PLACES = (6, 2)
+"""The same for screening: within 2 %."""
+
+
+def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> float:
     """Capacitance (F) of a coil's winding between its ends, without leads: twice the electric energy at one volt.
 
     Layers see each other through the stack-up as strips shifted by every amount, turns of a layer their neighbours;
     the voltage follows the flux that each turn links. Further inside than a layer has turns, the others see each other
     through what takes its place. Elastomer and metal around the board are not in it: see `added_by_metal`.
     """
-    parts = _parts(coil, spec)
+    parts = _parts(coil, spec, ROUGH_PLACES if is_rough else PLACES)
     voltages = _voltages(parts, coil, spec)
     layers = [winding.layer for winding in coil.windings]
     total, first = 0.0, 0
@@ -107,13 +111,13 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
     ]
 
 
-def _parts(coil: Coil, spec: SensorSpec) -> list[_Part]:
+def _parts(coil: Coil, spec: SensorSpec, places: tuple[int, int] = PLACES) -> list[_Part]:
     """The winding in parts that the same layers have, from the outside in, with the lengths of their turns (m)."""
     turns = spec.coil.layer_turns
     found: list[_Part] = []
     low = 0.0
     for high in sorted(set(turns)):
-        count = PLACES[1] if found else PLACES[0]
+        count = places[1] if found else places[0]
         share = (high - low) / count
         present = tuple(k for k, number in enumerate(turns) if number >= high)
         middles: Array = low + share * (np.arange(count, dtype=np.float64) + 0.5)

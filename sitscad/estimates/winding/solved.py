@@ -172,7 +172,7 @@ class SolvedWinding:
 
     `conductivity` (S/m) is the copper's, `loss` what alternating current adds. `nearest` (m) is the least distance of
     metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by;
-    `bound` is how far off its resistance can be.
+    `bound` is how far off its resistance can be; `is_rough` says that it was solved for screening.
     """
 
     geometry: WindingGeometry
@@ -185,6 +185,7 @@ class SolvedWinding:
     crowding: CrowdingNearMetal | None
     spectrum: CurrentSpectrum | None
     bound: ResistanceBound
+    is_rough: bool = False
 
     def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
         """Relative error bound of the resistance at a coil's contacts in a state, the target's share in it."""
@@ -214,7 +215,8 @@ def solve_winding(
     )
     spectrum = None if nearest is None else _spectrum(geometry, _no_nearer(nearest), is_rough(tolerance))
     bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
-    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound)
+    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound,
+                         is_rough(tolerance))
 
 
 @lru_cache(maxsize=4)

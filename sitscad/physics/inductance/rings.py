@@ -117,7 +117,7 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
 
 def _passing(gap: Array, height: Array, reach: float) -> Array:
-    """Mean of ln(distance) of tracks (m) that pass each other from `reach` (m) on one side of their mean to the other's."""
+    """Mean of ln(distance) of tracks (m) that pass each other, from `reach` (m) on one side of their mean on."""
 
     def integral(x: Array) -> Array:
         return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)

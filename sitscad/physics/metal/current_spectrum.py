@@ -6,7 +6,7 @@ A spiral's harmonics about its axis are integrals along a radius in closed integ
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import field
 from functools import cached_property
 
@@ -43,6 +43,8 @@ class CurrentSpectrum:
     heights: Array
     power: Array
     shifts: dict[float, Array] = field(default_factory=dict)
+    returned: dict[Hashable, ComplexArray] = field(default_factory=dict)
+    """What was reflected already: see `half_spaces.reflected_inductances`."""
 
     def shift(self, distance: float) -> Array:
         """The mean over directions of waves shifted by a distance (m), J0 (k d), for each wave number; kept."""

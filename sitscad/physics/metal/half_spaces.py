@@ -109,6 +109,16 @@ def reflected_inductances(
     One value for each frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times
     -omega is a resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
     """
+    key = frequencies.tobytes(), above, below, tuple(distances)
+    if key not in spectrum.returned:
+        spectrum.returned[key] = _reflected(spectrum, frequencies, above, below, distances)
+    return spectrum.returned[key].copy()
+
+
+def _reflected(
+    spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
+    distances: Sequence[float],
+) -> ComplexArray:
     k, z = spectrum.wave_numbers, spectrum.heights
     both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
     up, cross, down = spectrum.sums

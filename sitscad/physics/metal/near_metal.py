@@ -70,6 +70,7 @@ class CrowdingNearMetal:
     levels: tuple[float, float]
     bends: bool = True
     known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
+    changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
         """What the reflection of an even current plus the crowding in free air lack (H; imaginary part times -omega is
@@ -79,9 +80,15 @@ class CrowdingNearMetal:
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         """The same at every one of (n,) frequencies (Hz)."""
-        total = np.zeros(frequencies.size, dtype=np.complex128)
         if above is None and below is None:
-            return total
+            return np.zeros(frequencies.size, dtype=np.complex128)
+        key = frequencies.tobytes(), above, below
+        if key not in self.changed:
+            self.changed[key] = self._changes(frequencies, above, below)
+        return self.changed[key]
+
+    def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        total = np.zeros(frequencies.size, dtype=np.complex128)
         about = _about(above, self.levels[1]), _about(below, -self.levels[0])
         if about not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
