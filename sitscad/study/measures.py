@@ -252,16 +252,16 @@ def _rows() -> Iterator[DesignMeasure]:
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
               "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), BOTH),
              ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
-              _by_axis(_by_tilt, NEARLY_TILTED), BOTH))
+              _by_axis(_by_tilt, NEARLY_TILTED), (FULL,)))
     for name, meaning, read, levels in quick:
         for axis in AXES:
             yield DesignMeasure(f"{name}.{axis}", "N", meaning.format(axis=axis.replace("_", " along ")),
                                 NEEDS_PAD if axis == "normal" else f"{NEEDS_PAD}, coils that tell it apart",
                                 read(axis), levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its own "
-                        "(curved map)", f"{NEEDS_PAD}, two coils", _crosstalk)
+                        "(curved map)", f"{NEEDS_PAD}, two coils", _crosstalk, (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
-                        "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap)
+                        "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", NEEDS_JAW,
                         _fit(_closed_pair))
     yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", NEEDS_JAW,
@@ -288,7 +288,7 @@ def measures_named(names: list[str] | tuple[str, ...] | None) -> tuple[str, ...]
     not, with the nearest ones.
     """
     if names is None:
-        return tuple(name for name, row in MEASURES.items() if SCREEN in row.levels and name != "yield")
+        return tuple(name for name, row in MEASURES.items() if row.read is not _yield and not name.startswith("range."))
     unknown = next((name for name in names if name not in MEASURES), None)
     if unknown is not None:
         raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")

@@ -198,7 +198,7 @@ def _mean_rings(geometry: WindingGeometry) -> float:
 
 
 def _mean_ring_error(geometry: WindingGeometry) -> float:
-    return 0.004 + 0.2 / geometry.fewest_turns**2
+    return 0.012 + 0.2 / geometry.fewest_turns**2
 
 
 def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
