@@ -283,12 +283,13 @@ MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
 """Every measure by its name, in the order in which they are listed."""
 
 
-def measures_named(names: list[str] | tuple[str, ...] | None) -> tuple[str, ...]:
-    """The measures of these names, all but ranges and yield where none are named; ValueError for a name that there is
-    not, with the nearest ones.
+def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
+    """The measures of these names, all of a level but ranges and yield where none are named; ValueError for a name that
+    there is not, with the nearest ones.
     """
     if names is None:
-        return tuple(name for name, row in MEASURES.items() if row.read is not _yield and not name.startswith("range."))
+        return tuple(name for name, row in MEASURES.items()
+                     if level in row.levels and not name.startswith(("range.", "yield")))
     unknown = next((name for name in names if name not in MEASURES), None)
     if unknown is not None:
         raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")

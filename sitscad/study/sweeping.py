@@ -121,7 +121,7 @@ UNFIT = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
 def _measures_of(level: str, measures: Sequence[str] | None) -> tuple[str, ...]:
     if level not in (SCREEN, FULL):
         raise ValueError(f"the level is {SCREEN} or {FULL}, not {level!r}")
-    names = measures_named(measures if measures is None else tuple(measures))
+    names = measures_named(measures if measures is None else tuple(measures), level)
     lacking = [name for name in names if level not in MEASURES[name].levels]
     if lacking:
         raise ValueError(f"{', '.join(lacking)}: only the level {FULL} has it")
