@@ -21,9 +21,12 @@ def page(title: str, parts: Iterable[str], about: str = "") -> str:
     )
 
 
-def part(title: str, body: str) -> str:
-    """A section under its title, both in HTML; nothing for one without a body."""
-    return f"<section><h2>{title}</h2>{body}</section>" if body else ""
+def part(title: str, body: str, stage: str = "") -> str:
+    """A section under its title, both in HTML, for scripts named after the stage that makes it; nothing for one without
+    a body.
+    """
+    named = f' data-stage="{stage}"' if stage else ""
+    return f"<section{named}><h2>{title}</h2>{body}</section>" if body else ""
 
 
 def figure(drawing: str, caption: str) -> str:
@@ -87,6 +90,8 @@ ul { padding-left: 1.2rem; }
   margin: .8rem 0; padding: .7rem 1rem; break-inside: avoid; background: var(--card);
   border: 1px solid var(--line); border-left: 4px solid var(--note); border-radius: .3rem;
 }
+.finding > summary { cursor: pointer; overflow-wrap: anywhere; }
+.finding:not([open]) > summary { white-space: nowrap; overflow: hidden; text-overflow: ellipsis; }
 .finding.error { border-left-color: var(--error); }
 .finding.warning { border-left-color: var(--warning); }
 .finding p { margin: .35rem 0; overflow-wrap: anywhere; }
@@ -112,6 +117,29 @@ figcaption { font-size: .9rem; margin-top: .3rem; }
 .section text { fill: var(--ink); font-size: 13px; font-family: inherit; }
 .section .leader { stroke: var(--soft); stroke-width: 1; }
 .section .layer { stroke: var(--ink); }
+[hidden] { display: none !important; }
+.bar { display: flex; flex-wrap: wrap; gap: .4rem 1rem; align-items: center; margin: .5rem 0; font-size: .9rem; }
+.bar label, .inputs label { display: inline-flex; align-items: center; gap: .35rem; }
+fieldset.bar { border: 1px solid var(--line); border-radius: .4rem; padding: .3rem .7rem; }
+button, select { font: inherit; color: inherit; background: var(--card); border: 1px solid var(--soft);
+  border-radius: .3rem; padding: .15rem .6rem; cursor: pointer; }
+button[aria-pressed="true"] { background: var(--note); color: var(--ground); }
+:focus-visible { outline: 3px solid var(--note); outline-offset: 2px; }
+.stage { position: relative; }
+.stage canvas { display: block; width: 100%; height: min(60vh, 32rem); touch-action: none; background: var(--card);
+  border: 1px solid var(--line); border-radius: .4rem; cursor: grab; }
+.marks { position: absolute; inset: 0; pointer-events: none; overflow: hidden; }
+.marks i { position: absolute; transform: translate(-50%, -50%); width: 1.3em; height: 1.3em; border-radius: 50%;
+  background: var(--error); color: var(--ground); font: 700 .7rem/1.3em inherit; text-align: center; }
+.inputs { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: .4rem 1.5rem; }
+.inputs input { flex: 1; min-width: 6rem; }
+.inputs output { min-width: 5.5em; text-align: right; font-variant-numeric: tabular-nums; }
+.cuts { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 1rem; margin: .8rem 0; }
+.cut { width: 100%; touch-action: none; cursor: move; background: var(--card); border: 1px solid var(--line);
+  border-radius: .4rem; }
+.cut text { fill: var(--soft); font-size: 11px; }
+.cut .board { fill: #d9a441; } .cut .copper { fill: #a8541c; } .cut .pad { fill: #a9cfe0; }
+.cut .plate { fill: #8a929a; }
 footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
 @media print {
   :root {
@@ -140,5 +168,7 @@ footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
   .paper { padding: 0; }
   .section { max-height: 80mm; }
   footer { margin-top: 1rem; }
+  .bar, #pushed, #solids, [data-without] { display: none !important; }
+  .finding:not([open]) > summary { white-space: normal; }
 }
 """

@@ -395,9 +395,22 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     design = contents.design
     page = render(
         contents.checked, design.spec, contents.estimates, pictures, sizes, wiring, felt, design.bench_estimates,
-        design.most_signal,
+        design.most_signal, _moving(contents, files, felt),
     )  # fmt: skip
     return {"report.html": page.encode("utf-8"), **failing}
+
+
+def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """What the page's views show of the package's own files: each only where they are there."""
+    from sitscad.report.moving import pushed_document, solids_document
+
+    found = {}
+    if "mount/assembly.glb" in files:
+        found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
+    known = json.loads(files["calibration/calibration.json"]) if "calibration/calibration.json" in files else None
+    if (pushed := pushed_document(contents.layout, contents.estimates, felt, known)) is not None:
+        found["pushed"] = pushed
+    return found
 
 
 def failing_fit(contents: Contents) -> dict[str, bytes]:

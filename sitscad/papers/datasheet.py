@@ -23,6 +23,7 @@ from sitscad.estimates.performance.points import INSTABILITY
 from sitscad.estimates.performance.values import Performance, largest_lasting
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
+from sitscad.estimates.response.table import response_table
 from sitscad.estimates.response.working_range import held_shear, working_range
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
@@ -54,6 +55,7 @@ def render(
         known = found.document()
         whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
         whole["unit_to_unit"]["in_words"] = found.error_rows
+    whole["pushed"] = response_table(response).document()
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
     return {
         "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sitscad.drawing.web_page import figure, page, part, table
 from sitscad.finding import Finding, Severity
@@ -34,6 +34,7 @@ from sitscad.report.measures import (
 )
 from sitscad.report.measures import PARTS_TITLE as FIT_PARTS_TITLE
 from sitscad.report.measures import part_rows as fit_part_rows
+from sitscad.report.moving import embedded, scripts
 from sitscad.report.numbers import (
     CROSS_HEAD,
     FELT_HEAD,
@@ -64,6 +65,7 @@ from sitscad.report.numbers import (
     whole_rows,
 )
 from sitscad.report.section import section
+from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
@@ -79,22 +81,25 @@ FORCED = "This package was built with --force in spite of errors. It is known no
 def render(
     checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
     wiring: Sequence[Contact] = (), felt: Document | None = None, bench: Estimates | None = None,
-    most: Sequence[Most] = (),
+    most: Sequence[Most] = (), moving: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
     files with their sizes in bytes; `wiring` says where each contact leads; `felt` is what the sensor feels, as JSON
-    has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick parts give most signal.
+    has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick parts give most signal;
+    `moving` are the documents of `sitscad.report.moving` by the name of their view, ``solids`` and ``pushed``.
     Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
     parts = [
         _head(checked, spec, estimates),
-        _tiles(estimates),
-        part("Findings", findings_part(checked)),
-        part("Layout", "".join(figure(svg, caption) for caption, svg in pictures.items())),
+        _tiles(checked, estimates, felt or {}),
+        part("Findings", findings_part(checked), "findings"),
+        part("Push it", _view("pushed", PUSHED, moving), "feeling"),
+        part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
+        part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
         part("Contacts", _table(head(spec.readout.device.part), [contact.cells for contact in wiring], title)),
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates, most)),
@@ -116,7 +121,52 @@ def render(
         part("Files", _in_columns(_table(["file", "size"], rows, ""))),
     ]
     digest = f"spec {escape(_file_name(checked))}, SHA-256 {spec.source.sha256}"
-    return page(f"{spec.name}: report", parts, f" \u00b7 {digest}")
+    return page(f"{spec.name}: report", [*parts, f"<script>{scripts()}</script>"], f" \u00b7 {digest}")
+
+
+PUSHED = """
+<div id="pushed" hidden><p>Move the sliders, or drag the target in a section: to the side for shear, down for normal
+force. The target is kept level unless it is tilted. Forces read back are what the map of calibration/ makes of the
+counts after a tare at rest, and one sigma from unit to unit, not calibrated.</p>
+<div class="inputs"></div><div class="cuts"></div><p class="warned" data-out="range" role="status"></p>
+<div class="scroll"><table><thead><tr><th>coil</th><th class="number">frequency (Hz)</th>
+<th class="number">from rest (Hz)</th><th class="number">counts</th></tr></thead><tbody></tbody></table></div>
+<div class="scroll"><table><thead><tr><th>force</th><th class="number">put on (N)</th>
+<th class="number">read back (N)</th><th class="number">one sigma (N)</th></tr></thead><tbody></tbody></table></div>
+</div>
+<p data-without="pushed">Here a reader's browser shows the sensor pushed; it needs scripts. The curves are in the data
+sheet, and <code>sitscad response</code> gives every number.</p>
+"""
+
+SOLIDS = """
+<div id="solids" hidden><div class="bar views"></div>
+<div class="stage"><canvas tabindex="0" aria-label="the assembly: drag or arrow keys turn it, with shift they move it,
+plus and minus make it larger and smaller, m marks the point in the middle"></canvas><div class="marks"></div></div>
+<div class="bar"><label>section <select data-in="cut"><option value="none">none</option>
+<option value="y">along x</option><option value="x">across</option></select></label>
+<label>at <input type="range" data-in="at" min="0" max="1" step="0.005"></label>
+<label>exploded <input type="range" data-in="apart" min="0" max="1" step="0.01"></label>OPEN
+<button type="button" data-in="measure" aria-pressed="false">measure</button><output data-out="measured"></output></div>
+<fieldset class="bar parts"></fieldset></div>
+<p data-without="solids">Here a reader's browser shows mount/assembly.glb; it needs scripts and WebGL 2. The pictures
+below show it still.</p>
+"""
+
+OPEN = '<label>jaws open <input type="range" data-in="open" min="0" max="1" step="0.01"></label>'
+
+
+def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None) -> str:
+    """A view that scripts fill, with its data; nothing where there is none."""
+    document = (moving or {}).get(name)
+    if document is None:
+        return ""
+    return frame.replace("OPEN", OPEN if document.get("hinge") else "") + embedded(f"{name}-data", document)
+
+
+def _picture(drawing: str, caption: str) -> str:
+    """A picture of the layout; that of the whole board is the one whose layers and nets the scripts turn on and off."""
+    shown = figure(drawing, caption)
+    return shown.replace("<figure>", '<figure class="board">', 1) if "id='board'" in drawing else shown
 
 
 def _verdict(checked: CheckedSpec) -> str:
@@ -164,21 +214,25 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     )
 
 
-def _tiles(estimates: Estimates) -> str:
-    """The numbers that decide, as the range over all coils and states."""
-    states = [state for coil in estimates.coils for state in coil.states.values()]
+def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
+    """The five numbers that decide: what the sensor tells and with what, and what is left of its room."""
+    states = [s for coil in estimates.coils for name, s in coil.states.items() if name != FREE or len(coil.states) == 1]
     if not states:
-        return ""
-    rows = (
-        ("inductance at the contacts", [s.inductance for s in states], "H"),
-        ("sensor frequency", [s.frequency for s in states], "Hz"),
-        ("parallel resistance", [s.parallel_resistance for s in states], "ohm"),
-        ("quality factor", [s.quality_factor for s in states], ""),
-        ("amplitude (peak)", [s.amplitude for s in states], "V"),
-        ("scans of all coils", [estimates.readout.scan_rate], "Hz"),
-    )
-    tiles = (f"<div class='tile'><b>{_range(values, unit)}</b><span>{name}</span></div>" for name, values, unit in rows)
-    note = "<p class='soft'>Ranges run over all coils and over all states below.</p>"
+        return _incomplete(estimates)
+    felt = sheet.get("performance", ())
+    told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
+    tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
+    rows = [
+        ("normal force told apart, one sigma", _range(told, "N")) if told else
+        ("inductance at the contacts", _range([s.inductance for s in states], "H")),
+        ("sensor frequency", _range([s.frequency for s in states], "Hz")),
+        ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
+        ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
+        ("scans of all coils", _range([estimates.readout.scan_rate], "Hz")) if tight is None else
+        (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
+    ]  # fmt: skip
+    tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
+    note = "<p class='soft'>Ranges run over all coils, and over the assembled sensor's states at rest and pressed.</p>"
     return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div>{note}"
 
 
@@ -203,6 +257,7 @@ def _ignored(checked: CheckedSpec) -> str:
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
+    """One line that unfolds; errors lie open."""
     line = checked.line(finding.line, finding.file)
     shown = "" if line is None else excerpt(line, finding.column or 1)[0]
     quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
@@ -214,12 +269,15 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
         if value is not None
     ]
     tail = [*numbers, *([f"source: {escape(finding.source)}"] if finding.source else [])]
+    opened = " open" if finding.severity is Severity.ERROR else ""
+    placed = f' data-place="{number}"' if number is not None else ""
     return (
-        f"<article class='finding {finding.severity.value}'><p><span class='kind'>{finding.severity.value} "
-        f"{escape(finding.rule)}</span> <span class='soft'>{escape(finding.name)}</span></p>"
-        f"<p>{escape(finding.whole_message)}</p>{_where(finding, number)}{quoted}{hint}"
+        f'<details class="finding {finding.severity.value}"{placed}{opened}><summary>'
+        f"<span class='kind'>{finding.severity.value} {escape(finding.rule)}</span> "
+        f"<span class='soft'>{escape(finding.name)}</span> {escape(finding.whole_message)}</summary>"
+        f"{_where(finding, number)}{quoted}{hint}"
         + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
-        + "</article>"
+        + "</details>"
     )
 
 

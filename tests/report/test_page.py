@@ -72,7 +72,7 @@ class _Reader(HTMLParser):
         assert self.stack.pop() == tag
 
     def handle_data(self, data):
-        if "style" not in self.stack:
+        if not {"style", "script"} & set(self.stack):
             self.text.append(data)
 
 
@@ -87,7 +87,7 @@ def _read(page: str) -> _Reader:
 def test_the_page_is_whole_and_loads_nothing_from_outside(design):
     page = _page(design)
     reader = _read(page)
-    assert not {"script", "link", "iframe", "img", "object", "embed"} & {tag for tag, _ in reader.tags}
+    assert not {"link", "iframe", "img", "object", "embed"} & {tag for tag, _ in reader.tags}
     for _, attributes in reader.tags:
         assert not {"src", "href", "xlink:href", "srcset"} & set(attributes)
         assert not [name for name in attributes if name.startswith("on")]
@@ -132,7 +132,7 @@ def test_whatever_the_spec_says_is_escaped(design):
     noted = dataclasses.replace(estimates, notes=(evil,))
     page = render(checked, named, noted, {evil: "<svg></svg>"}, {evil: 1})
     reader = _read(page)
-    assert "script" not in {tag for tag, _ in reader.tags}
+    assert [tag for tag, _ in reader.tags].count("script") == 1  # the page's own, without a document
     assert "".join(reader.text).count("alert('x')") >= 8
 
 

@@ -1,0 +1,138 @@
+"""What in the page moves, as plain values that its scripts read: the assembly in 3-D and the sensor that is pushed."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import struct
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.calibration.inverse_map import BEYOND, LEAST
+from sitscad.drawing.pictures.board import coil_extent
+from sitscad.estimates import Estimates
+from sitscad.layout.board import Layout
+from sitscad.scene import bodies
+from sitscad.scene.fit import closed_section
+from sitscad.scene.jaws import fitted_jaw, jaw_range
+
+Document = Mapping[str, Any]
+
+SCRIPTS = ("solids.js", "pushed.js", "page.js")
+"""The page's scripts in the order in which they are run."""
+
+
+def scripts() -> str:
+    """All scripts of the page as one text."""
+    folder = files("sitscad.report") / "assets"
+    return "\n".join((folder / name).read_text(encoding="utf-8") for name in SCRIPTS)
+
+
+def embedded(name: str, document: Document) -> str:
+    """A document within the page, for its scripts: nothing in it ends the element."""
+    text = json.dumps(document, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{text}</script>'
+
+
+OPENING = ("opposing-jaw", "opposing-pad")
+"""The pieces that turn about the hinge when the jaws open."""
+
+MM = 1e3
+
+
+def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
+    """The assembly of ``mount/assembly.glb``: corners as 16-bit parts of its box (mm, the board's axes), each once, the
+    triangles' corners by number, and of every piece where its own begin; the hinge's pivot where the jaw has one.
+    """
+    (length,) = struct.unpack_from("<I", glb, 12)
+    scene, body = json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+    def array(number: int, kind: str, width: int) -> NDArray[Any]:
+        accessor = scene["accessors"][number]
+        start = scene["bufferViews"][accessor["bufferView"]].get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(body, kind, accessor["count"] * width, start).reshape(-1, width)
+
+    meshes = []
+    for node in scene["nodes"]:
+        if "mesh" not in node:
+            continue
+        (one,) = scene["meshes"][node["mesh"]]["primitives"]
+        x, up, back = MM * array(one["attributes"]["POSITION"], "<f4", 3).astype(float).T
+        meshes.append((node["name"], scene["materials"][one["material"]], np.stack([x, -back, up], axis=1),
+                       array(one["indices"], "<u4", 1)[:, 0]))
+    low = np.min([points.min(axis=0) for _, _, points, _ in meshes], axis=0)
+    high = np.max([points.max(axis=0) for _, _, points, _ in meshes], axis=0)
+    step = np.maximum(high - low, 1e-6) / (2**16 - 1)
+    parts, places, corners, first, start = [], [], [], 0, 0
+    for name, material, points, triangles in meshes:
+        known, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
+        *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
+        parts.append({
+            "name": name, "group": _group(name), "colour": [round(value, 4) for value in colour],
+            "alpha": round(alpha, 3), "first": first, "start": start, "count": len(triangles),
+            "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,
+        })  # fmt: skip
+        places.append(known)
+        corners.append(which.reshape(-1)[triangles].astype("<u2"))
+        first, start = first + len(known), start + len(triangles)
+    return {
+        "parts": parts, "box": [low.round(6).tolist(), high.round(6).tolist()], "step": step.tolist(),
+        "places": base64.b64encode(np.concatenate(places).tobytes()).decode("ascii"),
+        "corners": base64.b64encode(np.concatenate(corners).tobytes()).decode("ascii"), "hinge": _hinge(layout),
+    }
+
+
+def _group(name: str) -> str:
+    """What is shown and hidden together: the board's films, its copper, the glue; every other piece by itself."""
+    kind = name.partition("-")[0]
+    return {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}.get(kind, name)
+
+
+def _hinge(layout: Layout) -> dict[str, Any] | None:
+    """The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known."""
+    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    if jaw is None or pair is None or jaw.hinge is None or not jaw.opening:
+        return None
+    pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
+    return {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
+
+
+def pushed_document(
+    layout: Layout, estimates: Estimates, sheet: Document, calibration: Document | None
+) -> dict[str, Any] | None:
+    """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
+    how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
+    """
+    table, conversion = sheet.get("pushed"), estimates.readout.conversion
+    spec = layout.spec
+    pad, target = bodies.elastomer(spec), bodies.target(spec)
+    if table is None or conversion is None or pad is None or target is None:
+        return None
+    plates = [body.footprint.box for body in (pad, target)]
+    coils = [coil_extent(spec.coil, coil) for coil in layout.coils]
+    axes = [
+        {
+            "board": _span([layout.body], k), "pad": _span(plates[:1], k), "target": _span(plates[1:], k),
+            "coils": [_span([coil], k) for coil in coils], "middle": sum(_span(plates[1:], k)) / 2,
+        }
+        for k in (0, 1)
+    ]
+    known = None if calibration is None else calibration["map"] | {"least": LEAST, "beyond": BEYOND}
+    return {
+        "table": table, "map": known,
+        "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": 2**conversion.shift,
+                       "offsets": list(conversion.offsets)},
+        "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
+                  "target_mm": MM * target.thickness},
+    }  # fmt: skip
+
+
+def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
+    """From where to where (mm) boxes (m: x0, y0, x1, y1) reach along an axis."""
+    low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
+    return [round(MM * low, 4), round(MM * high, 4)]

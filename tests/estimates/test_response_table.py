@@ -1,0 +1,36 @@
+"""The table of a sensor's response against the response itself, where nobody fitted it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.design import Design
+from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.response.table import response_table
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+
+
+@pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
+                                  pytest.param("three_axis_triangle", marks=pytest.mark.slow)])  # fmt: skip
+def test_the_table_is_within_its_error_of_the_response(name):
+    model = Design(sitscad.load(TEMPLATES / f"{name}.yaml")).response
+    table = response_table(model)
+    assert table.error < 0.03
+    generator = np.random.default_rng(7)
+    asked = table.low + generator.random((30, 5)) * (table.high - table.low)
+    asked[:20, 3:] = 0.0
+    poses = pushed(model.spec, asked[:, :3])[0]
+    poses[:, 3:] += np.pad(asked[:, 3:], ((0, 0), (0, 1)))
+    frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
+    told, travel = table(asked)
+    off = np.abs(told - frequency[1:]) / np.ptp(frequency, axis=0)
+    assert off[:20].max() < 0.007 and off.max() < 0.04
+    assert travel == approx(poses[:, :3], abs=0.02 * np.abs(poses[:, :3]).max())
+    rest, still = table(np.zeros((1, 5)))
+    assert rest[0] == approx(frequency[0], rel=1e-4) and still[0] == approx(np.zeros(3), abs=1e-6)

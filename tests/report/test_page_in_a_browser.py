@@ -1,0 +1,186 @@
+"""The report as a browser shows it: nothing thrown, nothing fetched; pushed sensor, 3-D, board and findings work."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import PROGRAM, Browser
+from tolerance import approx
+
+import sitscad
+from sitscad.calibration.inverse_map import map_of
+from sitscad.design import Design
+from sitscad.package.building import build
+
+pytestmark = [pytest.mark.clients, pytest.mark.cad,
+              pytest.mark.skipif(PROGRAM is None, reason="chromium is not installed")]  # fmt: skip
+
+TEMPLATE = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
+AXE = Path("/usr/local/share/axe-core/axe.min.js")
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Path:
+    return build(sitscad.load(TEMPLATE), tmp_path_factory.mktemp("report")).directory
+
+
+@pytest.fixture(scope="module")
+def page(package):
+    with Browser() as browser:
+        browser.size(1280, 1000)
+        browser.open(package / "report.html")
+        yield browser
+
+
+def _put(page: Browser, name: str, value: float | str) -> None:
+    page.run(f"(() => {{ const input = document.querySelector('[data-in={name}]'); input.value = {json.dumps(value)};"
+             " input.dispatchEvent(new Event('input')); })()")  # fmt: skip
+
+
+def _out(page: Browser, name: str) -> str:
+    return str(page.run(f"document.querySelector('[data-out=\"{name}\"]').textContent"))
+
+
+def _drawn(page: Browser) -> bytes:
+    """What the 3-D view shows now."""
+    page.run("document.querySelector('.stage').scrollIntoView()")
+    page.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    box = page.run("(() => { const b = document.querySelector('.stage').getBoundingClientRect();"
+                   " return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")  # fmt: skip
+    clip = dict(zip(("x", "y", "width", "height"), box, strict=True)) | {"scale": 1}
+    return base64.b64decode(page.call("Page.captureScreenshot", clip=clip)["data"])
+
+
+def test_all_is_ready_and_nothing_is_thrown_or_fetched(page, package):
+    assert page.run("document.documentElement.dataset.sitscadError") is None and page.exceptions == []
+    assert page.requests == [(package / "report.html").as_uri()]
+    assert (package / "report.html").stat().st_size < 3e6
+    assert page.run("document.querySelector('#solids').hidden || document.querySelector('#pushed').hidden") is False
+
+
+def test_the_pushed_sensor_reads_what_the_response_says(page, package):
+    """Within 2 % of the span; what is read back of its counts is what the library's map makes of them."""
+    model = Design(sitscad.load(TEMPLATE)).response
+    known = map_of(package / "calibration" / "calibration.json")
+    tare = [float(_out(page, f"counts.{coil}")) for coil in ("C1", "C2")]
+    generator = np.random.default_rng(4)
+    table = json.loads(page.run("document.getElementById('pushed-data').textContent"))["table"]
+    scale = table["full_scale_N"]
+    loads = generator.random((6, 3)) * [scale["normal"], 0.7 * scale["shear"], 0.7 * scale["shear"]]
+    span, tops = np.ptp(model.under(np.vstack([np.zeros(3), loads])).frequency, axis=0), []
+    for load in loads:
+        asked = list[float]()
+        for name, force in zip(("normal_N", "shear_x_N", "shear_y_N"), load, strict=True):
+            _put(page, name, force)
+            asked.append(float(page.run(f"document.querySelector('[data-in={name}]').value")))
+        frequency = model.under(np.array([asked])).frequency[0]  # a slider has steps: what it was put to counts
+        told = [float(_out(page, f"frequency_Hz.{coil}")) for coil in ("C1", "C2")]
+        tops.append(np.abs(told - frequency) / span)
+        counts = [float(_out(page, f"counts.{coil}")) for coil in ("C1", "C2")]
+        read = [float(_out(page, "force_N.normal")), float(_out(page, "force_N.shear_x"))]
+        assert read == approx(known(counts, tare)[0], abs=6e-4)  # the page shows three decimals
+    assert np.max(tops) < 0.02
+    assert _out(page, "range") == ""
+    _put(page, "normal_N", 1.15 * scale["normal"])
+    assert "Beyond the working range: normal force" in _out(page, "range")
+    page.run("[...document.querySelectorAll('#pushed button')].at(-1).click()")
+    assert float(_out(page, "change_Hz.C1")) == 0.0 and float(_out(page, "force_N.normal")) == 0.0
+
+
+def test_a_turned_opened_exploded_cut_assembly_is_another_picture(page):
+    seen = [_drawn(page)]
+    for act in ("open=1", "apart=0.5", "cut=y", "at=0.2"):
+        _put(page, *act.split("="))
+        seen.append(_drawn(page))
+    page.run("document.querySelector('.parts input').click()")
+    seen.append(_drawn(page))
+    page.run("document.querySelector('canvas').focus()")
+    page.press("ArrowLeft")
+    seen.append(_drawn(page))
+    assert len(set(seen)) == len(seen)
+
+
+def test_a_place_marked_twice_is_no_way_from_itself(page):
+    page.run("[...document.querySelectorAll('.views button')].find(b => b.textContent === 'top').click()")
+    for name, value in (("cut", "none"), ("apart", 0), ("open", 0)):
+        _put(page, name, value)
+    page.run("document.querySelector('[data-in=measure]').click(); document.querySelector('canvas').focus()")
+    page.press("m")
+    page.run("[...document.querySelectorAll('.views button')].find(b => b.textContent === 'nearer').click()")
+    page.press("m")
+    said = _out(page, "measured")
+    assert re.search(r"; 0\.000 mm apart: x -?0\.000, y -?0\.000, z -?0\.000$", said), said
+
+
+def test_a_finding_and_its_mark_lead_to_each_other(page):
+    page.run("document.querySelector('[data-place] a').click()")
+    shown = "document.querySelector('figure.board svg svg').getAttribute('viewBox')"
+    assert float(page.run(shown).split()[2]) < 1000.0
+    page.run("document.querySelector('[data-place]').open = false; document.getElementById('board-finding-1')"
+             ".dispatchEvent(new Event('click'))")  # fmt: skip
+    assert page.run("document.querySelector('[data-place]').open && document.activeElement.tagName") == "SUMMARY"
+
+
+def test_layers_and_nets_of_the_board_go_on_and_off(page):
+    hidden = "[...document.querySelectorAll('figure.board g.copper-1')].every(g => g.style.display === 'none')"
+    assert page.run(hidden) is False
+    page.run("document.querySelector('figure.board .bar input').click()")
+    assert page.run(hidden) is True
+    page.run("(() => { const s = document.querySelector('figure.board select'); s.value = 'C2';"
+             " s.dispatchEvent(new Event('change')); })()")  # fmt: skip
+    assert page.run("document.querySelector('figure.board g.net-C1').style.opacity") == "0.12"
+
+
+def test_the_keyboard_alone_reaches_everything(page):
+    wanted = page.run("[...document.querySelectorAll('input, select, button, summary, canvas, a[href]')]"
+                      ".filter(e => e.getClientRects().length).length")  # fmt: skip
+    page.run("window.scrollTo(0, 0); document.activeElement.blur(); window.reached = new Set()")
+    for _ in range(wanted + 20):
+        page.press("Tab")
+        page.run("window.reached.add(document.activeElement)")
+    reached = page.run("[...document.querySelectorAll('input, select, button, summary, canvas, a[href]')]"
+                       ".filter(e => e.getClientRects().length && !window.reached.has(e)).map(e => e.outerHTML)")
+    assert reached == []
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(page):
+    page.size(375, 800)
+    try:
+        assert page.run("document.documentElement.scrollWidth") <= 375
+    finally:
+        page.size(1280, 1000)
+
+
+def test_without_webgl_the_pictures_are_named(package):
+    with Browser("--disable-3d-apis") as browser:
+        browser.open(package / "report.html")
+        assert browser.run("document.querySelector('#solids').hidden") is True
+        assert "WebGL 2" in browser.run("document.querySelector('[data-without=solids]').textContent")
+        assert browser.run("document.querySelector('[data-without=solids]').hidden") is False
+        assert browser.exceptions == []
+
+
+def test_printed_it_has_at_most_ten_pages(page):
+    document = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
+    assert 1 <= len(re.findall(rb"/Type ?/Page\b", document)) <= 10
+
+
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed")
+def test_axe_finds_nothing_serious(page):
+    page.run(AXE.read_text(encoding="utf-8"))
+    found = page.run("axe.run({resultTypes: ['violations']}).then(r => r.violations.map(v => [v.id, v.impact,"
+                     " v.nodes.length, v.nodes[0].html.slice(0, 200)]))")  # fmt: skip
+    assert [one for one in found if one[1] in ("serious", "critical")] == []
+
+
+def test_a_sensor_without_a_target_has_neither_view(tmp_path):
+    spec = sitscad.load_text("sitscad: 1\nname: bare\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, "
+                             "trace_width: 100 um, trace_spacing: 100 um}\n")  # fmt: skip
+    with Browser() as browser:
+        browser.open(build(spec, tmp_path).directory / "report.html")
+        assert browser.exceptions == [] and browser.run("document.querySelector('canvas')") is None
