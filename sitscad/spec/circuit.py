@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.record import record
-from sitscad.spec.design_rules import FINISHES, DesignRules, RulesChoice, RulesDocument
+from sitscad.spec.design_rules import FINISHES, DesignRules, RulesChoice
 from sitscad.spec.kinds import (
     PAIR_OF_COUNTS,
     Choice,
@@ -180,10 +180,20 @@ class PanelSpec(Section):
     bridge: float = key(Quantity("length", "0.2 mm", "3 mm"), "width of what holds a part in its place", 0.5)
 
 
-class FpcDocument(Section):
-    """The flexible printed circuit."""
+@record
+class FpcSpec(Section):
+    """The flexible printed circuit.
 
-    stackup: Stackup | list[LayerDocument] | None = key(
+    Stack-up, rules and panel are names, words and sections as they are written only until they are worked out;
+    ``plating`` and ``plated`` are part of the stack-up then, and None. Without a tail there are solder pads at the
+    outline.
+    ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
+    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
+    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
+    each side than coils and leads need it.
+    """
+
+    stackup: Stackup = key(
         NameOr(Preset("stackup", up=True), ListOf(Part(LayerDocument))),
         "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or "
         "flex-8l, after the coil's layers, if left out",
@@ -202,11 +212,11 @@ class FpcDocument(Section):
         "preset has it, of written layers panel",
         None,
     )
-    rules: str | RulesDocument = key(
+    rules: DesignRules = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )
     tail: Tail | None = key(Part(Tail), "none: solder pads at the outline", None)
-    panel: str | PanelSpec = key(
+    panel: PanelSpec = key(
         NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
         "auto: when the part is too small to be made singly; none; or a section",
         "auto",
@@ -227,24 +237,3 @@ class FpcDocument(Section):
     )
     finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
     copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
-
-
-@record
-class FpcSpec:
-    """The flexible printed circuit: stack-up, the fabricator's rules, the tail (none: solder pads at the outline).
-
-    ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
-    ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
-    many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
-    each side than coils and leads need it.
-    """
-
-    stackup: Stackup
-    rules: DesignRules
-    tail: Tail | None
-    panel: PanelSpec = PanelSpec()
-    finish: str = "enig"
-    copper: str = "rolled-annealed"
-    teardrops: str = "none"
-    boards: int | None = None
-    margin: tuple[float, float] = (0.0, 0.0)

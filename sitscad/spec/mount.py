@@ -73,9 +73,11 @@ class StepPart:
 
 
 @record
-class Jaw:
-    """One jaw of a grasper: the face that carries the sensor and the metal behind it.
+class Jaw(Section):
+    """A grasper's jaw written out, or a preset of which single figures are your own, or a STEP file of it.
 
+    The face carries the sensor, the metal is behind it. What is left out is None only until it is worked out, as is the
+    name of the file in ``step``; its ``datum``, ``along`` and ``up`` are None then, as is ``based_on``.
     ``height`` is that of one jaw, face to back; ``port_diameter`` is the circle that the closed pair must pass.
     ``face`` (m) is the flat's true width where it is measured, None where it is the chord of a back as round as the
     port. In a jaw with a pad pocket the face is the pocket's floor, ``pocket`` its length and width, and the rims
@@ -86,57 +88,32 @@ class Jaw:
     ``written`` are those that it does; ``step`` is its solid where a STEP file has it.
     """
 
-    name: str
-    width: float
-    length: float
-    height: float
-    port_diameter: float
-    material: Conductor
-    opposing_pad_thickness: float = 0.0
-    source: str = ""
-    face: float | None = None
-    recess: float = 0.0
-    pocket: tuple[float, float] | None = None
-    hinge: float | None = None
-    opening: float | None = None
-    fenestration: tuple[float, float] | None = None
-    opposing_recess: float = 0.0
-    opposing_pocket: tuple[float, float] | None = None
-    pivot_offset: float = 0.0
-    preset: str = ""
-    written: tuple[str, ...] = ()
-    step: StepPart | None = None
-
-
-class JawDocument(Section):
-    """A grasper's jaw written out, or a preset of which single figures are your own, or a STEP file of it."""
-
     name: str = key(Label, "what to call it", "written out")
     based_on: Jaw | None = key(Preset("jaw", up=True), "a preset whose figures hold where none is written here", None)
-    width: float | None = key(
+    width: float = key(
         Size,
         "of the jaw; its face is the chord of a back as round as the port unless face is written. "
         "Must be there unless based_on or step is",
         None,
     )
-    length: float | None = key(Size, "of that face, along the jaw; must be there unless based_on or step is", None)
-    height: float | None = key(Thickness, "of one jaw, face to back; must be there unless based_on or step is", None)
-    port_diameter: float | None = key(Size, "of the circle that the closed pair must pass: 5 mm if left out", None)
-    material: Conductor | None = key(ConductorChoice, "the jaw's metal: stainless-304 if left out", None)
-    opposing_pad_thickness: float | None = key(Gap, "pad on the other jaw: none if left out", None)
+    length: float = key(Size, "of that face, along the jaw; must be there unless based_on or step is", None)
+    height: float = key(Thickness, "of one jaw, face to back; must be there unless based_on or step is", None)
+    port_diameter: float = key(Size, "of the circle that the closed pair must pass: 5 mm if left out", None)
+    material: Conductor = key(ConductorChoice, "the jaw's metal: stainless-304 if left out", None)
+    opposing_pad_thickness: float = key(Gap, "pad on the other jaw: none if left out", None)
     face: float | None = key(
         Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
     )
-    recess: float | None = key(
+    recess: float = key(
         Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", None
     )
     pocket: tuple[float, float] | None = key(
         Pair(Size), "[length, width] of a pad pocket; as long and wide as the face if left out", None
     )
-    opposing_recess: float | None = key(Gap, "as recess, of the other jaw, in which its own pad lies", None)
+    opposing_recess: float = key(Gap, "as recess, of the other jaw, in which its own pad lies", None)
     opposing_pocket: tuple[float, float] | None = key(Pair(Size), "as pocket, of the other jaw", None)
     hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
-    pivot_offset: float | None = key(
+    pivot_offset: float = key(
         Quantity("length", "-50 mm", "50 mm"),
         "of the pivot from the closed pair's middle, towards this jaw; negative: towards the other one",
         None,
@@ -147,7 +124,7 @@ class JawDocument(Section):
     fenestration: tuple[float, float] | None = key(
         Pair(Size), "[length, width] of a window through the middle of the face; none if left out", None
     )
-    step: str | None = key(StepName, "a STEP file of the jaw in the spec's folder, like jaw.step", None)
+    step: StepPart | None = key(StepName, "a STEP file of the jaw in the spec's folder, like jaw.step", None)
     datum: str | tuple[float, ...] | None = key(
         Datum,
         "in the STEP file, the middle of the face: [x, y, z], or the name of a coordinate system there, whose x runs "
@@ -156,6 +133,9 @@ class JawDocument(Section):
     )
     along: str | None = key(Axis, "the STEP file's axis that runs to the hinge: x if left out", None)
     up: str | None = key(Axis, "the STEP file's axis that stands on the face: z if left out", None)
+    source: str = ""
+    preset: str = ""
+    written: tuple[str, ...] = ()
 
 
 @record
@@ -220,8 +200,14 @@ class Finger(Section):
         return PLATES[self.shape]
 
 
-class MountDocument(Section):
-    """What carries the sensor."""
+@record
+class Mount(Section):
+    """What carries the sensor.
+
+    ``standoff`` is from the metal's face to the board's bottom face (m), ``process`` how its pieces are made. Words and
+    lists are what is written, until that is worked out. ``step`` is a mount of the user's own, or the jaw where only a
+    STEP file says how large that is; ``backing`` is the metal behind the coils where that is not a jaw's.
+    """
 
     kind: str = key(
         Choice(KINDS),
@@ -229,12 +215,12 @@ class MountDocument(Section):
         "the pieces are put together all the same)",
         "grasper-pad",
     )
-    jaw: Jaw | JawDocument | None = key(
-        NameOr(Preset("jaw", up=True), Part(JawDocument)),
+    jaw: Jaw | None = key(
+        NameOr(Preset("jaw", up=True), Part(Jaw)),
         "a jaw preset (with its metal), or written out; generic-5mm if left out",
         None,
     )
-    standoff: float | None = key(
+    standoff: float = key(
         Gap,
         "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
         "them included; it is filled with printed plastic. On a bench plate, the plastic below the board; on a finger, "
@@ -242,12 +228,12 @@ class MountDocument(Section):
         None,
     )
     process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
-    retention: str | Retention | None = key(
+    retention: Retention | None = key(
         NameOr(Choice(RETENTIONS), Part(Retention)),
         "what holds a grasper's pad, and its sizes: glue alone if left out",
         None,
     )
-    holes: HolePattern | list[Hole] | None = key(
+    holes: HolePattern | None = key(
         NameOr(Preset("hole pattern", up=True), ListOf(Part(Hole))),
         "of a bench plate: a breadboard's, a load cell's, or written out; corners-m2 if left out",
         None,
@@ -255,7 +241,7 @@ class MountDocument(Section):
     finger: Finger | None = key(
         Part(Finger), "what a fingertip's cap slips over; a usual finger if left out: measure yours", None
     )
-    step: str | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
+    step: StepPart | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
     datum: str | tuple[float, ...] | None = key(
         Datum,
         "in the STEP file, the middle of the face that the board's body lies on: [x, y, z], or the name of a "
@@ -264,25 +250,6 @@ class MountDocument(Section):
     )
     along: str | None = key(Axis, "the STEP file's axis that runs to the tail: x if left out", None)
     up: str | None = key(Axis, "the STEP file's axis that stands on that face: z if left out", None)
-
-
-@record
-class Mount:
-    """What carries the sensor: ``standoff`` is from the metal's face to the board's bottom face (m), ``process`` how
-    its pieces are made (resin, powder, filament, machined).
-
-    ``step`` is a mount of the user's own, or the jaw where only a STEP file says how large that is; ``backing`` is the
-    metal behind the coils where that is not a jaw's.
-    """
-
-    kind: str
-    jaw: Jaw | None
-    standoff: float
-    process: str = "resin"
-    retention: Retention | None = None
-    holes: HolePattern | None = None
-    finger: Finger | None = None
-    step: StepPart | None = None
     backing: Conductor | None = None
 
     @property

@@ -12,11 +12,11 @@ from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
 from sitscad.record import record
-from sitscad.spec.circuit import FpcDocument, FpcSpec
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
 from sitscad.spec.kinds import Number, Quantity, Rate, Special, Text, described, refuse
 from sitscad.spec.loads import Force, LoadCase, LoadsDocument
-from sitscad.spec.mount import Assembly, Mount, MountDocument
+from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.plates import Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.readout import ReadoutSpec
 from sitscad.spec.section import Part, Section, key, schema_of
@@ -214,11 +214,11 @@ class SpecDocument(Section):
     )
     coil: CoilSpec = key(Part(CoilSpec), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
-    fpc: FpcDocument = key(Part(FpcDocument), "the flexible printed circuit", {})
+    fpc: FpcSpec = key(Part(FpcSpec), "the flexible printed circuit", {})
     target: Target | None = key(Part(Target), "the conducting plate over the coils", None)
     elastomer: ElastomerPad | None = key(Part(ElastomerPad), "the soft pad between board and target", None)
     encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)
-    mount: MountDocument | None = key(Part(MountDocument), "what carries the sensor", None)
+    mount: Mount | None = key(Part(Mount), "what carries the sensor", None)
     shield: Shield | None = key(Part(Shield), "a sheet between coil and jaw", None)
     assembly: Assembly = key(Part(Assembly), "how the pieces are put together", {})
     cutting: Cutting = key(Part(Cutting), "the sheets that elastomer and target are cut from", {})

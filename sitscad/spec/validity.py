@@ -16,7 +16,6 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
 
-from sitscad.spec.circuit import FpcDocument, FpcSpec
 from sitscad.spec.design_rules import DesignRules, RulesDocument
 from sitscad.spec.kinds import (
     Choice,
@@ -33,7 +32,6 @@ from sitscad.spec.kinds import (
     described,
 )
 from sitscad.spec.materials import ElastomerDocument, ElastomerMaterial
-from sitscad.spec.mount import Jaw, JawDocument, Mount, MountDocument
 from sitscad.spec.reading import Flaw, Remarks, finding_from_flaw
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_coil, check_gaps
 from sitscad.spec.rules import SpecError
@@ -45,10 +43,7 @@ from sitscad.units import show
 DOCUMENTS: dict[type, type[Section]] = {
     SensorSpec: SpecDocument,
     Issue: SpecDocument,
-    FpcSpec: FpcDocument,
     DesignRules: RulesDocument,
-    Mount: MountDocument,
-    Jaw: JawDocument,
     ElastomerMaterial: ElastomerDocument,
 }
 """The section of the format that has the keys of a value's fields, where the value is not itself that section."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec import presets
-from sitscad.spec.circuit import MOST_PARTS, BendDocument, FpcDocument, FpcSpec, LayerDocument, PanelSpec, Tail
+from sitscad.spec.circuit import MOST_PARTS, BendDocument, FpcSpec, LayerDocument, PanelSpec, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Mount
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 
 def resolve_fpc(
-    document: FpcDocument,
+    document: FpcSpec,
     coil: CoilSpec,
     mount: Mount | None,
     remarks: Remarks,
@@ -37,7 +37,8 @@ def resolve_fpc(
     """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw.
     `folder` is where profile files are.
     """
-    stackup = _stackup(document, coil, remarks)
+    words = document.values()
+    stackup = _stackup(words["stackup"], coil, remarks)
     copper = len(stackup.copper)
     stackup = _built(stackup, document, remarks)
     if max(coil.layers) > copper:
@@ -47,18 +48,10 @@ def resolve_fpc(
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
-    rules = resolve_rules(document.rules, stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
-    return FpcSpec(
-        stackup,
-        rules.for_layers(copper),
-        _tail(document.tail, copper, rules, mount, remarks),
-        _panel(document.panel, remarks),
-        document.finish,
-        document.copper,
-        document.teardrops,
-        document.boards,
-        document.margin,
-    )
+    rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
+    tail, panel = _tail(document.tail, copper, rules, mount, remarks), _panel(words["panel"], remarks)
+    rules = rules.for_layers(copper)
+    return replace(document, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel)
 
 
 def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
@@ -75,10 +68,10 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
     return written
 
 
-def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup:
-    if isinstance(document.stackup, list):
+def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, remarks: Remarks) -> Stackup:
+    if isinstance(written, list):
         # the stack-up that is written layer by layer; what cannot be is noted
-        found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(document.stackup)]
+        found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
         kinds = [layer.kind for layer in found]
         if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
             message = (
@@ -93,21 +86,21 @@ def _stackup(document: FpcDocument, coil: CoilSpec, remarks: Remarks) -> Stackup
                 message = "two copper layers touch"
                 remarks.flaw("SIT009", f"fpc.stackup.{index}", message, "put a dielectric between them")
         return Stackup("written out", tuple(found), WRITTEN_SOURCE)
-    if document.stackup is not None:
-        return document.stackup
+    if written is not None:
+        return written
     name = _DEFAULT_STACKUP.get(max(coil.layers), _LARGEST_STACKUP)
     layers = f"{len(coil.layers)} coil layer{'s' if len(coil.layers) > 1 else ''}"
     remarks.default("fpc.stackup", name, f"the default for {layers}")
     return presets.stackup(name)
 
 
-def _built(stackup: Stackup, document: FpcDocument, remarks: Remarks) -> Stackup:
+def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
     """The stack-up as it is plated, for a tail of so many layers; one copper layer has no holes and is not plated.
 
     A written stack-up gives finished copper: what is left of it beside the plating is foil. Where its outer copper is
     too thin for any, only the holes can be plated.
     """
-    written = isinstance(document.stackup, list)
+    written = isinstance(document.values()["stackup"], list)
     count = len(stackup.copper)
     if count < 2:
         for key in ("plating", "plated"):

@@ -10,7 +10,7 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.spec import presets
-from sitscad.spec.mount import Finger, Hole, HolePattern, Jaw, JawDocument, Mount, MountDocument, Retention, StepPart
+from sitscad.spec.mount import Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
 from sitscad.spec.plates import Shield
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
@@ -37,38 +37,41 @@ MOST_STEP_BYTES = 16 * 2**20
 BEGINS, ENDS = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
 
-def resolve_mount(part: MountDocument | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
+def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
     """The mount; the shield has to fit between board and metal. Names of files count from `place`, the spec."""
     if part is None:
         return None
     standoff = _standoff(part, shield, remarks)
     _check_keys(part, remarks)
     mount = Mount(part.kind, None, standoff, part.process)
+    words = part.values()
     if part.kind == "bench-plate":
-        return replace(mount, holes=_holes(part.holes, remarks))
+        return replace(mount, holes=_holes(words["holes"], remarks))
     if part.kind == "fingertip":
         finger = part.finger or Finger()
         if part.finger is None:
             size = " x ".join(show(side, "m") for side in finger.size)
-            words = f"{finger.shape}, {size}, grip {show(finger.grip, 'm')}, screws of {show(finger.screw, 'm')}"
-            remarks.default("mount.finger", words, "a finger of the usual size: measure yours")
+            usual = f"{finger.shape}, {size}, grip {show(finger.grip, 'm')}, screws of {show(finger.screw, 'm')}"
+            remarks.default("mount.finger", usual, "a finger of the usual size: measure yours")
         return replace(mount, finger=finger, backing=finger.material)
     if part.kind == "custom":
         return replace(mount, step=_step(part, "mount", place, remarks))
     if part.jaw is None:
         remarks.default("mount.jaw", DEFAULT_JAW)
     mount = _in_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
-    if part.retention is None or part.retention == "glue":
+    retention: Retention | str | None = words["retention"]
+    if retention is None or retention == "glue":
         return mount
-    retention = Retention(part.retention) if isinstance(part.retention, str) else part.retention
+    if isinstance(retention, str):
+        retention = Retention(retention)
     _check_retention(retention, mount, remarks)
     return replace(mount, retention=retention)
 
 
-def _standoff(part: MountDocument, shield: Shield | None, remarks: Remarks) -> float:
+def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
     """The height of the board over what carries it; one that has no room for the shield is a flaw."""
     needed = shield.gap + shield.thickness if shield else 0.0
-    standoff = part.standoff
+    standoff: float | None = part.values()["standoff"]
     if standoff is None:
         standoff = max(DEFAULT_STANDOFF, needed)
         remarks.default("mount.standoff", show(standoff, "m"))
@@ -84,7 +87,7 @@ def _standoff(part: MountDocument, shield: Shield | None, remarks: Remarks) -> f
     return standoff
 
 
-def _check_keys(part: MountDocument, remarks: Remarks) -> None:
+def _check_keys(part: Mount, remarks: Remarks) -> None:
     for kind, names in BELONGS.items():
         for name in names:
             if kind != part.kind and getattr(part, name) is not None:
@@ -92,9 +95,9 @@ def _check_keys(part: MountDocument, remarks: Remarks) -> None:
                 remarks.flaw("SIT009", f"mount.{name}", message, f"leave {name} out, or kind: {kind}")
 
 
-def _in_jaw(mount: Mount, written: Jaw | JawDocument, place: Origin, remarks: Remarks) -> Mount:
+def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:
     """The mount with its jaw, or with the STEP file alone where no figure is written beside it."""
-    if isinstance(written, Jaw):
+    if written.preset:
         return replace(mount, jaw=written)
     step = _step(written, "mount.jaw", place, remarks)
     missing = [name for name in NEEDED if getattr(written, name) is None]
@@ -104,7 +107,7 @@ def _in_jaw(mount: Mount, written: Jaw | JawDocument, place: Origin, remarks: Re
                 hint = "measure it and write it, or take a preset's: based_on: generic-5mm"
                 remarks.flaw("SIT003", f"mount.jaw.{name}", f"the jaw has no {name}", hint)
         return replace(mount, step=step, backing=written.material or presets.conductor(DEFAULT_METAL))
-    jaw = replace(_written_over(written), step=step)
+    jaw = _written_over(written, step)
     # whether pockets and window of a jaw lie inside its face, and the other jaw's pad in its pocket
     holes = (("pocket", jaw.pocket), ("fenestration", jaw.fenestration), ("opposing_pocket", jaw.opposing_pocket))
     for name, size in holes:
@@ -123,18 +126,20 @@ def _in_jaw(mount: Mount, written: Jaw | JawDocument, place: Origin, remarks: Re
     return replace(mount, jaw=jaw)
 
 
-def _written_over(document: JawDocument) -> Jaw:
+def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
     """The jaw that is written, over the preset that it is based on."""
     beside = ("name", "based_on", "step", "datum", "along", "up")
-    figures = {name: value for name, value in document.values().items() if value is not None and name not in beside}
-    base = document.based_on
+    figures = {name: value for name, value in own.values().items() if value is not None and name not in beside}
+    base = own.based_on
     if base is None:
         usual: dict[str, Any] = {"port_diameter": DEFAULT_PORT, "material": presets.conductor(DEFAULT_METAL)}
-        return Jaw(name=document.name, source=WRITTEN_SOURCE, **(usual | figures))
+        usual |= {"opposing_pad_thickness": 0.0, "recess": 0.0, "opposing_recess": 0.0, "pivot_offset": 0.0}
+        return Jaw(name=own.name, step=step, source=WRITTEN_SOURCE, **(usual | figures))
     written = tuple(sorted(figures))
     source = presets.jaw_source(base.name, written)
-    own = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}" if written else source
-    return replace(base, **figures, name=document.name, source=own, written=written)
+    if written:
+        source = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}"
+    return replace(base, **figures, name=own.name, step=step, source=source, written=written)
 
 
 def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> None:
@@ -162,11 +167,11 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
     return HolePattern("written out", tuple(written), None, "", WRITTEN_SOURCE)
 
 
-def _step(part: MountDocument | JawDocument, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
+def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
     """The STEP file that is named in a section, with its datum and axes as written; None without one, or with its
     faults noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
     """
-    name, key = part.step, f"{section}.step"
+    name, key = part.values()["step"], f"{section}.step"
     if name is None:
         for lies in ("datum", "along", "up"):
             if getattr(part, lies) is not None:
