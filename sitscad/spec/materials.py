@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from sitscad.record import record
 from sitscad.spec.kinds import Label, Number, Quantity
@@ -25,80 +26,52 @@ class Conductor(Section):
     source: str = ""
 
 
-@record
-class Losses:
-    """What a silicone's force is off by beside its modulus, carried as error and never corrected.
-
-    Hysteresis (largest distance of loading from unloading) and creep (drift of the first minutes under a load held),
-    all in parts of the full scale of force; how the modulus grows with temperature, and the linear expansion (1/K).
-    """
-
-    hysteresis_normal: float = 0.0971
-    hysteresis_shear: float = 0.0877
-    creep: float = 0.05
-    modulus_by_temperature: float = 1.0 / 293.15
-    expansion: float = 300e-6
-    source: str = "hysteresis of Ecoflex 00-30 (Jones thesis 7.3.2), creep and expansion from memory, unverified"
-
-
 NEO_HOOKEAN = 2.0
 """The exponent of an Ogden material that is neo-Hookean."""
 
 
 @record
-class ElastomerMaterial:
-    """A silicone: small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa), the
-    exponent alpha of W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3) (Ogden), and its losses.
+class ElastomerMaterial(Section):
+    """A silicone, written out.
+
+    Small-strain shear modulus (Pa) with its relative uncertainty (one sigma), bulk modulus (Pa), and the exponent alpha
+    of W = (2 mu / alpha^2) (sum of the stretches to the power alpha - 3) (Ogden). What its force is off by beside its
+    modulus is carried as an error and never corrected: hysteresis (largest distance of loading from unloading) and
+    creep, in parts of the full scale of force, what the modulus grows by with temperature, and the linear expansion
+    (1/K).
     """
-
-    name: str
-    shear_modulus: float
-    shear_modulus_sigma: float
-    bulk_modulus: float
-    hardness: str = ""
-    density: float | None = None
-    source: str = ""
-    ogden_exponent: float = NEO_HOOKEAN
-    losses: Losses = Losses()
-
-
-class ElastomerDocument(Section):
-    """A silicone, written out."""
 
     name: str = key(Label, "what to call it", "written out")
     shear_modulus: float = key(
         Quantity("pressure", "100 Pa", "100 MPa"), "at small strain, like 24 kPa; a third of Young's modulus"
     )
-    uncertainty: float = key(Number(0, 2), "relative, one sigma", 0.3)
+    shear_modulus_sigma: float = key(Number(0, 2), "relative, one sigma", 0.3, written="uncertainty")
     bulk_modulus: float = key(Quantity("pressure", "1 MPa", "100 GPa"), "stiffness against change of volume", "1.5 GPa")
     hardness: str = key(Label, "Shore hardness, for the bill of materials", "")
     ogden_exponent: float = key(
         Number(1, 8), "alpha of a one-term Ogden material, whose modulus is that at small strain; 2 is neo-Hookean", 2
     )
-    hysteresis: float = key(Number(0, 1), "loading from unloading, in parts of the full scale of force", 0.1)
+    hysteresis_normal: float = key(
+        Number(0, 1), "loading from unloading, in parts of the full scale of force", 0.1, written="hysteresis"
+    )
     creep: float = key(Number(0, 1), "drift of the first minutes under a load, in parts of full scale", 0.05)
     modulus_temperature_coefficient: float = key(TemperatureCoefficient, "of the modulus", "3411 ppm/K")
     expansion: float = key(
         Quantity("temperature coefficient", "0 1/K", "0.002 1/K"), "linear, by temperature", "300 ppm/K"
     )
+    hysteresis_shear: float = 0.1
+    density: float | None = None
+    source: str = ""
+    loss_source: str = "unverified"
 
-    def material(self) -> ElastomerMaterial:
-        """The silicone that is written."""
-        loss, of_heat = self.hysteresis, (self.modulus_temperature_coefficient, self.expansion)
-        return ElastomerMaterial(
-            self.name,
-            self.shear_modulus,
-            self.uncertainty,
-            self.bulk_modulus,
-            self.hardness,
-            source=WRITTEN_SOURCE,
-            ogden_exponent=self.ogden_exponent,
-            losses=Losses(loss, loss, self.creep, *of_heat, WRITTEN_SOURCE),
-        )
+    def written(self) -> ElastomerMaterial:
+        """The silicone as it is written: one hysteresis for both ways, and the spec as the source of all."""
+        loss = self.hysteresis_normal
+        return replace(self, hysteresis_shear=loss, source=WRITTEN_SOURCE, loss_source=WRITTEN_SOURCE)
 
 
 ConductorChoice = preset_or("conductor", Conductor)
-ElastomerChoice = preset_or("elastomer", ElastomerDocument, ElastomerDocument.material)
+ElastomerChoice = preset_or("elastomer", ElastomerMaterial, ElastomerMaterial.written)
 
 AT_DOUBLE, TO_30_PERCENT = (2.0,), tuple(1.0 + 0.01 * k for k in range(1, 31))
 """Stretches at which neo-Hookean moduli are told: a data sheet's 100 % modulus, and a fit of 30 % of tension."""

@@ -138,6 +138,10 @@ class Jaw(Section):
     written: tuple[str, ...] = ()
 
 
+LEVEL = {"opposing_pad_thickness": 0.0, "recess": 0.0, "opposing_recess": 0.0, "pivot_offset": 0.0}
+"""Figures (m) of a jaw of which nothing else is said: no rims, no pad on the other one, the pivot in the middle."""
+
+
 @record
 class Retention(Section):
     """What holds the mount in the jaw besides glue: the jaw is cut for it, and drawn so."""

@@ -26,10 +26,9 @@ from sitscad.spec.materials import (
     Conductor,
     ElastomerMaterial,
     Finish,
-    Losses,
     stiffened,
 )
-from sitscad.spec.mount import Hole, HolePattern, Jaw
+from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import parse_quantity
 
@@ -87,7 +86,7 @@ def converter(name: str) -> Converter:
 def jaw(name: str) -> Jaw:
     """A grasper's jaw."""
     fields = _fields("jaw", name)
-    figures: dict[str, Any] = {}
+    figures: dict[str, Any] = dict(LEVEL)
     for field, row in fields.items():
         if field == "material":
             figures[field] = conductor(row["value"])
@@ -162,8 +161,9 @@ def elastomer(name: str) -> ElastomerMaterial:
         parse_quantity(row[field], "temperature coefficient")
         for field in ("modulus_temperature_coefficient", "expansion")
     )
-    losses = Losses(normal, shear, creep, softening, expansion, row["loss_source"])
-    return ElastomerMaterial(name, mean, sigma, bulk, row["hardness"], density, cited(row), exponent, losses)
+    losses = (normal, creep, softening, expansion, shear)
+    sources = (cited(row), row["loss_source"])
+    return ElastomerMaterial(name, mean, sigma, bulk, row["hardness"], exponent, *losses, density, *sources)
 
 
 @cache

@@ -106,7 +106,7 @@ class Section:
         cls.attributes = {one.written or name: name for name, one in found.items()}
         cls.keys = {one.written or name: one for name, one in found.items()}
         cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
-        cls.form = f"{re.sub('(Document|Spec)$', '', cls.__name__)}Document"
+        cls.form = f"{re.sub('(Document|Spec|Material)$', '', cls.__name__)}Document"
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse: a section is what was written."""

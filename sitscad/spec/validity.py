@@ -31,7 +31,6 @@ from sitscad.spec.kinds import (
     Text,
     described,
 )
-from sitscad.spec.materials import ElastomerDocument, ElastomerMaterial
 from sitscad.spec.reading import Flaw, Remarks, finding_from_flaw
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_coil, check_gaps
 from sitscad.spec.rules import SpecError
@@ -44,7 +43,6 @@ DOCUMENTS: dict[type, type[Section]] = {
     SensorSpec: SpecDocument,
     Issue: SpecDocument,
     DesignRules: RulesDocument,
-    ElastomerMaterial: ElastomerDocument,
 }
 """The section of the format that has the keys of a value's fields, where the value is not itself that section."""
 

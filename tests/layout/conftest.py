@@ -3,7 +3,7 @@
 import pytest
 
 from sitscad.spec import presets
-from sitscad.spec.circuit import FpcSpec, Tail
+from sitscad.spec.circuit import FpcSpec, PanelSpec, Tail
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.readout import ReadoutSpec
@@ -48,9 +48,11 @@ def sensor(
         ),
         array=ArraySpec("line" if coils > 1 else "single", placements, pitch),
         fpc=FpcSpec(
-            presets.stackup(stackup),
-            installed_rules(rules),
-            Tail(30e-3, presets.connector("zif-0.5mm"), layers=tail_layers, turn_radius=2e-3) if tail else None,
+            stackup=presets.stackup(stackup),
+            rules=installed_rules(rules),
+            panel=PanelSpec(),
+            teardrops="none",
+            tail=Tail(30e-3, presets.connector("zif-0.5mm"), layers=tail_layers, turn_radius=2e-3) if tail else None,
         ),
         target=None,
         elastomer=None,

@@ -21,7 +21,7 @@ from sitscad.spec import templates
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import LEVEL, Jaw, Mount
 from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.readout import Cable
 
@@ -29,6 +29,7 @@ MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
 PDMS = ElastomerMaterial("pdms", 600e3, 0.3, 1e9)
 COPPER, STEEL = Conductor("copper", 58e6), Conductor("stainless-304", 1.39e6)
+JAW = Jaw("generic-5mm", None, 4.8 * MM, 20 * MM, 2.2 * MM, 5 * MM, STEEL, **LEVEL)
 ESTIMATES = SimpleNamespace(
     readout=SimpleNamespace(capacitance=330e-12, capacitance_reason="E12, centre of both windows")
 )
@@ -43,7 +44,7 @@ def full(name="two-coils"):
         elastomer=ElastomerPad(RUBBER, "square", (4 * MM, 4 * MM), 2 * MM, 0.15 * MM),
         encapsulation=Encapsulation(PDMS, 0.1 * MM),
         shield=Shield(COPPER, 0.1 * MM, 0.6 * MM),
-        mount=Mount("grasper-pad", Jaw("generic-5mm", 4.8 * MM, 20 * MM, 2.2 * MM, 5 * MM, STEEL), 1 * MM),
+        mount=Mount("grasper-pad", JAW, 1 * MM),
         readout=replace(layout.spec.readout, cable=Cable(0.3, 180e-9, 30e-12, 0.3)),
     )
     return replace(layout, spec=spec)

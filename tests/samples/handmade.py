@@ -11,11 +11,11 @@ from sitscad.geometry.path import Point, Region, rectangle, rounded
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.parts import Solid
 from sitscad.spec import presets
-from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.circuit import FpcSpec, PanelSpec
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import LEVEL, Jaw, Mount
 from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.readout import ReadoutSpec
 from sitscad.spec.sensor import Requirements, SensorSpec
@@ -30,7 +30,7 @@ PDMS = ElastomerMaterial("pdms", 600e3, 0.3, 1.5e9)
 
 def jaw(width=4.8e-3, height=1.2e-3, pad=0.0, length=16e-3) -> Jaw:
     """A jaw for a 5 mm port."""
-    return Jaw("test-5mm", width, length, height, 5e-3, STEEL, pad)
+    return Jaw("test-5mm", None, width, length, height, 5e-3, STEEL, **(LEVEL | {"opposing_pad_thickness": pad}))
 
 
 def sensor(name="hand-made", pitch=4.5e-3, layers=4, **parts) -> SensorSpec:
@@ -43,7 +43,7 @@ def sensor(name="hand-made", pitch=4.5e-3, layers=4, **parts) -> SensorSpec:
         name=name,
         coil=CoilSpec("circle", (4e-3, 4e-3), 7.75, (1, 2, 3, 4), 8e-5, 8e-5),
         array=ArraySpec("line", places, pitch),
-        fpc=FpcSpec(stackup, rules, None),
+        fpc=FpcSpec(stackup=stackup, rules=rules, panel=PanelSpec(), teardrops="none"),
         readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, None, 40e6, 500.0),
         requirements=Requirements(),
         source=SpecSource("hand.yaml", ""),

@@ -12,7 +12,7 @@ from dataclasses import replace
 from sitscad.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec import presets
-from sitscad.spec.circuit import Connector, FpcSpec, Tail
+from sitscad.spec.circuit import Connector, FpcSpec, PanelSpec, Tail
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.readout import ReadoutSpec
@@ -80,7 +80,7 @@ def sensor_spec(copper: int = 2, tail: bool = True, name: str = "two-coils") -> 
         name=name,
         coil=CoilSpec("circle", (DIAMETER, DIAMETER), 4.5, (1, copper), WIDTH, SPACING),
         array=ArraySpec("line", placements, COIL_PITCH),
-        fpc=FpcSpec(stackup(copper), RULES, end),
+        fpc=FpcSpec(stackup=stackup(copper), rules=RULES, tail=end, panel=PanelSpec(), teardrops="none"),
         target=None,
         elastomer=None,
         encapsulation=None,

@@ -129,14 +129,14 @@ class Disturbed:
         """Errors (N/K) of every axis by what warms after the tare; the capacitors' as one sigma, each its own."""
         pad = self.bench.spec.elastomer
         assert pad is not None
-        losses = pad.material.losses
+        material = pad.material
         drift = 0.5 * self.bench.spec.readout.device.limit("capacitor_temperature") / math.sqrt(3.0)
-        rise = FLAT * losses.expansion * pad.thickness
+        rise = FLAT * material.expansion * pad.thickness
         return {
             "copper and other metal": self.inverse @ self.by_metal,
             "capacitors": drift * np.sqrt(np.sum(self.inverse**2, axis=1)),
             "expansion of the pad": self.inverse @ self.by_pose[:, 2] * rise,
-            "modulus of the pad": -losses.modulus_by_temperature * self.carried,
+            "modulus of the pad": -material.modulus_temperature_coefficient * self.carried,
         }
 
     @property
@@ -163,8 +163,8 @@ class Disturbed:
         """By how much (N) either branch of the loop is off on every axis, of its full scale."""
         pad = self.bench.spec.elastomer
         assert pad is not None
-        losses, names = pad.material.losses, self.bench.range.axes
-        widths = [losses.hysteresis_normal if name == "normal" else losses.hysteresis_shear for name in names]
+        material, names = pad.material, self.bench.range.axes
+        widths = [material.hysteresis_normal if name == "normal" else material.hysteresis_shear for name in names]
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
@@ -189,7 +189,7 @@ class Disturbed:
         found = {
             "noise": self.noise,
             "hysteresis": self.hysteresis,
-            "creep": material.losses.creep * self.carried,
+            "creep": material.creep * self.carried,
             "curved map": map_errors,
             "temperature, 10 K": 10.0 * self.temperature,
             "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),

@@ -10,7 +10,7 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.spec import presets
-from sitscad.spec.mount import Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
+from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
 from sitscad.spec.plates import Shield
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
@@ -133,8 +133,7 @@ def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
     base = own.based_on
     if base is None:
         usual: dict[str, Any] = {"port_diameter": DEFAULT_PORT, "material": presets.conductor(DEFAULT_METAL)}
-        usual |= {"opposing_pad_thickness": 0.0, "recess": 0.0, "opposing_recess": 0.0, "pivot_offset": 0.0}
-        return Jaw(name=own.name, step=step, source=WRITTEN_SOURCE, **(usual | figures))
+        return Jaw(name=own.name, step=step, source=WRITTEN_SOURCE, **(LEVEL | usual | figures))
     written = tuple(sorted(figures))
     source = presets.jaw_source(base.name, written)
     if written:
