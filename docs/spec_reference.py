@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.spec import presets
+from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     Choice,
     Either,
     Kind,
@@ -25,10 +26,9 @@ from sitscad.spec.kinds import (
     Text,
     Truth,
 )
+from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.sensor import SpecDocument
-from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 
 

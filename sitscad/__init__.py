@@ -60,7 +60,7 @@ if TYPE_CHECKING:
         use_installed_plugins as use_installed_plugins,
         use_plugin as use_plugin,
     )
-    from sitscad.spec.rules import SpecError as SpecError
+    from sitscad.spec.format.reading import SpecError as SpecError
     from sitscad.spec.load import load as load, load_text as load_text
     from sitscad.spec.sensor import SensorSpec as SensorSpec, json_schema as json_schema
     from sitscad.study.evaluation import Evaluation as Evaluation

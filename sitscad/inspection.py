@@ -18,9 +18,8 @@ from sitscad.record import record
 from sitscad.remedy.mending import Applied, RolledBack, mended_text
 from sitscad.remedy.search import DECISIVE
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
+from sitscad.spec.format.reading import SpecError, decoded
 from sitscad.spec.load import load_text, read_text
-from sitscad.spec.reading import decoded
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 
 

@@ -13,8 +13,8 @@ from typing import TypeVar
 
 from sitscad.policy import Policy, nearest_policy
 from sitscad.report.findings import RuleTexts
+from sitscad.spec.format.reading import decoded
 from sitscad.spec.load import load, load_text, read_text
-from sitscad.spec.reading import decoded
 from sitscad.spec.sensor import SensorSpec
 
 Given = TypeVar("Given")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from sitscad.calibration.calibrate import Calibration
+from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.inverse_map import InverseMap, map_of
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
     """
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
-    from sitscad.calibration.calibrate import calibrate_by, foretell, sensors_of, turned_otherwise
+    from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.least_squares import NoFit
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings

@@ -16,9 +16,9 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.remedy.search import DECISIVE, HINTS, Budget
-from sitscad.spec.rules import RULE_NAMES, SpecError
+from sitscad.spec.format.reading import RULE_NAMES, SpecError
+from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.validity import refuse_unusable
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates

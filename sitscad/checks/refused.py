@@ -19,12 +19,12 @@ from sitscad.remedy import moves
 from sitscad.remedy.mending import Applied, is_better, is_further
 from sitscad.remedy.moves import fewer_turns
 from sitscad.remedy.search import Budget, Fix, Left, estimate_work, fail, winding_work
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver.coils import least_scale
-from sitscad.spec.rewriting import CannotWriteError, completed, rewritten
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.source import SpecSource
+from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
+from sitscad.spec.yaml.source import SpecSource
 
 
 def tried(error: SpecError, findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -17,7 +17,7 @@ from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.readout.converter import Converter, source_in_all
 from sitscad.record import record
 from sitscad.remedy.search import Left
-from sitscad.spec.rules import RULE_TEXTS
+from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

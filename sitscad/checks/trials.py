@@ -17,8 +17,8 @@ from sitscad.layout.escape import SearchLimit
 from sitscad.record import record
 from sitscad.remedy.mending import worsened
 from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work, warn
-from sitscad.spec.rewriting import CannotWriteError, completed
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.rewriting import CannotWriteError, completed
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"
 """Said where the budget ended a search."""

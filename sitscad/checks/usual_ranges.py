@@ -13,7 +13,7 @@ from sitscad.checks.rules import Case, Rule, Verdict, rule_of
 from sitscad.data import cited, rows
 from sitscad.design import Design
 from sitscad.record import record
-from sitscad.spec.stackup import LayerKind
+from sitscad.spec.circuit import LayerKind
 from sitscad.units import parse_quantity, show
 
 

@@ -7,7 +7,7 @@ from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, Readou
 from sitscad.estimates.winding.losses import is_rough
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
-from sitscad.spec.validity import refuse_unusable
+from sitscad.spec.format.validity import refuse_unusable
 
 __all__ = [
     "METHODS",

@@ -30,8 +30,8 @@ from sitscad.physics.metal.half_spaces import (
 from sitscad.record import record
 from sitscad.scene.bodies import lines_below_target
 from sitscad.scene.state import FREE
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
-from sitscad.spec.source import UNNUMBERED, creation_date
-from sitscad.spec.stackup import MASK, LayerKind, Stackup
+from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 from sitscad.units import decimal, show
 from sitscad.version import __version__
 

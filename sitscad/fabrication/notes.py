@@ -19,8 +19,8 @@ from sitscad.layout.thickness import (
     tail_copper,
 )
 from sitscad.scene.tail_path import bends, pivot_line
+from sitscad.spec.circuit import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.spec.presets import finish, names
-from sitscad.spec.stackup import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.units import show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from sitscad.layout.arrangement import arrange
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
+from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.validity import refuse_unusable
 
 __all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Winding", "lay_out"]
 

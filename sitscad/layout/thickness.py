@@ -8,9 +8,9 @@ from sitscad.geometry.path import Region
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.layout.tail_frame import TailFrame, first_via
 from sitscad.record import record
+from sitscad.spec.circuit import LayerKind, StackLayer
 from sitscad.spec.presets import stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind, StackLayer
 
 
 class Where(StrEnum):

@@ -17,9 +17,9 @@ from sitscad.layout.board import Winding
 from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias, room_needed
 from sitscad.layout.lanes import Bus
 from sitscad.record import record
+from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import CopperLayer
 
 
 def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:

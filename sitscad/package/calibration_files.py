@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from sitscad.calibration.calibrate import Calibration, foretell
+from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.design import Design
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse

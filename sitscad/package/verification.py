@@ -30,11 +30,10 @@ from sitscad.package.manifest import (
 )
 from sitscad.policy import Policy, kept_baseline, kept_policy
 from sitscad.record import record
+from sitscad.spec.format.reading import SpecError, decoded, read_file
 from sitscad.spec.load import load
-from sitscad.spec.reading import decoded, read_file
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml_text import TextError
+from sitscad.spec.yaml.source import TextError
 from sitscad.version import __version__
 from sitscad.writer import STAGES, marks
 

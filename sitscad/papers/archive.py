@@ -18,7 +18,7 @@ from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel
 from sitscad.record import record
-from sitscad.spec.kinds import names
+from sitscad.spec.format.kinds import names
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
 _COPPER = re.compile(r"Copper,L(\d+),Inr")

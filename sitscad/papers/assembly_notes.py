@@ -23,7 +23,7 @@ from sitscad.scene.fit import measures
 from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
-from sitscad.spec.unverified import unverified_figures
+from sitscad.spec.presets import unverified_figures
 from sitscad.units import in_mm, show
 
 WIDTH = 96

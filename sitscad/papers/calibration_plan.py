@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.calibrate import Calibration
+from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.plan import Plan, load_names
 from sitscad.calibration.unknowns import usual
 from sitscad.scene.motions import ROTATIONS

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from typing import Any
 
-from sitscad.calibration.calibrate import Calibration, foretell
+from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.calibration.calibrate import AXIS_WORDS
+from sitscad.calibration.calibration import AXIS_WORDS
 from sitscad.estimates.performance.curves import Curve, Curves
 from sitscad.estimates.performance.values import Performance
 from sitscad.record import record

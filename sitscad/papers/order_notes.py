@@ -46,9 +46,8 @@ from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contacts, head
 from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
-from sitscad.spec.presets import unverified_rows
-from sitscad.spec.stackup import MASK, LayerKind, Plating
-from sitscad.spec.unverified import is_unverified
+from sitscad.spec.circuit import MASK, LayerKind, Plating
+from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.units import show
 
 

@@ -43,7 +43,7 @@ from sitscad.scene.bodies import (
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.jaws import shield_that_fits
 from sitscad.scene.tail_path import Station, Stretch, TailPath, tail_path
-from sitscad.spec.stackup import LayerKind, StackLayer
+from sitscad.spec.circuit import LayerKind, StackLayer
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
 FILL = "adhesive"

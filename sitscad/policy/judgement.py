@@ -16,7 +16,7 @@ from sitscad.policy.baseline import Baseline
 from sitscad.policy.configuration import Policy, chosen_rules, stands_for
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, RuleTexts
-from sitscad.spec.source import SpecSource
+from sitscad.spec.yaml.source import SpecSource
 
 NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
 """Rules beside SIT2xx that no fabricator can judge: coils that lead nowhere, are shorted or open."""

@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity
 from sitscad.record import record
 from sitscad.remedy.search import warn
-from sitscad.spec.rewriting import CannotWriteError, rewritten
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
 class Judged(Protocol):

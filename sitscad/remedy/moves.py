@@ -21,14 +21,14 @@ from sitscad.layout.lanes import bus_for
 from sitscad.layout.windings import wind_all
 from sitscad.remedy.search import Fix, setting
 from sitscad.spec import presets
+from sitscad.spec.circuit import Plating
 from sitscad.spec.coil import CoilSpec
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.places import footprint
 from sitscad.spec.plates import ElastomerPad, Encapsulation, Target
 from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import Plating
 from sitscad.units import show
 
 MOST_LAYERS = 8

@@ -13,8 +13,8 @@ from sitscad.geometry.path import Point
 from sitscad.remedy.moves import resized, scans
 from sitscad.remedy.search import Fix, Left, setting
 from sitscad.spec import presets
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.places import footprint
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4

@@ -66,8 +66,8 @@ from sitscad.report.numbers import (
 )
 from sitscad.report.section import section
 from sitscad.scene.state import FREE
+from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.unverified import unverified_figures
 from sitscad.units import show
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from sitscad.scene.bodies import (
     shield_heights,
     top_height,
 )
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0

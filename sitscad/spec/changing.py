@@ -2,7 +2,7 @@
 
 `SensorSpec.from_mapping` and `SensorSpec.replace` are these. What a program says in dictionaries becomes YAML as a
 person would write it. A change is an edit of the text that the spec was read from, made with what writes a finding's
-fixes into a file (`sitscad.spec.rewriting`): comments stay.
+fixes into a file (`sitscad.spec.yaml.rewriting`): comments stay.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from pathlib import PurePath
 from typing import Any
 
 from sitscad.finding import Edit
-from sitscad.spec.kinds import described
+from sitscad.spec.format.kinds import described
+from sitscad.spec.format.reading import SpecError, finding_from_text
 from sitscad.spec.load import load_text
-from sitscad.spec.reading import finding_from_text
-from sitscad.spec.rewriting import CannotWriteError, rewritten
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import VERSION, SensorSpec
-from sitscad.spec.yaml_reader import read_yaml
-from sitscad.spec.yaml_text import TextError, dotted, plain_value, undotted
+from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
+from sitscad.spec.yaml.source import TextError, dotted, plain_value, undotted
 
 MOST_VALUES = 20_000
 """Values of a spec, sections and lists among them; and of an array that one of them is."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from sitscad.geometry.shapes import SHAPES, Outline
 from sitscad.record import record
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     PAIR_OF_COUNTS,
     Angle,
     Choice,
@@ -22,7 +22,7 @@ from sitscad.spec.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.section import ListOf, Section, key
+from sitscad.spec.format.section import ListOf, Section, key
 
 Trace = Quantity("length", "1 um", "20 mm")
 

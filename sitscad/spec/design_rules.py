@@ -10,7 +10,7 @@ from dataclasses import field, replace
 from typing import Any
 
 from sitscad.record import record
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     Choice,
     Figure,
     Label,
@@ -24,7 +24,7 @@ from sitscad.spec.kinds import (
     Text,
     Truth,
 )
-from sitscad.spec.section import ListOf, NameOr, Part, Section, key, keys_like
+from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key, keys_like
 from sitscad.units import show
 
 

@@ -9,8 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sitscad.spec.kinds import is_profile_file
-from sitscad.spec.reading import (
+from sitscad.spec.format.kinds import is_profile_file
+from sitscad.spec.format.reading import (
+    ROOM_RULES,
+    SpecError,
     decoded,
     finding_from_flaw,
     finding_from_text,
@@ -20,10 +22,8 @@ from sitscad.spec.reading import (
     section_of_data,
 )
 from sitscad.spec.resolver.sensor import resolve
-from sitscad.spec.rules import ROOM_RULES, SpecError
 from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import MAX_BYTES, TextError
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError
 
 __all__ = ["SpecError", "load", "load_text"]
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sitscad.record import record
-from sitscad.spec.kinds import Label, Number, Quantity
-from sitscad.spec.section import WRITTEN_SOURCE, Section, key, preset_or
+from sitscad.spec.format.kinds import Label, Number, Quantity
+from sitscad.spec.format.section import WRITTEN_SOURCE, Section, key, preset_or
 
 TemperatureCoefficient = Quantity("temperature coefficient", "-0.005 1/K", "0.012 1/K")  # conducts from -60 to 200 degC
 

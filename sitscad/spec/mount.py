@@ -9,7 +9,7 @@ from typing import Any
 
 from sitscad.geometry.shapes import PLATES, Outline
 from sitscad.record import record
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     Choice,
     Gap,
     Label,
@@ -23,8 +23,8 @@ from sitscad.spec.kinds import (
     described,
     refuse,
 )
+from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key
 from sitscad.spec.materials import Adhesive, Conductor, ConductorChoice
-from sitscad.spec.section import ListOf, NameOr, Part, Section, key
 
 PROCESSES = ("resin", "powder", "filament", "machined")
 KINDS = ("grasper-pad", "bench-plate", "fingertip", "custom")

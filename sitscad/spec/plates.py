@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from sitscad.geometry.shapes import PLATES, Outline
 from sitscad.record import record
-from sitscad.spec.kinds import Angle, Choice, Gap, Kerf, Offset, Pair, Size, Thickness
+from sitscad.spec.format.kinds import Angle, Choice, Gap, Kerf, Offset, Pair, Size, Thickness
+from sitscad.spec.format.section import Section, key
 from sitscad.spec.materials import Conductor, ConductorChoice, ElastomerChoice, ElastomerMaterial
-from sitscad.spec.section import Section, key
 
 PlateShape = Choice(tuple(PLATES))
 PlateSize = Pair(Size, single=True)

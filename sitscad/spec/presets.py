@@ -1,4 +1,5 @@
-"""The presets: stack-ups, fabricators' rules, connectors, jaws and materials, read from `sitscad/data` by name.
+"""The presets: stack-ups, fabricators' rules, connectors, jaws and materials, read from `sitscad/data` by name; and
+which figures of a design stand on a source that nobody has seen.
 
 A new preset is a file (or, for materials, a row) in that directory and no code. Every figure there names its source,
 and says whether that source was seen (`verified`) or not (`unverified`); unverified ones are marked in the values.
@@ -8,16 +9,21 @@ Every function raises KeyError for a name that is none.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
-from sitscad.data import Row, cited, cited_by_field
+from sitscad.data import UNVERIFIED, Row, cited, cited_by_field
+from sitscad.data import is_unverified as is_unseen
 from sitscad.data import rows as read_rows
 from sitscad.readout.converter import Converter
-from sitscad.spec.circuit import Chip, Connector
-from sitscad.spec.kinds import FOLDERS, TABLES
-from sitscad.spec.kinds import names as names
+from sitscad.record import record
+from sitscad.spec.circuit import Chip, Connector, LayerKind, Plating, StackLayer, Stackup
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.format.kinds import FOLDERS, TABLES
+from sitscad.spec.format.kinds import names as names
+from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.materials import (
     AT_DOUBLE,
     NEO_HOOKEAN,
@@ -29,8 +35,8 @@ from sitscad.spec.materials import (
     stiffened,
 )
 from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
-from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
-from sitscad.units import parse_quantity
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import parse_quantity, show
 
 
 @cache
@@ -226,3 +232,65 @@ def _fields(kind: str, name: str) -> dict[str, Row]:
 @cache
 def _table(stem: str) -> dict[str, Row]:
     return {row["name"]: row for row in read_rows(stem)}
+
+
+_OF_A_FOIL = re.compile(r"_\d+um$")
+"""Rows for foils that the design may not have: the figure that holds stands without its foil."""
+
+
+@record
+class UnverifiedFigure:
+    """A figure in words: whose it is, its value as far as it is one, and what its source says."""
+
+    what: str
+    value: str
+    source: str
+
+
+def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
+    """The unverified figures of the design rules, stack-up, connector, chip, jaw and materials that a spec uses."""
+    return (*_of_rules(spec.fpc.rules), *_of_presets(spec))
+
+
+def is_unverified(rules: DesignRules, field: str) -> bool:
+    """Whether one figure of the fabricator's rules stands on a source that was not seen."""
+    return is_unseen(rules.sources.get(field, ""))
+
+
+def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
+    for field, source in rules.sources.items():
+        if not is_unseen(source) or _OF_A_FOIL.search(field):
+            continue
+        value = getattr(rules, field, None)
+        between = " x " if field in ("part_size", "panel_size") else ", "
+        values = value if isinstance(value, tuple) else (value,)
+        text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
+        yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED))
+
+
+def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
+    fpc, mount = spec.fpc, spec.mount
+    jaw, holes = (mount.jaw, mount.holes) if mount is not None else (None, None)
+    metals = [part.material for part in (spec.target, spec.shield) if part is not None]
+    metals += [mount.metal] if mount is not None and mount.metal is not None else []
+    soft = [part.material for part in (spec.elastomer, spec.encapsulation) if part is not None]
+    glue = spec.assembly.adhesive if any((spec.target, spec.elastomer, mount)) else None
+    used = [
+        ("stackup", fpc.stackup.name),
+        ("connector", fpc.tail.connector.name if fpc.tail is not None else ""),
+        ("chip", spec.readout.chip.name if spec.readout.chip is not None else ""),
+        ("jaw", jaw.preset if jaw is not None else ""),
+        ("hole pattern", holes.name if holes is not None else ""),
+        *(("conductor", name) for name in dict.fromkeys(m.name for m in metals if m.source != WRITTEN_SOURCE)),
+        *(("elastomer", name) for name in dict.fromkeys(m.name for m in soft if m.source != WRITTEN_SOURCE)),
+        ("adhesive", glue.name if glue is not None else ""),
+        *(("dielectric", name) for name in dict.fromkeys(layer.material for layer in fpc.stackup.layers)),
+    ]
+    for kind, name in used:
+        for field, value, source in unverified_rows(kind, name):  # none of a name without a preset
+            if kind == "jaw" and jaw is not None and field in jaw.written:
+                continue
+            if kind == "conductor":  # both figures that every response and loss near it depend on
+                metal = conductor(name)
+                value = f"{metal.conductivity / 1e6:.4g} MS/m, relative permeability {metal.relative_permeability:g}"
+            yield UnverifiedFigure(f"{kind} {name} {field}".strip(), value, source)

@@ -18,12 +18,19 @@ from sitscad.data import FOLDER, UNVERIFIED
 from sitscad.finding import Finding
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules, FoilLines, RulesDocument
-from sitscad.spec.kinds import Figure, is_profile_file, names
-from sitscad.spec.reading import Flaw, Remarks, decoded, finding_from_flaw, finding_from_text, read_file, read_section
-from sitscad.spec.rules import SpecError
-from sitscad.spec.section import Section
-from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_text import TextError
+from sitscad.spec.format.kinds import Figure, is_profile_file, names
+from sitscad.spec.format.reading import (
+    Flaw,
+    Remarks,
+    SpecError,
+    decoded,
+    finding_from_flaw,
+    finding_from_text,
+    read_file,
+    read_section,
+)
+from sitscad.spec.format.section import Section
+from sitscad.spec.yaml.source import SpecSource, TextError
 from sitscad.units import parse_quantity
 
 Form = TypeVar("Form", bound=Section)

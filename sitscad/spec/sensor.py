@@ -11,17 +11,187 @@ from dataclasses import replace
 from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
+from sitscad.readout.converter import Converter
 from sitscad.record import record
-from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
-from sitscad.spec.kinds import Number, Quantity, Rate, Special, Text, described, refuse
-from sitscad.spec.loads import Force, LoadCase, LoadsDocument
+from sitscad.spec.format.kinds import (
+    Choice,
+    Either,
+    Number,
+    Pair,
+    Preset,
+    Quantity,
+    Rate,
+    Run,
+    Special,
+    Text,
+    described,
+    refuse,
+)
+from sitscad.spec.format.section import Part, Section, key, schema_of
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.plates import Cutting, ElastomerPad, Encapsulation, Shield, Target
-from sitscad.spec.readout import ReadoutSpec
-from sitscad.spec.section import Part, Section, key, schema_of
-from sitscad.spec.source import Issue, SpecSource
-from sitscad.spec.stackup import CopperLayer
+from sitscad.spec.yaml.source import Issue, SpecSource
+
+
+@record
+class Cable(Section):
+    """The wires between tail and converter, per conductor pair and for the whole length.
+
+    What is left out is None only until it is worked out by the length.
+    """
+
+    length: float = key(Run, "of the cable", 300)
+    inductance: float = key(
+        Quantity("inductance", "0 nH", "1 mH"),
+        "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours",
+        None,
+    )
+    capacitance: float = key(
+        Quantity("capacitance", "0 pF", "1 uF"),
+        "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours",
+        None,
+    )
+    resistance: float = key(
+        Quantity("resistance", "0 ohm", "1 kohm"),
+        "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours",
+        None,
+    )
+
+
+@record
+class ReadoutSpec(Section):
+    """The converter that reads the coils.
+
+    ``capacitance`` and ``drive_code`` are None where they are chosen, ``chip`` where the tank capacitors are elsewhere
+    than on the tail's stiffener, ``capacitor_at`` only until it is worked out.
+    """
+
+    device: Converter = key(Preset("converter", up=True), "the converter", "ldc1614")
+    capacitance: float | None = key(
+        Either("auto", Quantity("capacitance", "1 pF", "1 uF")),
+        "of the tank, like 330 pF; auto: chosen, with reasons",
+        "auto",
+    )
+    capacitor_at: str = key(
+        Choice(("coil", "converter")), "where it is soldered: converter, unless capacitors_on_board", None
+    )
+    chip: Chip | None = key(
+        Preset("chip", up=True),
+        "places for the capacitors on the tail's stiffener, and of what size",
+        None,
+        written="capacitors_on_board",
+    )
+    cable: Cable | None = key(Part(Cable), "none: the tail plugs into the converter's board", None)
+    clock: float = key(Quantity("frequency", "100 kHz", "1 GHz"), "reference clock", "40 MHz")
+    scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")
+    drive_code: int | None = key(
+        Either("auto", Number(0, 31, whole=True)), "of all channels; auto: the strongest one sigma below 1.8 V", "auto"
+    )
+
+
+Force = Quantity("force", "0 N", "10 kN")
+Shear = Quantity("force", "-10 kN", "10 kN")
+LeverArm = Quantity("length", "0.1 mm", "100 mm")
+NORMAL = "towards the board; requirements.normal_force if left out"
+
+
+class PressDocument(Section):
+    """A flat face presses straight down and keeps the target level."""
+
+    normal: float | None = key(Force, NORMAL, None)
+
+
+class ShearDocument(Section):
+    """A press with shear."""
+
+    normal: float | None = key(Force, NORMAL, None)
+    shear_x: float = key(Shear, "along the jaw, towards the tail", "0 N")
+    shear_y: float = key(Shear, "across", "0 N")
+    rotation: str = key(
+        Choice(("free", "held")), "free: the target tilts as it likes; held: a flat face keeps it level", "held"
+    )
+
+
+class ScissorDocument(Section):
+    """The face of the other jaw comes down inclined and turns the target until it lies flush."""
+
+    opening: float = key(Quantity("angle", "0 deg", "15 deg"), "between the faces, nearest at the tail, like 10 deg")
+    normal: float | None = key(Force, NORMAL, None)
+    face: str = key(
+        Choice(("sticks", "slides")),
+        "sticks: the target stays under it; slides: it pushes along its own normal alone",
+        "sticks",
+    )
+
+
+class EdgeDocument(Section):
+    """A force beside the middle of the target, which tilts it."""
+
+    normal: float | None = key(Force, NORMAL, None)
+    offset: tuple[float, float] = key(
+        Pair(Quantity("length", "-100 mm", "100 mm")), "[x, y] from the middle of the outermost face, like [1, 0]"
+    )
+
+
+@record
+class Mechanism(Section):
+    """A grasper's jaws, closed by a pull on its shaft (Jones thesis 3.3.1.1); see docs/mechanism.md.
+
+    Newtons, radians and metres; ``reach`` is None only until the jaw says it.
+    """
+
+    shaft_tension: float = key(Force, "the pull on the shaft that closes the jaws, like 20 N")
+    theta0: float = key(
+        Quantity("angle", "0.1 deg", "89.9 deg"),
+        "of lever A from the shaft's axis when the face lies along it, like 21.80 deg",
+    )
+    lever: float = key(LeverArm, "lever A, from the pivot to the link's pin, like 3.770", written="LA")
+    link: float = key(LeverArm, "link B, from lever A's pin to the shaft's, like 3.200", written="LB")
+    reach: float = key(
+        Quantity("length", "1 mm", "200 mm"),
+        "from the pivot to where the jaw presses; the tip of mount.jaw if left out",
+        None,
+        written="LJ",
+    )
+    theta: float = key(
+        Quantity("angle", "-5 deg", "7.5 deg"),
+        "of a jaw's face from the axis; the faces are open by twice that",
+        "0 deg",
+    )
+
+
+class LoadsDocument(Section):
+    """Ways in which the sensor is pushed in use, for `sitscad response --case`."""
+
+    press: PressDocument | None = key(Part(PressDocument), "a flat press", None)
+    shear: ShearDocument | None = key(Part(ShearDocument), "a press with shear", None)
+    scissor: ScissorDocument | None = key(Part(ScissorDocument), "the other jaw's face comes down inclined", None)
+    edge: EdgeDocument | None = key(Part(EdgeDocument), "a force off centre", None)
+    mechanism: Mechanism | None = key(Part(Mechanism), "a grasper's shaft is pulled", None)
+
+
+@record
+class LoadCase:
+    """A way in which the target is pushed: forces (N) towards the board and along x and y, at `offset` (m) from the
+    middle of the outermost face.
+
+    With `opening` (rad) a face, inclined by so much about y and nearest to the board at +x, lies flush on the target.
+    It keeps it where it is along x and y (`is_stuck`), or slides and pushes along its own normal, `normal` being the
+    part towards the board. `is_held`: a face keeps the target's turn. `mechanism` says where the normal force comes
+    from, which is then None here.
+    """
+
+    name: str
+    normal: float | None
+    shear: tuple[float, float] = (0.0, 0.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    opening: float = 0.0
+    is_held: bool = True
+    is_stuck: bool = False
+    mechanism: Mechanism | None = None
+
 
 VERSION = 1
 Temperature = Quantity("temperature", "-60 degC", "200 degC")

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any, Protocol
 
 from sitscad.record import record
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.base import Base, Changes
 from sitscad.study.evaluation import FULL, Breach, Evaluation

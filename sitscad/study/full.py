@@ -9,7 +9,7 @@ from sitscad.checks.rules import NEEDS
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.inspection import as_configured
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import FULL, Breach, Evaluation
 from sitscad.study.measures import MEASURES, AbsentError

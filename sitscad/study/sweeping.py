@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from sitscad.record import record
 from sitscad.spec.changing import plain
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml_text import plain_value
+from sitscad.spec.yaml.source import plain_value
 from sitscad.study.base import Base, Changes
 from sitscad.study.evaluating import Executor, Workers
 from sitscad.study.evaluation import FULL, SCREEN, Evaluation

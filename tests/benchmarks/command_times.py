@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from sitscad.finding import Edit  # noqa: E402
-from sitscad.spec.rewriting import rewritten  # noqa: E402
+from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 
 BUILT = "grasper_4layer"
 CHANGED = Edit("readout.scan_rate", "450 Hz")

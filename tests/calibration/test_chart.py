@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration import calibrate
-from sitscad.calibration.calibrate import calibrate_by, sensors_of
+from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST
 

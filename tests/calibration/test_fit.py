@@ -11,7 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration import calibrate, map_of
-from sitscad.calibration.calibrate import calibrate_by
+from sitscad.calibration.calibration import calibrate_by
 from sitscad.calibration.forms import Form, Samples, fitted
 from sitscad.calibration.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points

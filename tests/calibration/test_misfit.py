@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
-from sitscad.calibration.calibrate import calibrate_by, sensors_of
+from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.misfit import CAUSES, cause, far_off, pattern, turned_fit
 from sitscad.calibration.model_fit import fit_model, studentized
 from sitscad.calibration.points import Points

@@ -168,6 +168,6 @@ def test_a_table_without_a_fit_is_refused(table, design, monkeypatch):
     def nothing(*given, **more):
         raise NoFit("a fit ended where nothing is known of its values")
 
-    monkeypatch.setattr(import_module("sitscad.calibration.calibrate"), "fit_model", nothing)
+    monkeypatch.setattr(import_module("sitscad.calibration.calibration"), "fit_model", nothing)
     with pytest.raises(BenchError, match=r"bench.csv:2:1 no sensor of this design reads so: a fit ended"):
-        sitscad.calibration.calibrate(design, table())
+        sitscad.calibration.calibration(design, table())

@@ -11,8 +11,8 @@ from sitscad.checks import check, mended
 from sitscad.finding import Missing, Severity
 from sitscad.layout import lay_out
 from sitscad.spec import templates
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
-from sitscad.spec.rules import SpecError
 
 ROOM = {Missing.INNER_ROOM, Missing.LEAD_ROOM}
 

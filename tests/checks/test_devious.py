@@ -19,8 +19,8 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import inspect
 from sitscad.spec import presets
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
-from sitscad.spec.rules import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 BASES = {

@@ -22,10 +22,10 @@ from sitscad.record import record  # noqa: E402
 from sitscad.remedy.mending import mended_text, worsened  # noqa: E402
 from sitscad.remedy.search import warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
+from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
-from sitscad.spec.rewriting import rewritten  # noqa: E402
-from sitscad.spec.rules import SpecError  # noqa: E402
-from sitscad.spec.yaml_reader import read_yaml  # noqa: E402
+from sitscad.spec.yaml.reader import read_yaml  # noqa: E402
+from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 
 plain = YAML(typ="safe")
 TEMPLATES = {name: templates.read(name) for name in templates.names()}

@@ -20,9 +20,9 @@ from sitscad.remedy.mending import Applied, is_better, worsened  # noqa: E402
 from sitscad.remedy.moves import with_turns  # noqa: E402
 from sitscad.remedy.search import first_that_mends, warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
+from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
-from sitscad.spec.rewriting import rewritten  # noqa: E402
-from sitscad.spec.rules import SpecError  # noqa: E402
+from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 
 TAIL = {"length": 30, "connector": "zif-0.5mm", "layers": 2}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.calibration.calibrate import sensors_of
+from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 
 

@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates.circuit.drive import Swing, drive_codes
 from sitscad.spec import presets
-from sitscad.spec.stackup import LayerKind
+from sitscad.spec.circuit import LayerKind
 
 LDC1614 = presets.converter("ldc1614")
 

@@ -16,7 +16,7 @@ from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
-from sitscad.spec.readout import Cable, ReadoutSpec
+from sitscad.spec.sensor import Cable, ReadoutSpec
 
 ALONE = (2.5e-6, 4.0)
 SEVEN = np.array([7e6])

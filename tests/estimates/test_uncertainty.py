@@ -35,9 +35,9 @@ from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
 from sitscad.report.measures import headline, other_rows, plus_minus, signal_rows
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 
 TEXT = """
 sitscad: 1

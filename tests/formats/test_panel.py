@@ -17,8 +17,8 @@ from sitscad.layout import lay_out
 from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.spec.circuit import PanelSpec
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
-from sitscad.spec.rules import SpecError
 from sitscad.units import show
 
 shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")

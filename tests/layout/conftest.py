@@ -6,9 +6,8 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, PanelSpec, Tail
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.readout import ReadoutSpec
-from sitscad.spec.sensor import Requirements, SensorSpec
-from sitscad.spec.source import SpecSource
+from sitscad.spec.sensor import ReadoutSpec, Requirements, SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 
 def sensor(

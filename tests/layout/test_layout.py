@@ -13,9 +13,9 @@ from sitscad.finding import Missing
 from sitscad.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import presets
+from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver import coils as positions
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
 
 CASES = {
     "bench": dict(diameter=7e-3, turns=12, layers=2, width=1e-4, spacing=1e-4, pitch=8e-3, stackup="flex-2l-35um",

@@ -19,8 +19,8 @@ from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area,
 from sitscad.layout.board import Role
 from sitscad.layout.placing import course, turn_length
 from sitscad.spec.circuit import Tail
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.presets import connector
-from sitscad.spec.rules import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 WAYS = ["turn: left", "turn: right", "offset: 3", "offset: -12"]

@@ -27,7 +27,7 @@ from sitscad.layout.panel import coupon_spec
 from sitscad.papers import parts_list as bom
 from sitscad.papers import parts_list as placement
 from sitscad.spec import presets
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 CASES = [

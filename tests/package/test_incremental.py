@@ -19,7 +19,7 @@ from sitscad.package import stages, stale
 from sitscad.package.contents import UNREAD
 from sitscad.package.manifest import read_manifest
 from sitscad.spec import templates
-from sitscad.spec.rewriting import rewritten
+from sitscad.spec.yaml.rewriting import rewritten
 
 ROOT = Path(__file__).parents[2]
 TEXT = templates.read("grasper_4layer")

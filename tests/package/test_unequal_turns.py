@@ -15,7 +15,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates import estimate
 from sitscad.layout.windings import wind_coil
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 
 COILS = {
     "one turn fewer below": ("circle", 4, [7.75, 6.75, 7.75, 6.75], 4),

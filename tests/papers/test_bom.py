@@ -23,7 +23,7 @@ from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.mount import LEVEL, Jaw, Mount
 from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
-from sitscad.spec.readout import Cable
+from sitscad.spec.sensor import Cable
 
 MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")

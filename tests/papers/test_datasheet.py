@@ -15,7 +15,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.calibration.calibrate import foretell
+from sitscad.calibration.calibration import foretell
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.plotted import plot
 from sitscad.drawing.sheet import Label, Sheet, flattened

@@ -32,8 +32,8 @@ from sitscad.papers.drawings.contacts import COPPER, contact_sheet
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.tail_path import own_bend, pivot_line, room_for_own, tail_path
 from sitscad.spec import templates
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
-from sitscad.spec.rules import SpecError
 
 COIL = (
     "{{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: 2, trace_width: 0.1, trace_spacing: 0.1{more}}}"

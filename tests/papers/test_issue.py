@@ -28,9 +28,9 @@ from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.spec.circuit import PanelSpec
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
-from sitscad.spec.rules import SpecError
-from sitscad.spec.source import Issue
+from sitscad.spec.yaml.source import Issue
 
 ISSUE = Issue("B.2", "TS-104 (a)", "2026-11-22")
 SPEC = """\

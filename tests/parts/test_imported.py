@@ -12,8 +12,8 @@ from sitscad.layout import lay_out
 from sitscad.parts import PartsError, solids
 from sitscad.parts.proof import prove, require_clear
 from sitscad.parts.whole import whole
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
-from sitscad.spec.rules import SpecError
 
 pytestmark = pytest.mark.cad
 

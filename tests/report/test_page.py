@@ -20,7 +20,7 @@ from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, quantity, signal_rows
 from sitscad.report.page import findings_part, render
 from sitscad.spec import templates
-from sitscad.spec.unverified import unverified_figures
+from sitscad.spec.presets import unverified_figures
 
 SPEC = """\
 sitscad: 1

@@ -141,7 +141,7 @@ def applied(text: str, fix: dict) -> str:
 @pytest.mark.parametrize("text", [told.TEXT, told.TEXT.replace("\n", "\r\n"), told.TEXT.rstrip()])
 def test_fixes_are_what_our_own_writer_makes_of_the_edits(text):
     from sitscad.finding import Edit, Remedy
-    from sitscad.spec.rewriting import rewritten
+    from sitscad.spec.yaml.rewriting import rewritten
 
     sure = Remedy((Edit("coil.turns", "7.5"), Edit("fpc.tail.bend", "none")))
     added = Remedy((Edit("fpc.margin", "0.2"),))

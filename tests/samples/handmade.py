@@ -11,16 +11,14 @@ from sitscad.geometry.path import Point, Region, rectangle, rounded
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.parts import Solid
 from sitscad.spec import presets
-from sitscad.spec.circuit import FpcSpec, PanelSpec
+from sitscad.spec.circuit import FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.materials import Conductor, ElastomerMaterial
 from sitscad.spec.mount import LEVEL, Jaw, Mount
 from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
-from sitscad.spec.readout import ReadoutSpec
-from sitscad.spec.sensor import Requirements, SensorSpec
-from sitscad.spec.source import SpecSource
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.spec.sensor import ReadoutSpec, Requirements, SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 COPPER = Conductor("copper", 5.8e7)
 STEEL = Conductor("stainless-304", 1.4e6)

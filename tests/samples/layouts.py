@@ -12,13 +12,11 @@ from dataclasses import replace
 from sitscad.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec import presets
-from sitscad.spec.circuit import Connector, FpcSpec, PanelSpec, Tail
+from sitscad.spec.circuit import Connector, FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup, Tail
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.readout import ReadoutSpec
-from sitscad.spec.sensor import Requirements, SensorSpec
-from sitscad.spec.source import SpecSource
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.spec.sensor import ReadoutSpec, Requirements, SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 MM, UM = 1e-3, 1e-6
 WIDTH = SPACING = 100 * UM

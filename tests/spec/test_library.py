@@ -16,9 +16,9 @@ from sitscad import SensorSpec, SpecError
 from sitscad.finding import Edit
 from sitscad.spec import templates
 from sitscad.spec.changing import plain, yaml_text
-from sitscad.spec.rewriting import rewritten
-from sitscad.spec.validity import refuse_unusable
-from sitscad.spec.yaml_reader import read_yaml
+from sitscad.spec.format.validity import refuse_unusable
+from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.rewriting import rewritten
 
 COIL = {
     "shape": "circle",

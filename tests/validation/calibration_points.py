@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sitscad
-from sitscad.calibration.calibrate import calibrate_by, sensors_of
+from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.forms import Tried
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.least_squares import ridge

@@ -23,8 +23,8 @@ from check_times import design  # noqa: E402
 
 from sitscad.checks import check  # noqa: E402
 from sitscad.finding import Severity  # noqa: E402
+from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
-from sitscad.spec.rules import SpecError  # noqa: E402
 
 plain = YAML(typ="safe")
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration import Calibration, calibrate
-from sitscad.calibration.calibrate import sensors_of
+from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.spec.sensor import SensorSpec

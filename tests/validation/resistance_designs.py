@@ -28,8 +28,8 @@ from sitscad.physics.loss import proximity
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
-from sitscad.spec.stackup import CopperLayer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))  # as a program; pytest knows the folder
 from half_plane import azimuth_loss

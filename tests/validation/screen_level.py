@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import SCREEN, Evaluation, of_json
 from sitscad.study.full import judged

@@ -18,11 +18,11 @@ from sitscad.remedy.moves import stiffer_pad
 from sitscad.remedy.pads import other_thicknesses
 from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.stack import ground
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset
 from sitscad.spec.presets import names
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 STRAIN_ERROR = 0.5

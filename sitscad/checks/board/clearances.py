@@ -22,9 +22,9 @@ from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.moves import wider
 from sitscad.remedy.search import Left, first_that_mends, setting, tried
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 from sitscad.units import show
 
 GRAIN = 1e-6

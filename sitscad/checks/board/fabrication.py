@@ -17,8 +17,8 @@ from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size,
 from sitscad.remedy.moves import finer_fabricators, plated_in_holes_alone, wider
 from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
 from sitscad.spec import presets
+from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.stackup import MASK, LayerKind, Stackup
 from sitscad.units import show
 
 ROUNDING = 1e-9

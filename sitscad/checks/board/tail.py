@@ -21,7 +21,7 @@ from sitscad.layout.thickness import has_tail_coverlay, step_height, tail_copper
 from sitscad.record import record
 from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
-from sitscad.spec.stackup import Plating, Stackup
+from sitscad.spec.circuit import Plating, Stackup
 from sitscad.units import show
 
 LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0

@@ -34,8 +34,8 @@ from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import Reflector
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
+from sitscad.spec.circuit import Stackup
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import Stackup
 from sitscad.units import show
 
 LEAST_SHARE = 0.02

@@ -10,7 +10,7 @@ from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, S
 from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
 """Standard deviations of all manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that

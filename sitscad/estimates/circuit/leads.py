@@ -29,7 +29,7 @@ from sitscad.physics.loss.corners import direct_resistance
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
 from sitscad.record import record
-from sitscad.spec.stackup import CopperLayer, LayerKind, Stackup
+from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.side_by_side import SideBySide, spirals_side_by_side, tracks_side_by_side
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import ReadoutSpec
 
 Array = NDArray[np.float64]
 

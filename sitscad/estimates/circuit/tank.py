@@ -19,7 +19,7 @@ from sitscad.readout.conversion import shown
 from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.readout import ReadoutSpec
+from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
 Array = NDArray[np.float64]

@@ -25,8 +25,7 @@ from sitscad.estimates.response.pad import (
 from sitscad.estimates.response.values import Response, joined
 from sitscad.mechanics.grasper import tip_force
 from sitscad.record import record
-from sitscad.spec.loads import LoadCase
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import LoadCase, SensorSpec
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]

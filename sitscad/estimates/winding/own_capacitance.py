@@ -13,8 +13,8 @@ from sitscad.physics.capacitance import Slab, strip_layers, turn_capacitance, wi
 from sitscad.physics.constants import EPSILON0
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind, Stackup
 from sitscad.units import show
 
 Array = NDArray[np.float64]

@@ -27,8 +27,8 @@ from sitscad.formats.gerber.holes import drill_text, map_text
 from sitscad.formats.gerber.image import document, layer_files
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
-from sitscad.spec.source import UNNUMBERED, creation_date
-from sitscad.spec.stackup import MASK, LayerKind, StackLayer
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer
+from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 from sitscad.version import __version__
 
 

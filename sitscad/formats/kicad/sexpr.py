@@ -8,7 +8,7 @@ import uuid
 from collections.abc import Iterable, Sequence
 
 from sitscad.geometry.path import Line, Path, Point, Segment
-from sitscad.spec.stackup import LayerKind, StackLayer, Stackup
+from sitscad.spec.circuit import LayerKind, StackLayer, Stackup
 from sitscad.units import decimal
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "kicad.sitscad")

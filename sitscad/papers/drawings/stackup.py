@@ -22,7 +22,7 @@ from sitscad.fabrication.notes import (
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
-from sitscad.spec.stackup import MASK, LayerKind
+from sitscad.spec.circuit import MASK, LayerKind
 from sitscad.units import show
 
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}

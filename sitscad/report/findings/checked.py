@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from sitscad.finding import Finding, Ignored, NotChecked, Severity
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.source import SpecSource
+from sitscad.spec.yaml.source import SpecSource
 
 if TYPE_CHECKING:
     from sitscad.measured import Closing, Measure, RequirementResult, Signal

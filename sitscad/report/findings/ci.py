@@ -22,7 +22,7 @@ from sitscad.finding import Finding, Ignored, Remedy, Severity
 from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, fingerprint, identities, worst_first
 from sitscad.report.findings.document import finding_json, to_json
 from sitscad.report.findings.text import OutputOptions, RuleTexts, printable, summary
-from sitscad.spec.rewriting import CannotWriteError, rewritten
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 from sitscad.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

@@ -7,15 +7,25 @@ from dataclasses import replace
 from pathlib import Path
 
 from sitscad.spec import presets
-from sitscad.spec.circuit import MOST_PARTS, BendDocument, FpcSpec, LayerDocument, PanelSpec, Tail
+from sitscad.spec.circuit import (
+    MOST_PARTS,
+    BendDocument,
+    FpcSpec,
+    LayerDocument,
+    LayerKind,
+    PanelSpec,
+    Plating,
+    StackLayer,
+    Stackup,
+    Tail,
+)
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.format.reading import Remarks
+from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.mount import Mount
 from sitscad.spec.profiles import resolve_rules, spec_origin
-from sitscad.spec.reading import Remarks
-from sitscad.spec.section import WRITTEN_SOURCE
-from sitscad.spec.source import SpecSource
-from sitscad.spec.stackup import LayerKind, Plating, StackLayer, Stackup
+from sitscad.spec.yaml.source import SpecSource
 from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}

@@ -14,7 +14,7 @@ from itertools import combinations
 from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
-from sitscad.spec.reading import Remarks
+from sitscad.spec.format.reading import Remarks
 from sitscad.units import show
 
 Point = tuple[float, float]

@@ -10,11 +10,11 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.spec import presets
+from sitscad.spec.format.reading import Remarks
+from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
 from sitscad.spec.plates import Shield
 from sitscad.spec.profiles import Origin
-from sitscad.spec.reading import Remarks
-from sitscad.spec.section import WRITTEN_SOURCE
 from sitscad.units import show
 
 DEFAULT_STANDOFF = 1e-3

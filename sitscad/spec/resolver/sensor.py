@@ -14,19 +14,17 @@ from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
 from sitscad.spec import presets
 from sitscad.spec.circuit import Tail
-from sitscad.spec.kinds import Preset
-from sitscad.spec.loads import LoadCase, Mechanism
+from sitscad.spec.format.kinds import Preset
+from sitscad.spec.format.reading import Remarks
+from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.spec.profiles import spec_origin
-from sitscad.spec.reading import Remarks
-from sitscad.spec.readout import ReadoutSpec
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, resolve_array, resolve_coil
 from sitscad.spec.resolver.mount import resolve_mount
-from sitscad.spec.section import NameOr, Part, Section, section_of
-from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.spec.source import Issue, SpecSource
+from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
+from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
 
 Plate = TypeVar("Plate", Target, ElastomerPad)

@@ -11,8 +11,8 @@ import re
 import pytest
 
 from sitscad.finding import Severity
+from sitscad.spec.format.reading import RULE_NAMES, SpecError
 from sitscad.spec.load import load_text
-from sitscad.spec.rules import RULE_NAMES, SpecError
 
 GOOD = """\
 sitscad: 1

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.spec import templates
-from sitscad.spec.yaml_events import read_events
-from sitscad.spec.yaml_reader import NotPlain, PlainReader, read_yaml
+from sitscad.spec.yaml.events import read_events
+from sitscad.spec.yaml.reader import NotPlain, PlainReader, read_yaml
 
 PIECES = (
     "a", "b:", "c: ", "d: 1", "e: 1.5 mm", "- ", "-", "- 1", "- f: 2", "  ", "    ", "\n", "\n  ", "\n    ", "\n- ",

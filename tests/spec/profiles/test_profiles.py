@@ -23,11 +23,12 @@ from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.report.findings import as_text, checked_spec
-from sitscad.spec import kinds, presets, profiles
+from sitscad.spec import presets, profiles
 from sitscad.spec.design_rules import RulesDocument
+from sitscad.spec.format import kinds
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.rules import SpecError
 from sitscad.spec.sensor import json_schema
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"

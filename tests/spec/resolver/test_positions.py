@@ -12,9 +12,9 @@ from tolerance import approx
 from sitscad.geometry import shapes
 from sitscad.geometry.path import Path
 from sitscad.geometry.primitives import distances, from_rows, path_rows
+from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver.coils import gap, named
-from sitscad.spec.rules import SpecError
 
 SHAPES = {name: (9.0, 4.0) if row.is_long else (4.0, 4.0) for name, row in shapes.SHAPES.items()}
 

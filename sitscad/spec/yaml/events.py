@@ -1,4 +1,4 @@
-"""Any YAML text to plain values: the whole reader, for what is not plain (`yaml_text`) and for what is wrong with it.
+"""Any YAML text to plain values: the whole reader, for what is not plain (`reader`) and for what is wrong with it.
 
 Reads YAML events, not objects: nothing in the text can construct anything, aliases are refused instead of unfolded, and
 depth and size are bounded before any work is done.
@@ -23,7 +23,7 @@ from ruamel.yaml.events import (
 )
 from ruamel.yaml.reader import ReaderError
 
-from sitscad.spec.yaml_text import Position, TextError, YamlText, dotted, plain_value
+from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, plain_value
 
 MAX_VALUES = 4000
 MAX_DEPTH = 12

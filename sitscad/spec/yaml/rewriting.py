@@ -15,8 +15,8 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.record import record
-from sitscad.spec.yaml_reader import read_yaml
-from sitscad.spec.yaml_text import Position, TextError, YamlText, dotted, undotted
+from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, undotted
 from sitscad.units import UNITS, UnitError, parse_quantity
 
 BOM = "\ufeff"

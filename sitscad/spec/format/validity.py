@@ -17,7 +17,7 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 from pydantic_core import PydanticCustomError
 
 from sitscad.spec.design_rules import DesignRules, RulesDocument
-from sitscad.spec.kinds import (
+from sitscad.spec.format.kinds import (
     Choice,
     Either,
     Kind,
@@ -31,12 +31,11 @@ from sitscad.spec.kinds import (
     Text,
     described,
 )
-from sitscad.spec.reading import Flaw, Remarks, finding_from_flaw
+from sitscad.spec.format.reading import Flaw, Remarks, SpecError, finding_from_flaw
+from sitscad.spec.format.section import Key, Section
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_coil, check_gaps
-from sitscad.spec.rules import SpecError
-from sitscad.spec.section import Key, Section
 from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.spec.source import Issue, SpecSource
+from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
 
 DOCUMENTS: dict[type, type[Section]] = {

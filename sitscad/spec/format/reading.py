@@ -11,20 +11,53 @@ from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from pydantic_core import SchemaValidator, ValidationError
 
+from sitscad.data import rows
 from sitscad.finding import Edit, Finding, Remedy, Severity
 from sitscad.record import record
-from sitscad.spec.kinds import described, is_like
-from sitscad.spec.rules import RULE_NAMES, SpecError
-from sitscad.spec.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
-from sitscad.spec.source import SpecSource
-from sitscad.spec.yaml_reader import read_yaml
-from sitscad.spec.yaml_text import MAX_BYTES, TextError, dotted, undotted
+from sitscad.spec.format.kinds import described, is_like
+from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
+from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, undotted
+
+if TYPE_CHECKING:
+    from sitscad.spec.sensor import SensorSpec
 
 Form = TypeVar("Form", bound=Section)
+
+RULE_TEXTS = {row["id"]: row for row in rows("rules")}
+"""What every rule asks for, why, and how to mend a breach, by its number; those of the spec itself are SIT0xx."""
+
+RULE_NAMES = {number: row["name"] for number, row in RULE_TEXTS.items() if number.startswith("SIT0")}
+"""The rules of the spec itself: what can be wrong with it while it is read."""
+
+ROOM_RULES = ("SIT014", "SIT016")
+"""The rules of the spec that say that coils or their turns have no room."""
+
+
+class SpecError(ValueError):
+    """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
+
+    ``texts`` are the texts of other files that findings point into, by path. ``cramped`` is the spec as it was read
+    where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
+    ``source`` is the text that was read, None where none could be.
+    """
+
+    def __init__(
+        self,
+        findings: tuple[Finding, ...],
+        texts: Mapping[str, str] | None = None,
+        cramped: SensorSpec | None = None,
+        source: SpecSource | None = None,
+    ) -> None:
+        super().__init__("; ".join(finding.message for finding in findings))
+        self.findings = findings
+        self.texts = dict(texts or {})
+        self.cramped = cramped
+        self.source = source
 
 
 @record

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, NoReturn
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.record import record
-from sitscad.spec.kinds import Choice, Kind, Preset, ProfileName, with_hint
+from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName, with_hint
 
 NAME = "<name>"
 WRITTEN = "<written out>"

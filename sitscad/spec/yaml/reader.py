@@ -2,7 +2,7 @@
 
 A plain text is read at a tenth of the time of a whole YAML reader: sections and lists by indentation, one value a
 line: a word or number, a text in quotes without escapes, or brackets that close on their line. Whatever is not surely
-that is left to the whole reader (`yaml_events`), faults of the text among it; where this one answers, the other would
+that is left to the whole reader (`events`), faults of the text among it; where this one answers, the other would
 say the same of values and places.
 """
 
@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from sitscad.spec.yaml_text import MAX_BYTES, TextError, YamlText, plain_value
+from sitscad.spec.yaml.source import MAX_BYTES, TextError, YamlText, plain_value
 
 MAX_NODES, MAX_DEPTH = 3000, 10
 """Within what the whole reader takes, so that it alone decides what is too large."""
@@ -184,6 +184,6 @@ def read_yaml(text: str) -> YamlText:
     try:
         return PlainReader(text).read()
     except NotPlain:
-        from sitscad.spec.yaml_events import read_events  # its import alone takes longer than a plain text
+        from sitscad.spec.yaml.events import read_events  # its import alone takes longer than a plain text
 
         return read_events(text)

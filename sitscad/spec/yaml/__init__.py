@@ -1,0 +1,1 @@
+"""The text of a spec: read with the place of every value, and rewritten."""
