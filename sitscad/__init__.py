@@ -15,6 +15,7 @@ from sitscad.version import __version__ as __version__
 if TYPE_CHECKING:
     # A line a module, in the order of the table below.
     # isort: off
+    from sitscad.bench.converter import SimulatedConverter as SimulatedConverter
     from sitscad.calibration import (
         Calibration as Calibration,
         InverseMap as InverseMap,
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     # isort: on
 
 _HOMES = {
+    "sitscad.bench.converter": "SimulatedConverter",
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",
     "sitscad.checks": "CheckResult RULES check mended",

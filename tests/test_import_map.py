@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "estimates": {"units", "measured", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
     "remedy": {"units", "finding", "geometry", "spec", "layout"},
     "calibration": {"physics", "estimates", "scene", "mechanics", "readout", "spec", "design"},
+    "bench": {"readout", "estimates", "calibration", "scene", "spec", "design"},
     "design": {"measured", "spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",
@@ -71,7 +72,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
     "__init__": {
         "finding", "measured", "spec", "layout", "interchange", "parts", "estimates", "design", "checks", "formats",
-        "package", "plugins", "writer", "calibration", "study",
+        "package", "plugins", "writer", "calibration", "study", "bench",
     },
 }  # fmt: skip
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.

@@ -9,9 +9,16 @@ from typing import Any
 
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.papers.firmware_macros import addr_pin, force_document, force_macros, result_document, result_macros
+from sitscad.papers.firmware_driver import driver_files
+from sitscad.papers.firmware_macros import (
+    Device,
+    addr_pin,
+    force_document,
+    force_macros,
+    result_document,
+    result_macros,
+)
 from sitscad.readout.converter import ChannelSettings, Converter, Register
-from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -27,15 +34,6 @@ def table_path(converter: Converter) -> str:
     return f"firmware/{converter.name}_config.json"
 
 
-@record
-class Device:
-    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
-
-    address: int
-    coils: tuple[str, ...]
-    registers: tuple[Register, ...]
-
-
 def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
     """Header and JSON, with the registers in the order in which they must be written; both say so where ``forced`` is
     not empty.
@@ -46,12 +44,14 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     converter = spec.readout.device
     try:
         found = devices(converter, estimates)
+        driver = driver_files(spec, estimates, found, bool(forced))
     except ValueError as error:
         files = refusal(spec, str(error))
     else:
         files = {
             header_path(converter): header(spec, estimates, found, bool(forced)),
             table_path(converter): table(spec, estimates, found, bool(forced)),
+            **driver,
         }
     return {path: text.encode("utf-8") for path, text in files.items()}
 

@@ -6,8 +6,18 @@ from collections.abc import Sequence
 from typing import Any
 
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate
-from sitscad.readout.converter import Converter
+from sitscad.readout.converter import Converter, Register
+from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
+
+
+@record
+class Device:
+    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+
+    address: int
+    coils: tuple[str, ...]
+    registers: tuple[Register, ...]
 
 
 def addr_pin(converter: Converter, address: int) -> str:
@@ -37,7 +47,7 @@ def result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
     lines += [
         " * ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; "
         f"{converter.source_of('cite_errors')});",
-        " * the value below leaves them off. */",
+        " * the value below lets all. */",
     ]
     for channel in range(converter.channels):
         for word, address in zip(words, converter.data_addresses(channel), strict=True):

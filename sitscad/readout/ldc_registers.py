@@ -25,12 +25,36 @@ DATA_FLAGS = {
 }
 """Error flags in the upper or only register of a result by name: mask and meaning (nominal amplitudes: STATUS)."""
 
+ERRORS_REPORTED = 0b11111 << 11 | 1
+"""ERROR_CONFIG: every error of a conversion to its result, and a finished scan to STATUS and INTB (7.6.27)."""
+
 _DEGLITCH = ((1.0e6, 0b001), (3.3e6, 0b100), (10.0e6, 0b101))
 _DEGLITCH_WIDEST = 0b111
 _MUX_RESERVED = 0b00_0100_0001 << 3
 _CONFIG_FIXED = 1 << 12 | 1 << 10 | 0b00_0001
 """RP_OVERRIDE_EN and AUTO_AMP_DIS (the drive current is fixed), and what is reserved; SENSOR_ACTIVATE_SEL stays 0: full
 current while the sensor starts."""
+
+
+AT_RESET = {
+    **{RCOUNT + channel: 0x0080 for channel in range(MOST_CHANNELS)},
+    CONFIG: 0x2801, MUX_CONFIG: 0x020F, MANUFACTURER_ID: MANUFACTURER,
+}  # fmt: skip
+"""What registers hold after a reset, where that is not 0 (7.6.1)."""
+
+SLEEP, ACTIVE_CHANNEL, AUTOSCAN, SEQUENCE = 1 << 13, 14, 1 << 15, 13
+"""CONFIG: asleep, and where ACTIVE_CHAN begins; MUX_CONFIG: channels in turn, and where RR_SEQUENCE begins."""
+
+STATUS_ERRORS = {"ERR_UR": 1 << 13, "ERR_OR": 1 << 12, "ERR_WD": 1 << 11, "ERR_AHE": 1 << 10, "ERR_ALE": 1 << 9}
+"""Errors in STATUS (7.6.26)."""
+
+ERRORS_TO_RESULTS = {"ERR_UR": 1 << 15, "ERR_OR": 1 << 14, "ERR_WD": 1 << 13, "ERR_AHE": 1 << 12, "ERR_ALE": 1 << 11}
+"""Bits of ERROR_CONFIG that let them into results; eight bits below each is the one that lets it into STATUS and INTB,
+where bit 0 lets the finished scan (7.6.27).
+"""
+
+ERROR_CHANNEL, DATA_READY, UNREAD = 14, 1 << 6, 1 << 3
+"""STATUS: where ERR_CHAN begins; a finished scan; an unread result of channel 0, those of 1 to 3 one bit below each."""
 
 
 def data_addresses(channel: int, words: int) -> tuple[int, ...]:
@@ -78,8 +102,9 @@ def registers(
         code = _within("OUTPUT_GAIN", output_gain, 0, 3) << 9
         gains = [Register(RESET_DEV, "RESET_DEV", code, f"OUTPUT_GAIN {output_gain}, for the results of all channels")]
     return (
-        *rcounts, *(offsets if gains else ()), *settle_counts, *dividers,
-        Register(ERROR_CONFIG, "ERROR_CONFIG", 0x0000, "which errors are reported, and where"),
+        *rcounts, *offsets, *settle_counts, *dividers,
+        Register(ERROR_CONFIG, "ERROR_CONFIG", ERRORS_REPORTED,
+                 "results carry flags of range, watchdog and amplitude; INTB falls when a scan is ready"),
         Register(MUX_CONFIG, "MUX_CONFIG", mux_config(count, highest_sensor_frequency), mux),
         *gains, *drives,
         Register(CONFIG, "CONFIG", _CONFIG_FIXED | external_clock << 9 | high_current << 6,

@@ -59,7 +59,7 @@ def estimates(coils=2, **changes):
 def rendered(found):
     """Header and JSON of some estimates."""
     files = firmware.render(SPEC, found)
-    assert list(files) == [HEADER, TABLE]
+    assert list(files)[:2] == [HEADER, TABLE]
     return files[HEADER].decode(), json.loads(files[TABLE])
 
 

@@ -38,7 +38,8 @@ RECOMMENDED = {
 
 def test_recommended_configuration() -> None:
     written = {r.address: r.value for r in LDC1314.registers((EXAMPLE, EXAMPLE), 2.4e6)}
-    assert {address: written.pop(address) for address in RECOMMENDED} == RECOMMENDED
+    own = RECOMMENDED | {0x19: 0xF801}  # the maker's leaves all errors off
+    assert {address: written.pop(address) for address in RECOMMENDED} == own
     assert written == {0x0C: 0, 0x0D: 0, 0x1C: 0}
 
 
@@ -56,7 +57,7 @@ def test_gain_and_offset_are_packed_before_the_device_wakes() -> None:
             LDC1314.registers((wrong,), 2.4e6)
     with pytest.raises(ValueError, match="OUTPUT_GAIN"):
         LDC1314.registers(settings, 2.4e6, output_gain=4)
-    assert not {"OFFSET0", "RESET_DEV"} & {r.name for r in presets.converter("ldc1614").registers(settings, 2.4e6)}
+    assert "RESET_DEV" not in {r.name for r in presets.converter("ldc1614").registers(settings, 2.4e6)}
 
 
 @pytest.mark.parametrize(("code", "reported"), [(0, 0x07A), (3, 0x7A3)])

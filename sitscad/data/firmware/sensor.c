@@ -1,0 +1,410 @@
+/* The sensor: see sensor.h. Tables are those of sensor_config.h. */
+#include "sensor.h"
+
+#define NOTHING_NEW 4u /* polls without anything new after which a converter is asked for its settings */
+#define STUCK 200u     /* results alike to the last bit: of a converter's noise not one in 1e40 readings does so */
+#define MOSTLY_SHORTED (-800)
+
+typedef struct {
+    uint8_t converter, where;
+    uint16_t value;
+} setting;
+
+typedef struct {
+    uint32_t counts, low, high;
+} band; /* the design's, and what manufacture makes of it */
+
+typedef struct {
+    const char *name;
+    uint8_t converter, channel;
+    uint32_t low, high; /* results beyond are out of band, in any state and under any load */
+    uint32_t leap;      /* what noise alone never makes */
+    band state[2];      /* bare, assembled */
+} coil;
+
+static const uint8_t addresses[SENSOR_CONVERTERS] = SENSOR_ADDRESSES;
+static const setting settings[] = SENSOR_SETTINGS; /* in the order of writing, CONFIG last of each converter */
+static const coil coils[SENSOR_COILS] = SENSOR_COIL_TABLE;
+
+static int is_config(size_t row)
+{
+    return settings[row].where == LDC161X_CONFIG;
+}
+
+static int compared(const sensor *self, size_t row)
+{
+    const setting *one = &settings[row];
+    const uint16_t kept = ldc161x_kept(one->where);
+    uint16_t value;
+
+    if (ldc161x_read(self->bus, addresses[one->converter], one->where, &value) != 0)
+        return SENSOR_E_BUS;
+    return ((value ^ one->value) & kept) != 0u ? SENSOR_E_SETTINGS : 0;
+}
+
+/* Identity, reset (after which it sleeps), every register, all of them read back, CONFIG last. */
+static int set_up(sensor *self, uint8_t converter)
+{
+    const size_t rows = sizeof settings / sizeof settings[0];
+    const uint8_t address = addresses[converter];
+    uint16_t maker, device;
+
+    if (ldc161x_read(self->bus, address, LDC161X_MANUFACTURER_ID, &maker) != 0 ||
+        ldc161x_read(self->bus, address, LDC161X_DEVICE_ID, &device) != 0)
+        return SENSOR_E_BUS;
+    if (maker != LDC161X_MANUFACTURER || device != LDC161X_DEVICE)
+        return SENSOR_E_IDENTITY;
+    if (ldc161x_write(self->bus, address, LDC161X_RESET_DEV, LDC161X_RESET) != 0)
+        return SENSOR_E_BUS;
+    for (size_t row = 0u; row < rows; ++row)
+        if (settings[row].converter == converter && !is_config(row) &&
+            ldc161x_write(self->bus, address, settings[row].where, settings[row].value) != 0)
+            return SENSOR_E_BUS;
+    for (size_t row = 0u; row < rows; ++row)
+        if (settings[row].converter == converter) {
+            int error = 0;
+            if (is_config(row))
+                error = ldc161x_write(self->bus, address, LDC161X_CONFIG, settings[row].value);
+            if (error != 0)
+                return SENSOR_E_BUS;
+            error = compared(self, row);
+            if (error != 0)
+                return error;
+        }
+    self->idle[converter] = 0u;
+    self->lost[converter] = 0u;
+    return 0;
+}
+
+int sensor_begin(sensor *self, const ldc161x_bus *bus)
+{
+    static const sensor new_one = {0};
+    int error = 0;
+
+    *self = new_one;
+    self->bus = bus;
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        self->status[k] = SENSOR_STALE;
+    for (uint8_t converter = 0u; converter < SENSOR_CONVERTERS && error == 0; ++converter)
+        error = set_up(self, converter);
+    return error;
+}
+
+static uint32_t apart(uint32_t one, uint32_t other)
+{
+    return one > other ? one - other : other - one;
+}
+
+static uint8_t status_of(const coil *own, uint32_t counts, uint8_t flags)
+{
+    if ((flags & LDC161X_WATCHDOG) != 0u)
+        return SENSOR_WATCHDOG;
+    if ((flags & LDC161X_UNDER_RANGE) != 0u || counts == 0u)
+        return SENSOR_UNDER_RANGE;
+    if ((flags & LDC161X_OVER_RANGE) != 0u || counts >= LDC161X_LARGEST)
+        return SENSOR_OVER_RANGE;
+    if (counts < own->low || counts > own->high)
+        return SENSOR_OUT_OF_BAND;
+    return (flags & LDC161X_AMPLITUDE) != 0u ? SENSOR_AMPLITUDE : SENSOR_GOOD;
+}
+
+static int is_good(uint8_t status)
+{
+    return status == SENSOR_GOOD || status == SENSOR_AMPLITUDE;
+}
+
+/*
+ * Whether a result is to be believed: near the last that was, as near as that was to the one before and some more, or
+ * confirmed by going on from the one that was doubted.
+ */
+static int is_believed(const sensor *self, int k, uint32_t counts)
+{
+    const uint32_t leap = coils[k].leap;
+
+    if (self->counts[k] == 0u || apart(counts, self->counts[k]) <= leap + 2u * self->step[k])
+        return 1;
+    return self->doubted[k] != 0u && apart(counts, self->result[k]) <= leap + apart(self->result[k], self->counts[k]);
+}
+
+/* Takes a result of coil k; 1 where it is given out. */
+static int take(sensor *self, int k, uint32_t counts, uint8_t flags)
+{
+    const uint8_t status = status_of(&coils[k], counts, flags);
+    int is_new = 1;
+
+    self->alike[k] = counts != self->result[k] ? 0u : (uint8_t)(self->alike[k] + (self->alike[k] < STUCK));
+    self->behind[k] = 0u;
+    self->amplitude[k] = (uint8_t)(flags & LDC161X_AMPLITUDE);
+    if (!is_good(status)) {
+        self->doubted[k] = 0u;
+        self->counts[k] = 0u; /* what comes after a fault has nothing to be compared with */
+        self->status[k] = status;
+    } else if (self->alike[k] >= STUCK) {
+        self->status[k] = SENSOR_STALE;
+    } else if (is_believed(self, k, counts)) {
+        self->step[k] = self->counts[k] == 0u ? 0u
+                        : apart(counts, self->doubted[k] != 0u ? self->result[k] : self->counts[k]);
+        self->doubted[k] = 0u;
+        self->counts[k] = counts;
+        self->status[k] = status;
+    } else {
+        self->doubted[k] = 1u;
+        self->status[k] = SENSOR_STALE;
+        is_new = 0;
+    }
+    self->result[k] = counts;
+    return is_new;
+}
+
+/* Asks a converter that has nothing new for its settings, and sets it up again where they are lost. */
+static int idle(sensor *self, uint8_t converter)
+{
+    const size_t rows = sizeof settings / sizeof settings[0];
+    int error = 0;
+
+    if (self->lost[converter] == 0u && ++self->idle[converter] < NOTHING_NEW)
+        return 0;
+    self->idle[converter] = 0u;
+    for (size_t row = 0u; row < rows && self->lost[converter] == 0u; ++row)
+        if (settings[row].converter == converter && is_config(row)) {
+            error = compared(self, row);
+            if (error == SENSOR_E_BUS)
+                return error;
+            self->lost[converter] = error != 0;
+        }
+    if (self->lost[converter] == 0u)
+        return 0;
+    error = set_up(self, converter);
+    if (error == 0)
+        self->restarts++;
+    return error != 0 ? error : SENSOR_E_LOST;
+}
+
+/* Reads what is new of one converter: coils that are given out, or negative. */
+static int poll_one(sensor *self, uint8_t converter, uint8_t fresh[SENSOR_COILS], int *read)
+{
+    uint8_t unread, flags;
+    uint32_t counts;
+    int new_ones = 0, seen = 0;
+
+    if (self->lost[converter] != 0u)
+        return idle(self, converter);
+    if (ldc161x_unread(self->bus, addresses[converter], &unread) != 0)
+        return SENSOR_E_BUS;
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        if (coils[k].converter == converter && ((unsigned)unread >> coils[k].channel & 1u) != 0u) {
+            if (ldc161x_result(self->bus, addresses[converter], coils[k].channel, &counts, &flags) != 0)
+                return SENSOR_E_BUS;
+            new_ones += fresh[k] = (uint8_t)take(self, k, counts, flags);
+            ++seen;
+            for (int other = 0; other < SENSOR_COILS; ++other)
+                if (other != k && self->behind[other] < 255u)
+                    self->behind[other]++;
+        }
+    *read += seen;
+    if (seen == 0)
+        return idle(self, converter);
+    self->idle[converter] = 0u;
+    return new_ones;
+}
+
+int sensor_poll(sensor *self, sensor_reading *reading)
+{
+    uint8_t fresh[SENSOR_COILS] = {0u};
+    int new_ones = 0, read = 0, error = 0;
+
+    for (uint8_t converter = 0u; converter < SENSOR_CONVERTERS; ++converter) {
+        const int found = poll_one(self, converter, fresh, &read);
+        if (found >= 0)
+            new_ones += found;
+        else
+            error = found;
+    }
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        const uint32_t counts = self->counts[k] != 0u ? self->counts[k] : self->result[k];
+        /* in one scan every other coil is read once */
+        const int is_old = fresh[k] == 0u && (new_ones == 0 || self->behind[k] > 2u * (SENSOR_COILS - 1u));
+        reading->counts[k] = counts;
+        reading->status[k] = is_old || error != 0 ? (uint8_t)SENSOR_STALE : self->status[k];
+        reading->frequency_Hz[k] = (float)counts * SENSOR_HZ_PER_COUNT;
+    }
+    return error != 0 ? error : new_ones;
+}
+
+/* By how many thousandths the inductance is off the design's: L goes as 1 / counts^2. */
+static int16_t off_design(uint32_t design, uint32_t counts)
+{
+    const uint64_t own = counts >> 8, wanted = design >> 8;
+    uint64_t ratio;
+
+    if (own == 0u)
+        return INT16_MAX;
+    ratio = (wanted * wanted * 1000u + own * own / 2u) / (own * own);
+    return (int16_t)(ratio > 30000u ? 29000 : (int)ratio - 1000);
+}
+
+static uint8_t tested(const band *design, uint32_t counts, uint8_t status)
+{
+    if (counts == 0u || status == SENSOR_WATCHDOG || status == SENSOR_UNDER_RANGE)
+        return SENSOR_COIL_OPEN;
+    if (counts < design->low || status == SENSOR_OVER_RANGE)
+        return SENSOR_COIL_OUT_OF_BAND;
+    if (counts <= design->high)
+        return SENSOR_COIL_OK;
+    return off_design(design->counts, counts) < MOSTLY_SHORTED ? SENSOR_COIL_SHORT : SENSOR_COIL_TURNS_MISSING;
+}
+
+/* Which state of the design the coils fit: that in which more lie in their bands, then that which is nearer. */
+static uint8_t state_of(const sensor *self)
+{
+    uint32_t away[2] = {0u, 0u};
+    int fit[2] = {0, 0};
+
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        for (int state = 0; state < 2; ++state) {
+            const band *design = &coils[k].state[state];
+            fit[state] += self->result[k] >= design->low && self->result[k] <= design->high;
+            away[state] += apart(self->result[k], design->counts) / SENSOR_COILS;
+        }
+    if (fit[0] != fit[1])
+        return fit[1] > fit[0] ? SENSOR_ASSEMBLED : SENSOR_BARE;
+    return away[1] <= away[0] ? SENSOR_ASSEMBLED : SENSOR_BARE;
+}
+
+/* Pairs of coils whose designs differ by more than manufacture explains, and that read the other way round. */
+static void look_for_exchanged(sensor_report *report)
+{
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        for (int other = 0; other < k; ++other) {
+            const uint32_t a = coils[k].state[report->state].counts, b = coils[other].state[report->state].counts;
+            const uint32_t now = report->counts[k], then = report->counts[other];
+            if (apart(a, b) < SENSOR_UNLIKE) {
+                report->told_apart = 0u;
+            } else if (now != 0u && then != 0u && (a > b) != (now > then) && apart(now, then) >= SENSOR_UNLIKE / 5u) {
+                report->coil[k] = SENSOR_COIL_EXCHANGED;
+                report->coil[other] = SENSOR_COIL_EXCHANGED;
+            }
+        }
+}
+
+int sensor_self_test(sensor *self, sensor_report *report)
+{
+    uint8_t seen[SENSOR_COILS] = {0u};
+    sensor_reading reading;
+    int missing = SENSOR_COILS, wrong = 0;
+
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        self->result[k] = self->counts[k] = 0u;
+        self->status[k] = SENSOR_STALE;
+    }
+    for (uint32_t poll = 0u; poll < SENSOR_POLLS && missing > 0; ++poll) {
+        const int found = sensor_poll(self, &reading);
+        if (found < 0)
+            return found;
+        for (int k = 0; k < SENSOR_COILS; ++k)
+            if (seen[k] == 0u && found > 0 && reading.status[k] != SENSOR_STALE) {
+                seen[k] = 1u;
+                --missing;
+            }
+    }
+    report->state = state_of(self);
+    report->told_apart = SENSOR_COILS > 1;
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        const band *design = &coils[k].state[report->state];
+        report->counts[k] = self->result[k];
+        report->amplitude[k] = (uint8_t)(self->amplitude[k] != 0u);
+        report->inductance[k] = off_design(design->counts, self->result[k]);
+        report->coil[k] = seen[k] == 0u ? (uint8_t)SENSOR_COIL_SILENT
+                                        : tested(design, self->result[k], self->status[k]);
+    }
+    look_for_exchanged(report);
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        wrong += report->coil[k] != SENSOR_COIL_OK;
+    return wrong;
+}
+
+static int first_bad(const sensor_reading *reading)
+{
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        if (!is_good(reading->status[k]))
+            return k + 1;
+    return 0;
+}
+
+int sensor_tare(sensor *self, const sensor_reading *reading)
+{
+    const int bad = first_bad(reading);
+
+    if (bad != 0)
+        return bad;
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        self->tare[k] = reading->counts[k];
+    self->is_tared = 1u;
+    return 0;
+}
+
+int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES])
+{
+    const int bad = first_bad(reading);
+
+    for (int axis = 0; axis < SENSOR_AXES; ++axis)
+        newtons[axis] = 0.0f;
+    if (self->is_tared == 0u)
+        return SENSOR_E_NO_TARE;
+    if (bad != 0)
+        return bad;
+#ifdef SITSCAD_AXES
+    {
+        struct sitscad_tare tare;
+        int told;
+        for (int k = 0; k < SENSOR_COILS; ++k)
+            tare.counts[k] = self->tare[k];
+        told = sitscad_forces(reading->counts, &tare, newtons);
+        return told == SITSCAD_OK ? 0 : SENSOR_COILS + 1;
+    }
+#else
+    return SENSOR_E_NO_MAP;
+#endif
+}
+
+const char *sensor_text(int error)
+{
+    switch (error) {
+    case 0:
+        return "good";
+    case SENSOR_E_BUS:
+        return "no answer on the I2C bus: SD low, supply, pull-ups, address by ADDR";
+    case SENSOR_E_IDENTITY:
+        return "what answers is no LDC1612 or LDC1614: its identity is another";
+    case SENSOR_E_SETTINGS:
+        return "a register does not read back as it was written";
+    case SENSOR_E_LOST:
+        return "a converter had lost its settings (reset or brown-out) and was set up again";
+    case SENSOR_E_NO_TARE:
+        return "no tare was taken";
+    case SENSOR_E_NO_MAP:
+        return "no calibration.h was compiled in: there is no map to newtons";
+    default:
+        return error > 0 ? "a coil has no good reading" : "unknown error";
+    }
+}
+
+const char *sensor_coil_text(int found)
+{
+    static const char *const texts[] = {
+        "good",
+        "does not oscillate: open, or shorted from end to end",
+        "inductance very low: most of it is shorted",
+        "inductance low: a layer is missing or turns are shorted",
+        "reads as another coil of the design: exchanged",
+        "inductance or capacitor beyond the design's band",
+        "the converter gives no result",
+    };
+
+    return found >= 0 && (size_t)found < sizeof texts / sizeof texts[0] ? texts[found] : "unknown";
+}
+
+const char *sensor_coil_name(int index)
+{
+    return index >= 0 && index < SENSOR_COILS ? coils[index].name : "";
+}
