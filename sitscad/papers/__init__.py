@@ -31,6 +31,10 @@ PAPERS: tuple[Writer, ...] = (
     Writer("assembly picture", "papers.mount_records:render_picture", "assembly", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(
+        "firmware's readme", "papers.firmware_readme", "firmware",
+        ("layout", "estimates", "bench_estimates", "forced"),
+    ),
+    Writer(
         "data sheet", "papers.datasheet", "datasheet",
         ("layout", "estimates", "response", "performance", "curves", "forced", "bench_estimates"),
         is_felt,

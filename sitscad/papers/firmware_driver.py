@@ -10,9 +10,10 @@ from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import Band, CoilBands, bands
-from sitscad.estimates.values import Estimates
+from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.papers.firmware_macros import Device
 from sitscad.readout.conversion import Conversion
+from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
 
 FAMILY = "ldc161x"
@@ -45,6 +46,7 @@ def driver_files(
         if path.is_file()
     }
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, found, conversion, forced)
+    files["firmware/micropython/sensor_config.py"] = _python_config(spec, devices, found, conversion, forced)
     return files
 
 
@@ -103,6 +105,12 @@ def _config(
         " * leap unconfirmed; counts of the design, lowest and highest of manufacture: bare, assembled. */",
         *_macro("SENSOR_COIL_TABLE", [_coil(spec, index, one, conversion) for index, one in enumerate(found)]),
         "",
+        "/* For simulated converters: tanks as they are drawn, assembled (Hz, ohm), and the noise of the estimates. */",
+        f"#define SENSOR_CHANNELS {spec.readout.device.channels}u",
+        f"#define SENSOR_CLOCK_HZ {spec.readout.clock:.9e}",
+        f"#define SENSOR_NOISE_STEPS {spec.readout.device.limit('noise_steps')!r}",
+        *_macro("SENSOR_TANKS", [_tank(coil) for coil in estimates.coils]),
+        "",
         "#endif",
         "",
     ]
@@ -120,6 +128,37 @@ def _coil(spec: SensorSpec, index: int, found: CoilBands, conversion: Conversion
     )
     where = f"{place.converter}u, {place.number}u"
     return f'{{"{_plain(found.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
+
+
+def _tank(coil: CoilEstimate) -> str:
+    """Frequency and R_P of a coil as drawn: assembled where it has that state."""
+    state = coil.states.get(REST) or next(iter(coil.states.values()))
+    return f"{{{state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
+
+
+def _python_config(
+    spec: SensorSpec, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion, forced: bool
+) -> str:
+    """``sensor_config.py``: the tables as MicroPython reads them."""
+    lines = [f'"""The sensor {_plain(spec.name)}: what sensor.py knows of it."""', ""]
+    lines += [f"# {FORCED}."] if forced else []
+    lines += ["ADDRESSES = (" + "".join(f"0x{device.address:02X}, " for device in devices).rstrip() + ")", ""]
+    lines += ["# converter (from 0), register, value; in the order of writing", "SETTINGS = ("]
+    lines += [
+        f"    ({number}, 0x{register.address:02X}, 0x{register.value:04X}),  # {register.name}"
+        for number, device in enumerate(devices)
+        for register in device.registers
+    ]
+    lines += [
+        ")",
+        "",
+        "# name, converter, channel, lowest and highest counts in any state and under any load",
+        "COILS = (",
+    ]
+    for index, one in enumerate(found):
+        place, (_, low, high) = spec.readout.device.channel_of(index), _counts(one.working, conversion)
+        lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
+    return "\n".join([*lines, ")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}", ""])
 
 
 def _macro(name: str, rows: Sequence[str]) -> list[str]:

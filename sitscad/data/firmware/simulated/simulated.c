@@ -101,8 +101,9 @@ static uint32_t converted(simulated *self, int channel)
     double found = count + count * sigma * normal(self) - 4096.0 * setting(self, OFFSET, channel);
 
     if ((self->glitch >> channel & 1) != 0) {
+        const uint32_t which = drawn(self) % 14u; /* near to what is right, or far above it */
         self->glitch = (uint8_t)(self->glitch & ~(1u << channel));
-        found *= 1.0 + (drawn(self) % 7u + 1.0) / 256.0;
+        found *= which < 7u ? 1.0 + (which + 1.0) / 256.0 : 1.0 + (which - 6.0) / 5.0;
     }
     found = floor(found + 0.5);
     return found < 0.0 ? 0u : found > LARGEST ? (uint32_t)LARGEST : (uint32_t)found;

@@ -1,0 +1,177 @@
+/*
+ * Reads the sensor on a Linux computer's I2C bus, a line a reading: frequencies, states of the coils, forces.
+ *
+ *     cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm && ./sensor /dev/i2c-1
+ *
+ * Without a board, on simulated converters with the coils as they are drawn:
+ *
+ *     cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm && ./sensor
+ *
+ * It tests itself first and takes the first reading for the tare: leave the sensor alone until forces come.
+ */
+#if defined(__linux__)
+
+#define _DEFAULT_SOURCE
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "sensor.h"
+
+#ifdef SIMULATED
+#include "simulated/simulated.h"
+
+static simulated chips[SENSOR_CONVERTERS];
+
+static simulated *chip_at(uint8_t address)
+{
+    const uint8_t addresses[] = SENSOR_ADDRESSES;
+
+    for (int k = 0; k < SENSOR_CONVERTERS; ++k)
+        if (addresses[k] == address)
+            return &chips[k];
+    return NULL;
+}
+
+static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
+{
+    (void)context;
+    return chip_at(address) == NULL || count != 3u
+        || simulated_write(chip_at(address), bytes[0], (uint16_t)((unsigned)bytes[1] << 8 | bytes[2]));
+}
+
+static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
+                          size_t in_count)
+{
+    uint16_t value = 0u;
+    const int error = chip_at(address) == NULL || out_count != 1u || in_count != 2u
+        || simulated_read(chip_at(address), out[0], &value);
+
+    (void)context;
+    in[0] = (uint8_t)(value >> 8);
+    in[1] = (uint8_t)(value & 0xFFu);
+    return error;
+}
+
+static int opened(const char *path)
+{
+    static const double as_drawn[SENSOR_COILS][2] = SENSOR_TANKS;
+    const int each = SENSOR_CHANNELS;
+
+    (void)path;
+    for (int k = 0; k < SENSOR_CONVERTERS; ++k)
+        simulated_start(&chips[k], SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, (uint32_t)(k + 1));
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        chips[k / each].coil[k % each].frequency_Hz = as_drawn[k][0];
+        chips[k / each].coil[k % each].ohms = as_drawn[k][1];
+    }
+    return 0;
+}
+
+static const ldc161x_bus bus = {NULL, bus_write, bus_write_read};
+
+#else
+#include <fcntl.h>
+#include <linux/i2c-dev.h>
+#include <linux/i2c.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+static int device = -1;
+
+static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
+{
+    struct i2c_msg message = {address, 0, (uint16_t)count, (uint8_t *)(uintptr_t)bytes};
+    struct i2c_rdwr_ioctl_data both = {&message, 1};
+
+    return ioctl(*(const int *)context, I2C_RDWR, &both) < 0;
+}
+
+static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
+                          size_t in_count)
+{
+    struct i2c_msg messages[2] = {{address, 0, (uint16_t)out_count, (uint8_t *)(uintptr_t)out},
+                                  {address, I2C_M_RD, (uint16_t)in_count, in}};
+    struct i2c_rdwr_ioctl_data both = {messages, 2};
+
+    return ioctl(*(const int *)context, I2C_RDWR, &both) < 0;
+}
+
+static int opened(const char *path)
+{
+    device = open(path, O_RDWR);
+    if (device < 0)
+        perror(path);
+    return device < 0;
+}
+
+static const ldc161x_bus bus = {&device, bus_write, bus_write_read};
+#endif
+
+/* What the self-test says, a coil a line; the number of coils that are not good, or a negative error. */
+static int tested(sensor *self)
+{
+    sensor_report report;
+    const int wrong = sensor_self_test(self, &report);
+
+    if (wrong < 0)
+        return wrong;
+    printf("# %s, %s\n", SENSOR_NAME, report.state == SENSOR_BARE ? "read as a bare board" : "read as assembled");
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        printf("# %s: L %+.1f %% of the design, amplitude %s: %s\n", sensor_coil_name(k), report.inductance[k] / 10.0,
+               report.amplitude[k] ? "outside of 1.2 to 1.8 V" : "good", sensor_coil_text(report.coil[k]));
+    if (SENSOR_COILS > 1 && !report.told_apart)
+        printf("# the coils are too much alike to see whether they are exchanged: press over each and look\n");
+    return wrong;
+}
+
+static void shown(const sensor *self, const sensor_reading *reading)
+{
+    float newtons[SENSOR_AXES];
+    const int told = sensor_forces(self, reading, newtons);
+
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        printf("%.1f Hz (%u)  ", (double)reading->frequency_Hz[k], (unsigned)reading->status[k]);
+    for (int axis = 0; told >= 0 && axis < SENSOR_AXES; ++axis)
+        printf("%+.3f N  ", (double)newtons[axis]);
+    printf("%s\n", told == 0 ? "" : told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
+}
+
+int main(int count, char **words)
+{
+    const struct timespec pause = {0, SENSOR_SCAN_US * 250L % 1000000000L};
+    const long readings = count > 2 ? atol(words[2]) : -1L; /* endless */
+    static sensor one;
+    sensor_reading reading;
+    int found;
+
+    if (opened(count > 1 ? words[1] : "/dev/i2c-1") != 0)
+        return 1;
+    found = sensor_begin(&one, &bus);
+    if (found == 0)
+        found = tested(&one);
+    if (found < 0) {
+        printf("# %s\n", sensor_text(found));
+        return 1;
+    }
+    for (long k = 0; readings < 0 || k < readings;) {
+        found = sensor_poll(&one, &reading);
+        if (found < 0)
+            printf("# %s\n", sensor_text(found));
+        if (found > 0 && (one.is_tared || sensor_tare(&one, &reading) == 0)) {
+            shown(&one, &reading);
+            ++k;
+        }
+        if (found <= 0)
+            nanosleep(&pause, NULL);
+#ifdef SIMULATED
+        for (int each = 0; each < SENSOR_CONVERTERS; ++each)
+            simulated_advance(&chips[each], SENSOR_SCAN_US * 250u);
+#endif
+    }
+    return 0;
+}
+
+#else
+typedef int nothing_for_other_systems;
+#endif

@@ -1,0 +1,94 @@
+"""The sensor under MicroPython: set up, read and told. Tables are those of sensor_config.py, which stands beside it.
+
+    from machine import I2C
+    from sensor import Sensor
+    sensor = Sensor(I2C(0, freq=400000))
+    while True:
+        reading = sensor.poll()          # None where nothing is new
+        if reading:
+            print(reading)               # (counts, status) of every coil
+
+Forces are C's: calibration.h compiles into a native module, or counts go to a computer.
+"""
+
+from sensor_config import ADDRESSES, COILS, SETTINGS
+
+STATUS, CONFIG, RESET_DEV, DRIVE_CURRENT, MANUFACTURER_ID, DEVICE_ID = 0x18, 0x1A, 0x1C, 0x1E, 0x7E, 0x7F
+IDENTITY = (0x5449, 0x3055)
+GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = range(7)
+NOTHING_NEW = 4
+"""Polls without anything new after which a converter is asked for its settings."""
+
+
+class SensorError(Exception):
+    """The sensor cannot be used, and why."""
+
+
+class Sensor:
+    """One or two LDC1612 or LDC1614 on an I2C bus, set up as the sensor's design wants it."""
+
+    def __init__(self, bus):
+        self.bus = bus
+        self.idle = [0] * len(ADDRESSES)
+        self.restarts = 0
+        self.readings = [(0, STALE)] * len(COILS)
+        for converter in range(len(ADDRESSES)):
+            self._set_up(converter)
+
+    def _read(self, converter, register):
+        upper, lower = self.bus.readfrom_mem(ADDRESSES[converter], register, 2)
+        return upper << 8 | lower
+
+    def _write(self, converter, register, value):
+        self.bus.writeto_mem(ADDRESSES[converter], register, bytes((value >> 8, value & 0xFF)))
+
+    def _set_up(self, converter):
+        """Identity, reset, every register, all of them read back, CONFIG last."""
+        if (self._read(converter, MANUFACTURER_ID), self._read(converter, DEVICE_ID)) != IDENTITY:
+            raise SensorError("what answers is no LDC1612 or LDC1614")
+        self._write(converter, RESET_DEV, 0x8000)
+        rows = [row[1:] for row in SETTINGS if row[0] == converter]
+        for register, value in rows[:-1]:
+            self._write(converter, register, value)
+        for register, value in rows:
+            if register == CONFIG:
+                self._write(converter, register, value)
+            kept = 0xF800 if DRIVE_CURRENT <= register < DRIVE_CURRENT + 4 else 0xFFFF
+            if (self._read(converter, register) ^ value) & kept:
+                raise SensorError(f"register {register:#04x} does not read back as it was written")
+        self.idle[converter] = 0
+
+    def _status(self, coil, counts, flags):
+        _, _, _, low, high = COILS[coil]
+        if flags & 2:
+            return WATCHDOG
+        if flags & 8 or counts == 0:
+            return UNDER_RANGE
+        if flags & 4 or counts >= 0xFFFFFFF:
+            return OVER_RANGE
+        if not low <= counts <= high:
+            return OUT_OF_BAND
+        return AMPLITUDE if flags & 1 else GOOD
+
+    def poll(self):
+        """Counts and status of every coil, those that are not new STALE; None where nothing is. A converter that lost
+        its settings is set up again, and counted in `restarts`.
+        """
+        fresh = {}
+        for converter in range(len(ADDRESSES)):
+            status = self._read(converter, STATUS)
+            new = [k for k, coil in enumerate(COILS) if coil[1] == converter and status & 8 >> coil[2]]
+            for k in new:
+                channel = COILS[k][2]
+                upper = self._read(converter, 2 * channel)
+                counts = (upper & 0xFFF) << 16 | self._read(converter, 2 * channel + 1)
+                fresh[k] = (counts, self._status(k, counts, upper >> 12))
+            self.idle[converter] = 0 if new else self.idle[converter] + 1
+            if self.idle[converter] >= NOTHING_NEW:
+                self.idle[converter] = 0
+                wanted = [value for where, register, value in SETTINGS if (where, register) == (converter, CONFIG)]
+                if self._read(converter, CONFIG) != wanted[0]:
+                    self._set_up(converter)
+                    self.restarts += 1
+        self.readings = [fresh.get(k, (self.readings[k][0], STALE)) for k in range(len(COILS))]
+        return self.readings if fresh else None

@@ -1,0 +1,55 @@
+/* Reads the sensor under Zephyr: a line a reading on the console. */
+#include <zephyr/device.h>
+#include <zephyr/drivers/i2c.h>
+#include <zephyr/kernel.h>
+#include <zephyr/sys/printk.h>
+
+#include "sensor.h"
+
+static const struct device *const wires = DEVICE_DT_GET(DT_ALIAS(sensor_bus));
+
+static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
+{
+    (void)context;
+    return i2c_write(wires, bytes, (uint32_t)count, address);
+}
+
+static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
+                          size_t in_count)
+{
+    (void)context;
+    return i2c_write_read(wires, address, out, out_count, in, in_count);
+}
+
+static const ldc161x_bus bus = {NULL, bus_write, bus_write_read};
+
+int main(void)
+{
+    static sensor one;
+    sensor_reading reading;
+    sensor_report report;
+    float newtons[SENSOR_AXES];
+    int found = device_is_ready(wires) ? sensor_begin(&one, &bus) : SENSOR_E_BUS;
+
+    if (found == 0)
+        found = sensor_self_test(&one, &report);
+    if (found < 0) {
+        printk("%s\n", sensor_text(found));
+        return 0;
+    }
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        printk("%s: %s\n", sensor_coil_name(k), sensor_coil_text(report.coil[k]));
+    for (;;) {
+        found = sensor_poll(&one, &reading);
+        if (found < 0)
+            printk("%s\n", sensor_text(found));
+        if (found > 0 && (one.is_tared || sensor_tare(&one, &reading) == 0) &&
+            sensor_forces(&one, &reading, newtons) == 0) {
+            for (int axis = 0; axis < SENSOR_AXES; ++axis)
+                printk("%d mN ", (int)(1000.0f * newtons[axis]));
+            printk("\n");
+        }
+        if (found <= 0)
+            k_usleep(SENSOR_SCAN_US / 4u);
+    }
+}

@@ -1,0 +1,166 @@
+"""``firmware/readme.txt``: what is wired to what, and the first ten steps from a board on the bench to newtons."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+
+from sitscad.calibration.unknowns import usual
+from sitscad.drawing.frame import FORCED
+from sitscad.estimates.circuit.bands import CoilBands, bands
+from sitscad.estimates.values import Estimates, Metered
+from sitscad.layout.board import Layout
+from sitscad.layout.tail_tracks import contacts
+from sitscad.papers.firmware_driver import FAMILY, unlike
+from sitscad.papers.firmware_macros import addr_pin
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
+from sitscad.writer import is_felt
+
+WIDTH = 110
+PINS = (
+    ("VDD, GND", "supply 2.7 to 3.6 V (data sheet 6.3), 100 nF and 1 uF beside the pins; the die pad to GND, too"),
+    ("SCL, SDA", "the I2C bus, at most 400 kHz, each with one pull-up resistor (2.2 to 4.7 kohm are usual)"),
+    ("SD", "low: works; high: shut down, all settings lost. To an output of the controller, with 10 kohm to VDD, so "
+           "that the converter stays off until the controller has started; to GND where no output is free. Never open"),
+    ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
+)  # fmt: skip
+"""Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
+
+
+def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str = "") -> dict[str, bytes]:
+    """The text; none for a converter of another family, or where it cannot be set up."""
+    spec, readout = layout.spec, estimates.readout
+    if spec.readout.device.family != FAMILY or readout.conversion is None:
+        return {}
+    try:
+        found = bands(estimates, usual("coil_inductance"))
+    except ValueError:
+        return {}
+    parts = [
+        *([f"{FORCED}."] if forced else []),
+        f"The sensor {spec.name}: from the board on the bench to newtons",
+        *([f"{spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
+        "", "WIRING", "", *_wiring(layout, estimates),
+        "", "WHAT EACH COIL READS", "", *_coils(found, bench),
+        "", "THE FIRST TEN STEPS", "", *_numbered(_steps(spec, estimates, found)),
+        "", "FILES", "", *_files(),
+    ]  # fmt: skip
+    return {"firmware/readme.txt": ("\n".join(parts) + "\n").encode("ascii", "replace")}
+
+
+def _wrapped(text: str, first: str = "", rest: str = "") -> list[str]:
+    return textwrap.wrap(text, WIDTH, initial_indent=first, subsequent_indent=rest)
+
+
+def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
+    """Pins of every converter, the capacitors, the coils' contacts."""
+    spec, device = layout.spec, layout.spec.readout.device
+    number = device.needed(len(estimates.coils))
+    yield f"{number} {device.part} ({device.package})."
+    for name, said in PINS:
+        yield from _wrapped(said + ".", f"  {name:<10}", " " * 12)
+    for address in device.addresses[:number]:
+        level = {"low": "to GND", "high": "to VDD"}[addr_pin(device, address)]
+        yield f"  {'ADDR':<10}{level}: address 0x{address:02X}. Never open"
+    clock = f"{show(spec.readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
+    yield from _wrapped(
+        f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz.",
+        f"  {'CLKIN':<10}",
+        " " * 12,
+    )
+    capacitor = f"{show(estimates.readout.capacitance, 'F')}, C0G"
+    place = (
+        "on the tail, soldered there" if spec.readout.chip is not None else "across the two lines, beside the converter"
+    )
+    yield from _wrapped(f"{capacitor}, one a coil, {place}.", f"  {'capacitor':<10}", " " * 12)
+    yield "  contacts of the tail:"
+    for one in contacts(layout):
+        where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
+        yield f"    {one.number:>3}  {one.pin:<8} {where}"
+    yield from _wrapped(
+        "With TI's evaluation board LDC1614EVM: take its own coils off, wire each pair of "
+        "contacts to its INxA and INxB where the coil was, take its capacitors off or choose them as above, and set "
+        "the board's 40 MHz oscillator as the clock: its user's guide says how (not verified here)."
+    )  # fmt: skip
+
+
+def _coils(found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
+    """Every coil's frequencies with the bands of manufacture, and what a meter reads of the bare board."""
+    yield "Frequency at the converter, with the band that sound boards keep (5 sigma of manufacture):"
+    for one in found:
+        for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
+            ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
+            yield f"  {one.coil:<6}{name:<12}{show(band.design, 'Hz', 5):<12} {ends}"
+    if bench.metered:
+        meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
+        yield f"{meter} between the contacts of the bare board, far from metal, at 20 degC:"
+        yield from (_metered(one) for one in bench.metered)
+
+
+def _metered(one: Metered) -> str:
+    """What a meter reads, each with five sigma."""
+    inductance, direct = 5.0 * one.inductance_sigma, 5.0 * one.direct_sigma
+    return (
+        f"  {one.coil:<6}L {show(one.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
+        f"direct current {show(one.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
+    )
+
+
+def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
+    """The ten steps."""
+    rate = f"{estimates.readout.scan_rate:.0f} readings a second"
+    yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
+    yield "Wire it as above, without power. SD last: it decides whether the converter answers at all."
+    yield "Switch on with a limit of 50 mA, and look for the address: `i2cdetect -y 1` shows 2a (and 2b for a second)."
+    yield (
+        "Build the example: `cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm`, or open this folder as "
+        "an Arduino sketch (firmware.ino), or build zephyr/. Without a board: -DSIMULATED, with simulated/simulated.c."
+    )
+    yield (
+        "Run it. sensor_begin resets the converter, writes every register, reads all back and wakes it; its errors "
+        "say where to look: the bus, the identity, a register."
+    )
+    yield (
+        "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
+        "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
+        "warning while the board is bare, and a fault of drive or losses when it is assembled."
+    )
+    if len(found) > 1:
+        gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
+        if gap >= unlike(found):
+            yield "The self-test tells exchanged coils where designs differ enough; press over each to be sure."
+        else:
+            yield (
+                f"Press over {found[0].coil} alone with something soft, then over the others: the coil that is pressed "
+                "has to move most. These coils are too much alike for the self-test to see that two are exchanged."
+            )
+    else:
+        yield f"Press on {found[0].coil}: its frequency has to rise, and to come back."
+    yield f"Assemble the sensor and run the self-test again: it has to say that it read an assembled one, at {rate}."
+    if is_felt(spec):
+        yield "Calibrate it (calibration/plan.txt), and put the calibration.h that results into this folder."
+        yield "Take the tare without load, again when the temperature has changed, and read newtons."
+    else:
+        yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
+        yield "Read frequencies; the header of the register table says what inductance they are."
+
+
+def _numbered(steps: Iterator[str]) -> Iterator[str]:
+    for number, step in enumerate(steps, 1):
+        yield from _wrapped(step, f"{number:>2}. ", "    ")
+
+
+def _files() -> Iterator[str]:
+    for name, said in (
+        ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces. All that has to be compiled, with"),
+        ("ldc161x.h, ldc161x.c", "the converter's registers on any I2C bus (two functions of yours)"),
+        ("sensor_config.h", "tables of this sensor; calibration.h beside it goes before ../calibration/calibration.h"),
+        ("example_linux.c", "Linux, /dev/i2c-N"),
+        ("firmware.ino", "Arduino"),
+        ("zephyr/", "Zephyr: name your bus in app.overlay"),
+        ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
+        ("simulated/", "a simulated converter, to try all of it without a board"),
+        ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
+    ):
+        yield f"  {name:<22}{said}"
