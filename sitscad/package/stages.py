@@ -387,7 +387,7 @@ def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     from sitscad.layout.tail_tracks import contacts
     from sitscad.report.page import render
 
-    failing = failing_fit(contents)
+    failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
     files = files | failing
     sizes = {name: len(content) for name, content in files.items()}
     wiring = contacts(contents.layout)
@@ -413,13 +413,13 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
     return found
 
 
-def failing_fit(contents: Contents) -> dict[str, bytes]:
-    """``fit.svg``: what of the fit fails, dimensioned; nothing where it fits."""
+def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
+    """``fit.svg``: what of the fit fails, dimensioned, and where the bodies are seen; nothing where it fits."""
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import fit
 
     faults = fit.faults_of(f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING))
-    sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable)
+    sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 

@@ -1,6 +1,6 @@
 """The picture of a fit that fails: sections and sides to scale, what is too much dimensioned in red beside its limit.
 
-From the scene's figures alone, without a CAD kernel; ``mount/fit-solids.svg`` shows the bodies themselves.
+From the scene's figures alone, without a CAD kernel.
 """
 
 from __future__ import annotations
@@ -84,8 +84,10 @@ def faults_of(findings: Iterable[Any]) -> list[Fault]:
     return [Fault(f.rule, f.name, f.key or "", f.measured, f.limit, f.unit) for f in findings]
 
 
-def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sheet | None:
-    """The sheet; None without a jaw, or where nothing of what is drawn fails."""
+def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False, bodies: str = "") -> Sheet | None:
+    """The sheet, which names a file with the ``bodies`` where there is one; None without a jaw, or where nothing of what
+    is drawn fails.
+    """
     jaw, shown = fitted_jaw(layout), [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
         return None
@@ -108,15 +110,14 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False) -> Sh
         with sheet.group(f"fit-view-{slot + 1}"):
             draw(sheet, TOP - SLOT * slot)
     low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_row, shown)], 2.4)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [NOTE], 2.3)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [NOTE + (f" {bodies} has the bodies themselves." if bodies else "")], 2.3)
     return sheet
 
 
 HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "off by (mm)")
 NOTE = (
     "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
-    "words are what check says, and in a package's report.html; its mount/fit-solids.svg has the bodies where they "
-    "were made."
+    "words are what check says, and in a package's report.html."
 )
 AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}
 """What figures that are no lengths are written in."""
