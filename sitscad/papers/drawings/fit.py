@@ -85,8 +85,8 @@ def faults_of(findings: Iterable[Any]) -> list[Fault]:
 
 
 def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """The sheet, which names a file with the ``bodies`` where there is one; None without a jaw, or where nothing of what
-    is drawn fails.
+    """The sheet, which names the picture of the ``bodies`` where there is one; None without a jaw, or where nothing of
+    what is drawn fails.
     """
     jaw, shown = fitted_jaw(layout), [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
@@ -110,7 +110,8 @@ def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False, bodie
         with sheet.group(f"fit-view-{slot + 1}"):
             draw(sheet, TOP - SLOT * slot)
     low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_row, shown)], 2.4)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [NOTE + (f" {bodies} has the bodies themselves." if bodies else "")], 2.3)
+    note = NOTE + (f" {bodies} has the bodies themselves." if bodies else "")
+    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [note], 2.3)
     return sheet
 
 
