@@ -159,6 +159,19 @@ class CoilEstimate:
         changes = [[after.get(c, nothing)[k] - before.get(c, nothing)[k] for c in causes] for k in range(2)]
         return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
 
+    @property
+    def resistance_change(self) -> tuple[float, float] | None:
+        """Change of resistance at the contacts (ohm) from rest to pressed, and how far off it can be, at most: what the
+        bounds of both states, which err alike, differ by. The target's own loss grows while it takes field away from
+        jaw and tracks, so both nearly cancel where metal lies behind: the change may be less than its bound, and then
+        its sign is not known.
+        """
+        rest, pressed = self.states.get(REST), self.states.get(PRESSED)
+        if rest is None or pressed is None or rest.resistance_error is None or pressed.resistance_error is None:
+            return None
+        before, after = rest.resistance_error * rest.resistance, pressed.resistance_error * pressed.resistance
+        return pressed.resistance - rest.resistance, abs(after - before)
+
     def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None:
         """Change of the inductance that the firmware's formula gives (H/N) from rest to pressed by that force (N), and
         one sigma of it where the scatter is known.
@@ -357,6 +370,8 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
         "inductance_parts_H": {name: _number(value) for name, value in coil.inductance_parts.items()},
         "winding_capacitance_F": _number(coil.winding_capacitance),
         "apparent_inductance_H": _number(coil.apparent_inductance),
+        "resistance_change_ohm": _number(coil.resistance_change and coil.resistance_change[0]),
+        "resistance_change_error_ohm": _number(coil.resistance_change and coil.resistance_change[1]),
         "failed_states": dict(coil.failed_states),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
     }

@@ -134,7 +134,17 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         if any(error is not None for error in errors):
             name = f"resistance at the contacts, {titled(state)}: relative error, at most"
             by_state.append([name, *map(percent, errors)])
+    changes = [coil.resistance_change for coil in estimates.coils]
+    if any(changes):
+        by_state.append(["- its change from rest to pressed", *map(_resistance_change, changes)])
     return found + by_state
+
+
+def _resistance_change(change: tuple[float, float] | None) -> str:
+    """A change of resistance (ohm) with its bound."""
+    if change is None:
+        return NONE
+    return plus_minus(*change, "ohm") + (" (either sign)" if change[1] > abs(change[0]) else "")
 
 
 def percent(share: float | None) -> str:
