@@ -65,7 +65,7 @@ from sitscad.report.numbers import (
     whole_rows,
 )
 from sitscad.report.section import section
-from sitscad.scene.state import FREE
+from sitscad.scene.state import FREE, in_words
 from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -216,7 +216,9 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
 
 def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     """The five numbers that decide: what the sensor tells and with what, and what is left of its room."""
-    states = [s for coil in estimates.coils for name, s in coil.states.items() if name != FREE or len(coil.states) == 1]
+    every = [state for coil in estimates.coils for state in coil.states.values()]
+    alone = [state for state in every if state.state == FREE]
+    states = [state for state in every if state.state != FREE] or alone
     if not states:
         return _incomplete(estimates)
     felt = sheet.get("performance", ())
@@ -232,8 +234,11 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
     ]  # fmt: skip
     tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
-    note = "<p class='soft'>Ranges run over all coils, and over the assembled sensor's states at rest and pressed.</p>"
-    return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div>{note}"
+    note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(in_words(s.state) for s in states))}"
+    if alone and states != alone:
+        swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
+        note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
+    return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
 
 
 def _incomplete(estimates: Estimates) -> str:

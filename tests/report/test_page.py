@@ -6,6 +6,7 @@ import dataclasses
 import html
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from tolerance import approx
@@ -181,6 +182,20 @@ def test_a_sensor_without_a_signal_says_what_it_lacks():
     estimates = sitscad.estimate(sitscad.lay_out(spec))
     assert signals(estimates) == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
     assert signal_rows((), estimates) == [["change per newton", NO_SIGNAL]]
+
+
+def test_the_headline_has_the_amplitude_at_which_the_sensor_works():
+    """5.5 V stood there without a word, which the coil alone has on the bench; assembled it is held below 1.8 V."""
+    spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml")
+    estimates = sitscad.estimate(sitscad.lay_out(spec))
+    page = _page((spec, estimates, CheckedSpec("s", "", ())))
+    (tile,) = re.findall(r"<b>([^<]*)</b><span>amplitude", page)
+    (note,) = re.findall(r"<p class='soft'>(Ranges [^<]*)</p>", page)
+    volts = {name: [coil.states[name].amplitude for coil in estimates.coils] for name in ("free", "rest", "pressed")}
+    low, high = min(*volts["rest"], *volts["pressed"]), max(*volts["rest"], *volts["pressed"])
+    assert tile == f"{low:.2f} to {high:.2f} V" and high < 1.8 < min(volts["free"])
+    assert note.startswith("Ranges run over all coils, at rest and pressed; free, as a bare board on the bench")
+    assert f"{min(volts['free']):.2f}" in note
 
 
 def test_absent_numbers_are_dashes_and_never_nan(design):
