@@ -30,7 +30,8 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     here = footprint(spec, target)
     places = [here.place_of(Point(*placement.centre)) for placement in spec.array.placements]
     reach = [2.0 * max(abs(place[k]) for place in places) for k in (0, 1)]
-    whole = [reach[k] if reach[k] > 0.0 else target.size[k] for k in (0, 1)]
+    usual = target.size if target.outline.is_long else (max(*reach, *spec.coil.size),) * 2
+    whole = [reach[k] if reach[k] > 0.0 else usual[k] for k in (0, 1)]
     for step in range(1, STEPS + 1):
         sides = [_tenths(now + (least - now) * step / STEPS) for now, least in zip(target.size, whole, strict=True)]
         size = (min(sides[0], target.size[0]), min(sides[1], target.size[1]))

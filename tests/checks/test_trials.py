@@ -372,6 +372,24 @@ def test_figures_in_hints_were_tried(name, changes, rule, said):
     assert (rule, found[said].key) not in {(f.rule, f.key) for f in mended}
 
 
+@pytest.mark.parametrize("size", [24, [14, 10]])
+def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
+    """Over two coils 8 mm apart SIT306 asked for 8 mm, SIT218 for 12.5 mm or a pitch of 9.5 mm."""
+    shape = "rectangle" if isinstance(size, list) else "square"
+    wide = {f"{part}.{key}": value for part in ("target", "elastomer")
+            for key, value in (("shape", shape), ("size", size))}
+    spec = load_text(templates.read("bench_7mm"), "spec.yaml").replace(
+        wide | {"requirements.shear_force": "1 N", "fpc.margin": [4, 8]}
+    )
+    found = {f.rule: f for f in check(spec, hints="full").findings}
+    fixes = [fix for rule in ("SIT218", "SIT306") for fix in found[rule].fixes]
+    assert len(fixes) > 1
+    for fix in fixes:
+        edits = {e.key: json.loads(e.new) if e.new[0] in "[123456789" else e.new for e in fix.edits}
+        after = check(spec.replace(edits), hints="none").findings
+        assert not {"SIT218", "SIT306"} & {f.rule for f in after}, edits
+
+
 @pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
 def test_nothing_untried_is_named_without_trials(name):
     """Without trials a hint gives the direction; a way to write it is what the search finds."""

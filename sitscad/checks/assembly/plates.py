@@ -232,8 +232,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
     target, array = design.spec.target, design.spec.array
     assert target is not None
-    pitch = array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
-    coil, length = _largest_coil(design, target.rotation), _chord(target)
+    pitch, coil, length = _line_pitch(design.spec), _largest_coil(design, target.rotation), _chord(target)
 
     def advice(left: Left) -> str:
         # A target as long as two coils are apart and as wide as one, or as large as a coil, in words
@@ -243,7 +242,8 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
             return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
         length = pitch or max(target.size[0], coil[0])
-        changes = list(larger_target(design.spec, length, max(target.size[1], coil[1])))
+        across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
+        changes = list(larger_target(design.spec, length, max(across, coil[1])))
         found = first_that_mends(changes, left)
         if found is not None:
             return f"{found.words} (it was tried): {what}"
@@ -255,7 +255,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
             "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
         )
 
-    if pitch and abs(length / pitch - 1.0) > TARGET_LENGTH_TOLERANCE:
+    if not is_as_long_as_line(design.spec):
         yield NOT_AS_LONG.found("target.size", length, pitch, "m", advice=advice)
     ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
     for word, axis in ways:
@@ -275,6 +275,17 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
         )
+
+
+def _line_pitch(spec: SensorSpec) -> float | None:
+    """How far apart (m) two coils in a line stand; None of any other array."""
+    return spec.array.pitch if spec.array.pattern == "line" and len(spec.array.placements) == 2 else None
+
+
+def is_as_long_as_line(spec: SensorSpec) -> bool:
+    """Whether a target over two coils in a line is as long as they stand apart; over others no length is asked."""
+    pitch, target = _line_pitch(spec), spec.target
+    return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
 def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
+from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import NEEDS, Advice, Case, Rule, Undecided, Verdict, own_limits, rule_of, worded
 from sitscad.design import Design
@@ -346,8 +347,13 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
 
 
 def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
-    """A hint with targets that end nearer to the middles of the coils, and with coils farther apart."""
-    return first_tried([list(smaller_targets(spec)), list(wider_arrays(spec))], _edges_over_coils(spec, axis))
+    """A hint with targets that end nearer to the middles of the coils, and with coils farther apart; over two coils in
+    a line only what SIT306 asks, too, the target as long as they stand apart first.
+    """
+    smaller, wider = ([fix for fix in fixes if is_as_long_as_line(fix.spec)]
+                      for fixes in (list(smaller_targets(spec)), list(wider_arrays(spec))))
+    return first_tried([smaller[::-1] if len(spec.array.placements) == 2 else smaller, wider],
+                       _edges_over_coils(spec, axis))
 
 
 def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
