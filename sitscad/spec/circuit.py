@@ -358,7 +358,7 @@ class FpcSpec(Section):
     rules: DesignRules = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
     )
-    tail: Tail | None = key(Part(Tail), "none: solder pads at the outline", None)
+    tail: Tail | None = key(Part(Tail), "none: a short strip with solder pads", None)
     panel: PanelSpec = key(
         NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
         "auto: when the part is too small to be made singly; none; or a section",

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from tolerance import approx
 
 from sitscad.checks import check
-from sitscad.geometry.path import Arc, Line, enclosed_area
+from sitscad.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
 from sitscad.layout.tail_frame import Taper
 from sitscad.spec.load import load, load_text
@@ -152,3 +154,18 @@ def test_the_radius_follows_the_profile():
     one, other = (lay_out(board(array=row(2, 8), radius=radius)) for radius in ("1 mm", "2 mm"))
     assert [min(inner_corners(each.outline)) for each in (one, other)] == approx([1 * MM, 2 * MM], rel=1e-6)
     assert one.traces == other.traces and one.body == other.body
+
+
+def test_a_board_without_a_tail_has_the_strip_that_the_page_says():
+    """A reader took "none" for a board that ends with its body."""
+    root = Path(__file__).parents[2]
+    page = (root / "docs/spec.md").read_text(encoding="utf-8")
+    said = page.partition("Without `fpc.tail` a strip")[2].partition("\n\n")[0]
+    told = [float(length) * 1e-3 for length in re.findall(r"(\d+\.\d) mm", said)]
+    spec = load(root / "templates/single_coil.yaml")
+    shortest = spec.replace("fpc", {"tail": {"connector": "solder-pads", "length": 1}})
+    for each, length in zip((spec, shortest), told, strict=True):
+        layout = lay_out(each)
+        strip = bounding_box((layout.outline,))[2] - layout.body[2]
+        assert strip == approx(layout.tail_length, rel=1e-9) == approx(length, rel=5e-3)
+        assert len(layout.pads) == 2 and min(pad.centre.x for pad in layout.pads) > layout.body[2]
