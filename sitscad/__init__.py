@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         build as build,
         verify as verify,
     )
-    from sitscad.package.calibration_files import write_calibration as write_calibration
+    from sitscad.package.contents import write_calibration as write_calibration
     from sitscad.parts import MissingExtra as MissingExtra, PartsError as PartsError, Solid as Solid, solids as solids
     from sitscad.parts.whole import whole as whole
     from sitscad.plugins import (
@@ -88,7 +88,7 @@ _HOMES = {
     "sitscad.layout.board": "Layout",
     "sitscad.measured": "RequirementResult",
     "sitscad.package": "BuildResult PackageError build verify",
-    "sitscad.package.calibration_files": "write_calibration",
+    "sitscad.package.contents": "write_calibration",
     "sitscad.parts": "MissingExtra PartsError Solid solids",
     "sitscad.parts.whole": "whole",
     "sitscad.plugins": "PluginError use_installed_plugins use_plugin",

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path, Point, Region, Segment
 from sitscad.layout.board import Coil, Layout, Via
-from sitscad.parts.extras import require
-from sitscad.parts.solid import MM, Solid
+from sitscad.parts.solid import MM, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.stack import stack

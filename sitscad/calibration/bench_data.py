@@ -16,7 +16,7 @@ from sitscad.calibration.points import Points, noisier
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.record import record
-from sitscad.scene.motions import LOAD, POSE, ROTATIONS, TableError, table_text
+from sitscad.scene.state import LOAD, POSE, ROTATIONS, TableError, table_text
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from sitscad.estimates.performance.values import AXES, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
-from sitscad.scene.motions import ROTATIONS
+from sitscad.scene.state import ROTATIONS
 
 Array = NDArray[np.float64]
 

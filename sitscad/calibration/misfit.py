@@ -16,7 +16,7 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
-from sitscad.scene.motions import ROTATIONS
+from sitscad.scene.state import ROTATIONS
 
 Array = NDArray[np.float64]
 

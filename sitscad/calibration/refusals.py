@@ -18,7 +18,7 @@ from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY, usual
 from sitscad.mechanics.motion import rotations
-from sitscad.scene.motions import LOAD, POSE
+from sitscad.scene.state import LOAD, POSE
 
 Array = NDArray[np.float64]
 

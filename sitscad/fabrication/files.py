@@ -16,8 +16,8 @@ from dataclasses import replace
 from itertools import groupby
 from typing import NamedTuple
 
+from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import has_tail_coverlay, tail_copper
 from sitscad.record import record
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date

@@ -7,17 +7,18 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import Bend, bend_stretch
-from sitscad.layout.board import Layout
-from sitscad.layout.thickness import (
+from sitscad.layout.bending import (
+    Bend,
     FinishedThickness,
     Where,
+    bend_stretch,
     finished_thickness,
     has_tail_coverlay,
     lap_start,
     step_height,
     tail_copper,
 )
+from sitscad.layout.board import Layout
 from sitscad.scene.tail_path import bends, pivot_line
 from sitscad.spec.circuit import CopperLayer, LayerKind, Plating, StackLayer, Stackup
 from sitscad.spec.presets import finish, names

@@ -16,9 +16,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.parts.extras import require
 from sitscad.parts.mesh import NotManifold, TriangleMesh, made, seen
-from sitscad.parts.solid import Solid, of_role
+from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 

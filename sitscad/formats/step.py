@@ -15,8 +15,7 @@ from itertools import count
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 
-from sitscad.parts.extras import require
-from sitscad.parts.solid import Solid, of_role
+from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import SKETCHED
+from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, Pair, Role, Trace, Via
 from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.escape import Escape, SearchLimit
@@ -27,7 +28,6 @@ from sitscad.layout.routes import (
 )
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
-from sitscad.layout.thickness import stiffener
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec

@@ -3,30 +3,42 @@
 A changed value makes only those stages anew that read it. Left out is what a test has changed and seen to leave every
 byte of a stage as it was; what is not named here counts for every stage. Whatever is left out by mistake would leave a
 stale file in a package: nothing is left out to save little.
+
+The files of a calibration: what a bench needs, what firmware needs, what a person reads.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.checks import all_rules
 from sitscad.checks import judged as reviewed
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
+from sitscad.drawing.frame import FORCED
+from sitscad.estimates.response.pad import NoResponse
 from sitscad.finding import Severity
+from sitscad.formats.calibration_header import header, program
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import tail_layers
+from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
+from sitscad.papers import calibration_plan
 from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
-from sitscad.report.findings import CheckedSpec, checked_spec
+from sitscad.report.calibration import calibration_page
+from sitscad.report.findings import CheckedSpec, checked_spec, to_json
+from sitscad.scene.state import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
+from sitscad.version import __version__
+from sitscad.writer import is_felt
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -165,3 +177,61 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
     if plate is not None and bounding_box((plate.outline.outline,))[0] > far:
         plate = None
     return (*read_by(stage, spec), layout.body, near, plate, layout.copper_layers, tail_layers(layout))
+
+
+def calibration_files(found: Calibration) -> dict[str, bytes]:
+    """Every file of a calibration by its name: ``calibration.json``, ``calibration.h`` with the program ``example.c``,
+    ``calibration.html``; before anything is measured also ``plan.csv`` and ``plan.txt``.
+    """
+    remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
+    files = {
+        "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
+        "calibration.h": header(found.map, found.sensors.conversion, remarks),
+        "example.c": program(),
+        "calibration.html": calibration_page(found),
+    }
+    if found.plan is not None:
+        files |= {
+            "plan.csv": calibration_plan.table(found, found.plan),
+            "plan.txt": calibration_plan.words(found, found.plan),
+        }
+    return files
+
+
+def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
+    """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
+    ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
+    but the table to fill in and the program say so where the package is ``forced``.
+    """
+    if not is_felt(design.spec):
+        return {}
+    try:
+        found = foretell(design.response)
+    except NoResponse:
+        return {}
+    if forced:
+        found = replace(found, remarks=(FORCED, *found.remarks))
+    return {f"calibration/{name}": content for name, content in calibration_files(found).items()}
+
+
+def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
+    """Write the files of a calibration into a folder, each as a whole, and give their paths; others are left as they
+    are. Raises PackageError where that cannot be done.
+    """
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PackageError(f"cannot make the folder {folder}: {error.strerror or error}") from error
+    files = calibration_files(found)
+    for name, content in files.items():
+        write_file(place / name, content)
+    return tuple(place / name for name in files)
+
+
+def _state(found: Calibration) -> list[str]:
+    """Whether the sensor was measured, and how it was loaded."""
+    tilts = ROTATIONS[found.sensors.rotation]
+    if found.points is None:
+        return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
+    return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.form.form.name}."]

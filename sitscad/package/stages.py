@@ -297,7 +297,7 @@ def _rendered(
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
     if stage == "calibration":
-        from sitscad.package.calibration_files import drawn_calibration
+        from sitscad.package.contents import drawn_calibration
 
         new |= _distinct(stage, new, drawn_calibration(contents.design.bare, bool(contents.forced)), theirs)
     if stage == "report":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.plan import Plan, load_names
 from sitscad.calibration.unknowns import usual
-from sitscad.scene.motions import ROTATIONS
+from sitscad.scene.state import ROTATIONS
 
 Array = NDArray[np.float64]
 

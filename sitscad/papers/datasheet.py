@@ -13,8 +13,7 @@ from typing import Any
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.plotted import plot
-from sitscad.drawing.sheet import Sheet
+from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
 from sitscad.drawing.web_page import table as html_table

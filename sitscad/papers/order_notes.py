@@ -41,10 +41,10 @@ from sitscad.fabrication.notes import (
     turn_text,
 )
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contacts, head
-from sitscad.layout.thickness import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sitscad.parts.extras import MissingExtra
-from sitscad.parts.solid import PartsError, Solid
+from sitscad.parts.solid import MissingExtra, PartsError, Solid
 from sitscad.scene.bodies import BodyRole
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
     Raises `MissingExtra` without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into
     the standoff).
     """
-    from sitscad.parts.assembly import assemble
+    from sitscad.parts.pieces import assemble
 
     return assemble(layout)
 

@@ -1,7 +1,7 @@
 """What stands where it must not, as bodies to be looked at (the pieces where they are then, cut open at the place, and
 the volume that is too much), and how much of the board lies on something.
 
-The latter is measured on the solids of any mount, a STEP file's among them; `sitscad.scene.support` says it of the
+The latter is measured on the solids of any mount, a STEP file's among them; `sitscad.scene.stack` says it of the
 figures alone.
 """
 
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from sitscad.geometry.path import Path
 from sitscad.layout.board import Layout
-from sitscad.parts.extras import require
 from sitscad.parts.mesh import manifold, seen, tessellate
 from sitscad.parts.proof import (
     BULGE,
@@ -32,14 +31,12 @@ from sitscad.parts.proof import (
     posed,
     turned,
 )
-from sitscad.parts.solid import MM, Solid
+from sitscad.parts.solid import MM, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, board_heights
-from sitscad.scene.fit import closed_section
-from sitscad.scene.hinge import PinGap
+from sitscad.scene.fit import PinGap, closed_section
 from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
-from sitscad.scene.stack import ground
-from sitscad.scene.support import BODY, HALF_OF_IT, MOST_OF_IT, pressed_on
+from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on
 from sitscad.units import show
 
 RED = "#d00000"

@@ -18,8 +18,7 @@ from typing import Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.board import Layout
-from sitscad.parts.extras import require
-from sitscad.parts.solid import MM, PartsError
+from sitscad.parts.solid import MM, PartsError, require
 from sitscad.spec.mount import StepPart
 
 SECONDS = 120

@@ -108,7 +108,7 @@ def track_share(layout: Layout, solid: Solid) -> float:
 
 
 def _centre_of_mass() -> object:
-    from sitscad.parts.extras import require
+    from sitscad.parts.solid import require
 
     return require("build123d").CenterOf.MASS
 

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.parts.extras import require
-from sitscad.parts.solid import PartsError, Solid
+from sitscad.parts.solid import PartsError, Solid, require
 from sitscad.record import record
 
 CHORD = 0.005  # mm, how far a chord may stand off a curved face

@@ -16,8 +16,7 @@ from typing import Any
 
 from sitscad.geometry.path import Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.parts.extras import require
-from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised
+from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised, require
 from sitscad.scene.bodies import Heights, board_heights, film_thickness
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.parts.extras import require
 from sitscad.parts.mesh import tessellate
-from sitscad.parts.solid import Solid
+from sitscad.parts.solid import Solid, require
 from sitscad.record import record
 from sitscad.scene.column import print_limit
 

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from sitscad.layout.board import Layout
-from sitscad.parts.assembly import assemble
-from sitscad.parts.extras import require
 from sitscad.parts.mesh import CHORD, Clearance, interferences, manifold, shared_volume, tessellate
-from sitscad.parts.solid import MM, PartsError, Solid
+from sitscad.parts.pieces import assemble
+from sitscad.parts.solid import MM, PartsError, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.scene.fit import closed_section

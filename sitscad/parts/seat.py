@@ -12,10 +12,9 @@ from typing import Any
 
 from sitscad.geometry.path import Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
-from sitscad.parts.extras import require
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.plates import rounding
-from sitscad.parts.solid import MM, PartsError, Solid, box, one_solid, prism
+from sitscad.parts.solid import MM, PartsError, Solid, box, one_solid, prism, require
 from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import (

@@ -26,9 +26,8 @@ from typing import Any
 from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.parts.extras import require
 from sitscad.parts.plates import grown
-from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised
+from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised, require
 from sitscad.record import record
 from sitscad.scene.bodies import Body, BodyRole, above_board, board_heights, elastomer, target, top_height
 from sitscad.scene.column import mount_tolerance, print_limit

@@ -22,13 +22,10 @@ from itertools import pairwise
 from typing import Any
 
 from sitscad.geometry.path import Path, Region, bounding_box, rectangle
-from sitscad.layout.bending import bend_stretch
+from sitscad.layout.bending import bend_stretch, tail_layers
 from sitscad.layout.board import Coil, Layout, Role
-from sitscad.layout.thickness import tail_layers
-from sitscad.parts.assembly import assemble
-from sitscad.parts.extras import require
-from sitscad.parts.pieces import encapsulation, opposing
-from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised
+from sitscad.parts.pieces import assemble, encapsulation, opposing
+from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised, require
 from sitscad.record import record
 from sitscad.scene import stack
 from sitscad.scene.bodies import (
@@ -397,7 +394,7 @@ def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Soli
     """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
     ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed.
 
-    `pieces` are those of `sitscad.parts.assembly.assemble` where somebody has them already. Heights are those of the
+    `pieces` are those of `sitscad.parts.pieces.assemble` where somebody has them already. Heights are those of the
     glued assembly, z = 0 the board's top face. Raises `PartsError` where a part cannot exist,
     `MissingExtra` without a CAD kernel.
     """

@@ -4,9 +4,8 @@ was known before. Rules find, the policy judges; nothing of it changes what is d
 
 from __future__ import annotations
 
-from sitscad.policy.baseline import Baseline, kept_baseline, read_baseline
 from sitscad.policy.configuration import Policy, PolicyError, chosen_rules, kept_policy, nearest_policy, stands_for
-from sitscad.policy.judgement import judged
+from sitscad.policy.judgement import Baseline, judged, kept_baseline, read_baseline
 
 __all__ = [
     "Baseline",

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 
 from sitscad.data import cited, rows
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
 from sitscad.spec.mount import Mount

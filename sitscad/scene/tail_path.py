@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 
-from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch
+from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import tail_thickness
 from sitscad.record import record
 from sitscad.scene.bodies import board_heights, film_thickness, metal_face, seat_spans, shield_heights
 from sitscad.scene.jaws import fitted_jaw, jaw_range

@@ -103,8 +103,7 @@ def sweep_svg(table: SweepTable) -> str:
     """Of one key a curve a measure, with its band of error; of two a field a measure, in whose cells nothing is
     interpolated, with the edges of what each rule refuses. Raises ValueError for more keys.
     """
-    from sitscad.drawing.plotted import plot
-    from sitscad.drawing.sheet import Sheet
+    from sitscad.drawing.sheet import Sheet, plot
     from sitscad.drawing.svg import svg
 
     if len(table.keys) > 2:

@@ -26,7 +26,7 @@ import sitscad
 from sitscad.formats import meshes, step
 from sitscad.formats.volume_mesh import elastomer_meshes
 from sitscad.parts import aids, mesh
-from sitscad.parts.assembly import assemble
+from sitscad.parts.pieces import assemble
 from sitscad.parts.proof import prove
 from sitscad.parts.whole import whole
 from sitscad.scene.fit import fit

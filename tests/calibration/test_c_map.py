@@ -11,8 +11,7 @@ from tolerance import approx
 
 from sitscad.calibration.forms import FORMS, Form
 from sitscad.calibration.making import gain, own_map, samples
-from sitscad.formats.calibration_header import header
-from sitscad.formats.calibration_program import program
+from sitscad.formats.calibration_header import header, program
 
 FLAGS = [
     "-std=c99",

@@ -17,9 +17,9 @@ from sitscad.calibration.least_squares import NoFit, levenberg_marquardt, ridge
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
-from sitscad.package.calibration_files import calibration_files
+from sitscad.package.contents import calibration_files
 from sitscad.physics.polynomials import exponents, monomials, spread
-from sitscad.scene.motions import read_motions
+from sitscad.scene.state import read_motions
 from tests.oracles.bench import simulated
 
 

@@ -16,7 +16,7 @@ from sitscad.calibration.misfit import CAUSES, cause, far_off, pattern, turned_f
 from sitscad.calibration.model_fit import fit_model, studentized
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST, units
-from sitscad.package.calibration_files import calibration_files
+from sitscad.package.contents import calibration_files
 from tests.oracles.bench import simulated
 
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from sitscad.finding import Finding, Severity
-from sitscad.policy.baseline import Baseline, Known
-from sitscad.policy.judgement import comments
+from sitscad.policy.judgement import Baseline, Known, comments
 
 COMMENT = "# sitscad: ignore "
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 import sitscad
-from sitscad.drawing.pictures.board import Mark
-from sitscad.drawing.pictures.dots import COLUMNS, dot_picture
+from sitscad.drawing.pictures.board import COLUMNS, Mark, dot_picture
 
 SPEC = """\
 sitscad: 1

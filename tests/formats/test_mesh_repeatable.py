@@ -13,11 +13,11 @@ import handmade
 import pytest
 
 from sitscad.formats import meshes, step, volume_mesh
-from sitscad.papers import mount_records as assembly_picture
+from sitscad.papers import mounting
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
-WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, assembly_picture.render_picture,
+WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, mounting.render_picture,
            step.render_whole, meshes.render_whole_3mf, meshes.render_glb)  # fmt: skip
 
 SCRIPT = """
@@ -26,10 +26,10 @@ sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import meshes, step
 from sitscad.formats import volume_mesh
-from sitscad.papers import mount_records as assembly_picture
+from sitscad.papers import mounting as assembly_picture
 found = {{}}
 for sensor in ("bench", "jaw"):
-    for render in (meshes.render_glb, assembly_picture.render_picture, volume_mesh.render, meshes.render_whole_3mf,
+    for render in (meshes.render_glb, mounting.render_picture, volume_mesh.render, meshes.render_whole_3mf,
                    meshes.render_3mf, meshes.render_stl, step.render_whole, step.render):
         files = render(handmade.solids(sensor), handmade.layout(sensor).spec)
         found.update({{sensor + " " + name: hashlib.sha256(data).hexdigest() for name, data in files.items()}})

@@ -22,8 +22,8 @@ from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
+from sitscad.layout.bending import tail_layers
 from sitscad.layout.panel import plan
-from sitscad.layout.thickness import tail_layers
 from sitscad.spec.load import load_text
 
 MM = 1e-3

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats import abaqus as input_deck
 from sitscad.formats import volume_mesh
 from sitscad.mechanics.elastomer import Face
 from sitscad.mechanics.pad import Pad
@@ -171,7 +170,7 @@ def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, thro
     rim = 0.5 * (pad.size[0] - face.width_x) if sensor == "round" else 0.0
     law = Pad(face, pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, rim,
               exponent=pad.material.ogden_exponent)  # fmt: skip
-    assert force == approx(float(law.pressure([input_deck.STRAIN])[0]), rel=0.1)
+    assert force == approx(float(law.pressure([volume_mesh.STRAIN])[0]), rel=0.1)
     assert max(sideways) < 0.01 * force
 
 
@@ -181,12 +180,12 @@ def test_the_deck_has_the_specs_own_rubber_but_for_its_bulk_modulus():
     text = volume_mesh.elastomer_meshes(handmade.solids("jaw"), pad, 0.5e-3)["inp"].decode("ascii")
     mu, alpha, compliance = map(float, re.search(r"\*HYPERELASTIC, OGDEN, N=1\n(.*)", text)[1].split(","))
     assert (mu, alpha) == approx((pad.material.shear_modulus, pad.material.ogden_exponent), rel=1e-8)
-    assert 2.0 / compliance == approx(input_deck.bulk_ratio(pad) * mu, rel=1e-8)
+    assert 2.0 / compliance == approx(volume_mesh.bulk_ratio(pad) * mu, rel=1e-8)
     assert f"D = {2.0 / pad.material.bulk_modulus:.6g}" in text and "C3D10H" in text
     thin = replace(pad, thickness=pad.thickness / 3)
-    assert input_deck.bulk_ratio(thin) > 4 * input_deck.bulk_ratio(pad)
+    assert volume_mesh.bulk_ratio(thin) > 4 * volume_mesh.bulk_ratio(pad)
     firm = replace(pad, material=replace(pad.material, bulk_modulus=2 * mu))
-    assert input_deck.bulk_ratio(firm) == approx(2.0, rel=1e-12)
+    assert volume_mesh.bulk_ratio(firm) == approx(2.0, rel=1e-12)
 
 
 def test_every_face_of_the_deck_is_the_one_that_its_surface_names():

@@ -56,7 +56,7 @@ def test_the_plates_are_where_the_scene_has_them():
 
 def test_without_shapely_it_is_said_how_to_get_it(monkeypatch):
     real = builtins.__import__
-    monkeypatch.setattr("sitscad.parts.extras.import_module", lambda name: real("no_such_package_" + name))
+    monkeypatch.setattr("sitscad.parts.solid.import_module", lambda name: real("no_such_package_" + name))
     with pytest.raises(sitscad.MissingExtra, match="sitscad\\[all\\]"):
         areas(LAYOUTS["bench_7mm"])
 

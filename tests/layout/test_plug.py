@@ -9,7 +9,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.papers.order_notes import readme
 from sitscad.spec import presets
 from sitscad.units import show

@@ -146,7 +146,7 @@ def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shie
 
 def test_the_drawings_pieces_are_those_of_the_list():
     pytest.importorskip("build123d", reason="build123d is not installed")
-    from sitscad.parts.assembly import mount as solids_of
+    from sitscad.parts.pieces import mount as solids_of
 
     layout = full()
     heights = {}

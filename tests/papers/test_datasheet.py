@@ -17,12 +17,11 @@ import sitscad
 from sitscad import Design
 from sitscad.calibration.calibration import foretell
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.plotted import plot
-from sitscad.drawing.sheet import Label, Sheet, flattened
+from sitscad.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.drawing.svg import svg
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import held_shear
-from sitscad.package.calibration_files import drawn_calibration
+from sitscad.package.contents import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet import errors, from_unit_to_unit, notes, render, sensor, summary
 from sitscad.papers.datasheet_plots import BEYOND, BEYOND_LINES, FROM_UNIT_TO_UNIT, difference, figures

@@ -23,8 +23,7 @@ from sitscad.finding import Severity
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.geometry.path import Line, bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.bending import bend_length, bend_stretch
-from sitscad.layout.thickness import Where, finished_thickness, tail_thickness
+from sitscad.layout.bending import Where, bend_length, bend_stretch, finished_thickness, tail_thickness
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing

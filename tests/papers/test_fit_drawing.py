@@ -14,7 +14,7 @@ from sitscad.drawing.sheet import Label, flattened
 from sitscad.geometry.path import bounding_box
 from sitscad.package.stages import failing_fit
 from sitscad.papers.drawings.fit import Fault, drawing
-from sitscad.scene.hinge import pin_gaps
+from sitscad.scene.fit import pin_gaps
 from sitscad.spec import templates
 
 TALL = Fault("SIT303", "stack-height", "mount.standoff", 5.4e-3, 5e-3)

@@ -15,8 +15,7 @@ import sitscad
 from sitscad.drawing.sheet import Group, Label, Sheet, flattened
 from sitscad.geometry.path import bounding_box
 from sitscad.papers.drawings.jaw import drawing, render
-from sitscad.scene.fit import closed_section
-from sitscad.scene.hinge import closing
+from sitscad.scene.fit import closed_section, closing
 from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates

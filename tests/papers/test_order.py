@@ -25,8 +25,8 @@ from sitscad.formats.gerber import board as gerber
 from sitscad.formats.kicad import project as kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.panel import plan
-from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.papers import archive as order_archive
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing

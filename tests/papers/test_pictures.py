@@ -20,7 +20,7 @@ from sitscad.formats import ipc356
 from sitscad.formats.gerber import board as gerber
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
-from sitscad.layout.thickness import Where, finished_thickness
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_pictures
 from sitscad.papers.drawings import stackup as stackup_drawing

@@ -13,11 +13,11 @@ from tolerance import approx
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
-from sitscad.papers import mount_records as fit_proof
-from sitscad.parts import assembly
+from sitscad.papers import mounting
+from sitscad.parts import pieces
 from sitscad.parts.clash import carried
 from sitscad.parts.whole import whole
-from sitscad.scene.support import support
+from sitscad.scene.stack import support
 from sitscad.spec import presets
 from sitscad.spec.load import load
 from sitscad.spec.mount import Finger
@@ -73,7 +73,7 @@ def built(tmp_path, size):
     (tmp_path / "spec.yaml").write_text(SENSOR)
     spec = load(tmp_path / "spec.yaml")
     layout = lay_out(spec)
-    document = json.loads(fit_proof.render_fit(layout, whole(layout))["mount/fit.json"])
+    document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     assert settles(document) == {"SIT326"}
     return judged_on_solids(document, spec), document["measured"]
 
@@ -94,12 +94,12 @@ def test_a_seat_is_found_whatever_the_port_takes_of_it():
     of the meshes' common part, less what the edge under the tail is rounded by.
     """
     layout = lay_out(load(Path(__file__).parents[2] / "templates/grasper_3p5mm.yaml"))
-    (seat,) = assembly.mount(layout)
+    (seat,) = pieces.mount(layout)
     assert seat.shape.is_valid and seat.volume == approx(47.19e-9, rel=1e-3)
 
 
 def test_a_cap_may_leave_the_board_on_the_finger_itself():
     finger = KINDS["rectangle"].spec.mount.finger
     layout = handmade.bench_sensor(mount=handmade.Mount("fingertip", None, 0.0, finger=finger))
-    (cap,) = assembly.mount(layout)
+    (cap,) = pieces.mount(layout)
     assert cap.shape.is_valid and carried(layout, (cap,)) == ()

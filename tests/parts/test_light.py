@@ -8,13 +8,13 @@ import types
 
 import pytest
 
-from sitscad.parts import MissingExtra, extras
+from sitscad.parts import MissingExtra, solid
 
 HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
 MODULES = (
-    "sitscad.parts, sitscad.parts.mesh, sitscad.drawing.pictures.assembly, sitscad.parts.assembly, "
+    "sitscad.parts, sitscad.parts.mesh, sitscad.drawing.pictures.assembly, sitscad.parts.pieces, "
     "sitscad.formats.step, sitscad.formats.meshes, sitscad.formats.volume_mesh, "
-    "sitscad.papers.mount_records"
+    "sitscad.papers.mounting"
 )
 
 
@@ -36,7 +36,7 @@ def test_the_closed_section_needs_no_cad():
 
 def test_a_package_that_is_not_there_is_one_sentence_with_the_command():
     with pytest.raises(MissingExtra) as caught:
-        extras.require("sitscad_has_no_such_package")
+        solid.require("sitscad_has_no_such_package")
     text = str(caught.value)
     assert "pip install 'sitscad[all]'" in text
     assert "sitscad_has_no_such_package" in text
@@ -48,18 +48,18 @@ def test_a_package_without_its_system_library_names_the_libraries(monkeypatch):
     def broken(name: str) -> types.ModuleType:
         raise OSError("libGL.so.1: cannot open shared object file")
 
-    monkeypatch.setattr(extras, "import_module", broken)
+    monkeypatch.setattr(solid, "import_module", broken)
     with pytest.raises(MissingExtra, match=r"libGL\.so\.1.*sitscad\[all\].*libgl1"):
-        extras.require("gmsh")
+        solid.require("gmsh")
 
 
 def test_a_package_that_lacks_a_package_of_its_own_says_which(monkeypatch):
     def broken(name: str) -> types.ModuleType:
         raise ModuleNotFoundError("No module named 'OCP'", name="OCP")
 
-    monkeypatch.setattr(extras, "import_module", broken)
+    monkeypatch.setattr(solid, "import_module", broken)
     with pytest.raises(MissingExtra, match=r"build123d is installed without OCP.*pip install"):
-        extras.require("build123d")
+        solid.require("build123d")
 
 
 def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
@@ -71,6 +71,6 @@ def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
         except KeyboardInterrupt as error:
             raise ImportError("initialization failed") from error
 
-    monkeypatch.setattr(extras, "import_module", interrupted)
+    monkeypatch.setattr(solid, "import_module", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        extras.require("build123d")
+        solid.require("build123d")

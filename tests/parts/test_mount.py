@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.layout.bending import bend_radius
-from sitscad.parts import assembly, mesh, seat, solids
+from sitscad.parts import mesh, pieces, seat, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import of_role
 from sitscad.parts.whole import whole
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.cad
 
 
 def seats(**changes):
-    return list(assembly.mount(handmade.jaw_sensor(**changes)))
+    return list(pieces.mount(handmade.jaw_sensor(**changes)))
 
 
 def pad(standoff: float, **fitted):
@@ -44,7 +44,7 @@ def wide_tail(**changes):
 def test_a_shield_splits_the_seat():
     """The spacer: the body, less grooves, and the tongue under the tail with its round end."""
     layout = wide_tail(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
-    base, spacer = assembly.mount(layout)
+    base, spacer = pieces.mount(layout)
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
     tongue = relief(layout)
     assert tongue.cheeks is None and tongue.along == approx((4.5e-3, 7.8e-3), rel=1e-6)
@@ -78,7 +78,7 @@ def test_cheeks_beside_the_tail_leave_it_its_clearance():
     layout = handmade.jaw_sensor(shield=None)
     tongue = relief(layout)
     assert tongue.cheeks is not None and tongue.across == approx((-1.55e-3, 1.55e-3), rel=1e-6)
-    (base,) = assembly.mount(layout)
+    (base,) = pieces.mount(layout)
     behind = manifold(tessellate(base)).trim_by_plane((1.0, 0.0, 0.0), 4.6).trim_by_plane((0.0, 0.0, 1.0), -0.19)
     board = manifold(tessellate(piece("jaw", "board")))
     assert behind.volume() > 0.0
@@ -200,7 +200,7 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
     """Beside the slot the cap's face goes on to its end: no step that a glove catches on."""
     cap = handmade.Mount("fingertip", None, 1.2e-3, finger=Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3))
     layout = handmade.bench_sensor(mount=cap)
-    (piece,) = assembly.mount(layout)
+    (piece,) = pieces.mount(layout)
     end = piece.shape.bounding_box().max.X
     low, high = layout.reach_at(1e-3 * end)
     room = 1e3 * clearance(layout.spec.mount)
@@ -219,7 +219,7 @@ def test_a_cap_s_lip_is_no_wider_than_the_tail_s_slot():
 def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
     """A cap's lip of 0.5 mm under a tail for which readme and drawing ask 1.16 mm."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
-    (carrier,) = [piece for piece in assembly.mount(layout) if piece.name == "mount"]
+    (carrier,) = [piece for piece in pieces.mount(layout) if piece.name == "mount"]
     low, high = layout.reach_at(layout.body[2] + 8e-3)
     round_edges = [
         face.radius * 1e-3

@@ -12,8 +12,9 @@ import pytest
 from tolerance import approx
 
 from sitscad.formats import meshes
-from sitscad.papers import mount_records as print_report
-from sitscad.parts import aids, assembly
+from sitscad.papers import mounting
+from sitscad.parts import aids
+from sitscad.parts import pieces as mounts
 from sitscad.parts.printable import printable
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
@@ -103,12 +104,12 @@ def made(layout, process):
 
 
 def pieces(layout):
-    return (*assembly.mount(layout), *aids(layout))
+    return (*mounts.mount(layout), *aids(layout))
 
 
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
 def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
-    for piece in assembly.mount(KINDS[kind]):
+    for piece in mounts.mount(KINDS[kind]):
         assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
 
 
@@ -118,7 +119,7 @@ def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
 def test_every_piece_can_be_made_by_every_process(kind, process):
     """But for the holes of a cap, which are drilled and tapped where its printer makes none so small."""
     layout = made(KINDS[kind], process)
-    for piece in pieces(layout) if process == "filament" else assembly.mount(layout):
+    for piece in pieces(layout) if process == "filament" else mounts.mount(layout):
         found = printable(piece, process)
         assert piece.shape.is_valid, piece.name
         assert all(fault.what == "hole" and kind.startswith("finger") for fault in found.faults), (piece.name, found)
@@ -129,12 +130,12 @@ def test_the_report_says_how_each_piece_is_made():
     from sitscad.parts.tooling import mould
 
     layout = KINDS["pins"]
-    given = (jaw(layout), *assembly.mount(layout)), mould(layout)
-    document = json.loads(print_report.render_print(*given, layout.spec)["mount/print.json"])
+    given = (jaw(layout), *mounts.mount(layout)), mould(layout)
+    document = json.loads(mounting.render_print(*given, layout.spec)["mount/print.json"])
     assert [piece["piece"] for piece in document["pieces"]] == ["mount", "mould-tray", "mould-lid"]
     assert document["can_be_made"]
     assert document["limits_m"]["wall"] == 0.4e-3 and all(document["sources"].values())
-    assert print_report.render_print((), (), handmade.layout("bare").spec) == {}
+    assert mounting.render_print((), (), handmade.layout("bare").spec) == {}
 
 
 @pytest.mark.clients("prusa-slicer", "admesh")
@@ -167,14 +168,14 @@ def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
     from sitscad.scene.seating import clearance
 
     layout = KINDS["finger-circle"]
-    (cap, *_) = assembly.mount(layout)
+    (cap, *_) = mounts.mount(layout)
     bores = [f for f in cap.shape.faces() if f.geom_type.name == "CYLINDER" and f.radius > 5.0]
     assert {round(f.radius, 6) for f in bores} == {round(7.0 + 1e3 * clearance(layout.spec.mount), 6)}
 
 
 def test_a_dovetail_s_tongue_has_its_section_s_volume():
-    plain = assembly.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
-    held = assembly.mount(KINDS["dovetail"])[0]
+    plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
+    held = mounts.mount(KINDS["dovetail"])[0]
     found = Retention("dovetail")
     neck = found.width - 2 * found.depth / math.tan(found.angle)
     area = 0.5 * (found.width + neck) * found.depth
@@ -183,8 +184,8 @@ def test_a_dovetail_s_tongue_has_its_section_s_volume():
 
 
 def test_pins_have_their_cylinders_volume_less_their_chamfers():
-    plain = assembly.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
-    held, found = assembly.mount(KINDS["pins"])[0], Retention("pins")
+    plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
+    held, found = mounts.mount(KINDS["pins"])[0], Retention("pins")
     radius, cut = found.diameter / 2, 0.1e-3
     cone = math.pi * cut / 3 * (radius**2 + radius * (radius - cut) + (radius - cut) ** 2)
     one = math.pi * radius**2 * (found.depth - cut) + cone
@@ -198,7 +199,7 @@ def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     from sitscad.scene.seating import joint_clearance
 
     layout = KINDS[kind]
-    metal, (seat, *_) = jaw(layout), assembly.mount(layout)
+    metal, (seat, *_) = jaw(layout), mounts.mount(layout)
     assert mesh.interferences((metal, seat)) == ()
     import build123d as bd
 

@@ -13,7 +13,7 @@ from tolerance import approx
 from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.drawing.pictures.rendered import clash_svg
-from sitscad.papers import mount_records as fit_proof
+from sitscad.papers import mounting
 from sitscad.parts import mesh
 from sitscad.parts.clash import clashes
 from sitscad.parts.mesh import TriangleMesh, manifold
@@ -91,13 +91,13 @@ def pieces(hinged):
 def said(layout, pieces, loads=()):
     """The proof's faults, and the findings that a build makes of them."""
     proof = prove(layout, pieces, loads)
-    return proof.faults, judged_on_solids(fit_proof.document(proof), layout.spec)
+    return proof.faults, judged_on_solids(mounting.document(proof), layout.spec)
 
 
 def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
     gentle = (Load("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
-    document = fit_proof.document(prove(hinged, pieces, gentle))
+    document = mounting.document(prove(hinged, pieces, gentle))
     assert settles(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
 
 
@@ -153,9 +153,9 @@ def test_the_bulge_keeps_the_pads_volume():
     spec = handmade.jaw_sensor().spec
     pad, press = spec.elastomer, 0.1 * spec.elastomer.thickness
     x, y = pad.size
-    out = fit_proof.bulge(spec, press)
+    out = mounting.bulge(spec, press)
     assert 2 / 3 * out * 2 * (x + y) * (pad.thickness - press) == approx(x * y * press, rel=1e-6)
-    assert fit_proof.bulge(spec, 0.0) == 0.0
+    assert mounting.bulge(spec, 0.0) == 0.0
 
 
 def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
@@ -188,7 +188,7 @@ def test_a_build_judges_what_was_measured(hinged, pieces):
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     contents = contents_of(Design(spec), Policy(), None)
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
-    text = json.dumps(fit_proof.document(prove(hinged, (*pieces, post))))
+    text = json.dumps(mounting.document(prove(hinged, (*pieces, post))))
     before, after = contents.checked, replace(contents, measured=text).checked
     assert "SIT321" in {each.rule for each in before.not_checked} - {each.rule for each in after.not_checked}
     assert [f.rule for f in after.findings if f not in before.findings] == ["SIT321"] and not after.ok

@@ -9,7 +9,7 @@ import shapely
 from tolerance import approx
 
 import sitscad
-from sitscad.layout.thickness import tail_layers
+from sitscad.layout.bending import tail_layers
 from sitscad.parts import mesh
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels

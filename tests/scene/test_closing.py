@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.measured import Closing
-from sitscad.scene.fit import closed_section
-from sitscad.scene.hinge import closing
+from sitscad.scene.fit import closed_section, closing
 from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, rim, section
 from sitscad.spec import presets
 

@@ -15,8 +15,7 @@ from sitscad.finding import Severity
 from sitscad.geometry.path import enclosed_area
 from sitscad.layout import lay_out
 from sitscad.scene.jaws import closed_span, made_to_measure
-from sitscad.scene.stack import ground
-from sitscad.scene.support import support
+from sitscad.scene.stack import ground, support
 from sitscad.spec.load import load, load_text
 from sitscad.spec.mount import Finger
 

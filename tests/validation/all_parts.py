@@ -24,7 +24,7 @@ import trimesh  # noqa: E402
 from test_printable import KINDS  # noqa: E402
 
 from sitscad.formats import meshes, step  # noqa: E402
-from sitscad.parts import Solid, aids, assembly  # noqa: E402
+from sitscad.parts import Solid, aids, pieces  # noqa: E402
 from sitscad.parts.mesh import TriangleMesh, tessellate  # noqa: E402
 from sitscad.parts.pieces import jaw, opposing  # noqa: E402
 from sitscad.parts.printable import printable  # noqa: E402
@@ -100,7 +100,7 @@ def main() -> int:
     for kind in sys.argv[1:] or KINDS:
         layout = KINDS[kind]
         jaws = [solid for solid in (jaw(layout), *opposing(layout)) if solid is not None]
-        for solid in (*assembly.mount(layout), *jaws, *aids(layout)):
+        for solid in (*pieces.mount(layout), *jaws, *aids(layout)):
             with tempfile.TemporaryDirectory() as name:
                 said = found_of(solid, Path(name))
             bad += len(said)

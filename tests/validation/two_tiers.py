@@ -37,7 +37,7 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     from sitscad.parts.solid import PartsError
     from sitscad.parts.whole import whole
     from sitscad.scene.fit import closed_section
-    from sitscad.scene.support import MOST_OF_IT, support
+    from sitscad.scene.stack import MOST_OF_IT, support
 
     layout = random_sensor(seed)
     try:

@@ -12,9 +12,8 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import bend_figure
+from sitscad.layout.bending import bend_figure, tail_thickness
 from sitscad.layout.lanes import coils_breadth
-from sitscad.layout.thickness import tail_thickness
 from sitscad.measured import Measure
 from sitscad.remedy.moves import higher_seat, plated_in_holes_alone, sealed, thinner_tails
 from sitscad.remedy.search import Left, first_tried, in_vain, named, setting, ways

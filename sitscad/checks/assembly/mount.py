@@ -15,7 +15,7 @@ from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import PartsError, fitted_jaw, section, shield_that_fits
 from sitscad.scene.seating import joint_clearance, metal_below, neck, pin_places, retention
-from sitscad.scene.support import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
+from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, Support, support
 from sitscad.spec.mount import Jaw, Mount, Retention
 from sitscad.spec.sensor import SensorSpec
 

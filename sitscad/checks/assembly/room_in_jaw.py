@@ -30,7 +30,7 @@ from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures
 from sitscad.scene.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
-from sitscad.scene.support import width_under
+from sitscad.scene.stack import width_under
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show

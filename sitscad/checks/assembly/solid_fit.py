@@ -15,11 +15,10 @@ from sitscad.checks.assembly.fit import jaw_of
 from sitscad.checks.rules import Case, Rule, Undecided, Verdict, located, named, rule_of
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
-from sitscad.layout.thickness import tail_thickness
-from sitscad.scene.fit import closed_section
-from sitscad.scene.hinge import end_section, pin_gaps, shaft
+from sitscad.layout.bending import tail_thickness
+from sitscad.scene.fit import closed_section, end_section, pin_gaps, shaft
 from sitscad.scene.jaws import PartsError
-from sitscad.scene.support import BODY
+from sitscad.scene.stack import BODY
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
 

@@ -12,9 +12,9 @@ from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.tail_frame import contact_row
-from sitscad.layout.thickness import Where, finished_thickness
 from sitscad.spec.circuit import Connector
 from sitscad.spec.presets import finish, stock_stiffeners
 

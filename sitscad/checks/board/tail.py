@@ -15,9 +15,18 @@ from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
 from sitscad.geometry.path import bounding_box
-from sitscad.layout.bending import bend_figure, bend_length, least_bend_radius, longest_straight, unfit_for_bending
+from sitscad.layout.bending import (
+    bend_figure,
+    bend_length,
+    has_tail_coverlay,
+    least_bend_radius,
+    longest_straight,
+    step_height,
+    tail_copper,
+    tail_thickness,
+    unfit_for_bending,
+)
 from sitscad.layout.lanes import Ring
-from sitscad.layout.thickness import has_tail_coverlay, step_height, tail_copper, tail_thickness
 from sitscad.record import record
 from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path

@@ -23,8 +23,7 @@ from sitscad.fabrication.files import (
     project_guid,
 )
 from sitscad.fabrication.notes import copper_text, finish_name
-from sitscad.formats.gerber.holes import drill_text, map_text
-from sitscad.formats.gerber.image import document, layer_files
+from sitscad.formats.gerber.image import document, drill_text, layer_files, map_text
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer

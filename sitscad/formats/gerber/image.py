@@ -3,34 +3,42 @@
 Millimetres with six decimals, so one unit is a nanometre. Tracks are strokes of round apertures along lines and
 circular arcs (G01, G02, G03 in multi-quadrant mode), pads and vias are flashes, openings and stiffener are regions.
 Every copper object carries its net (``.N``), every contact its component and pin (``.P``), every aperture its function.
+
+Holes as files: Excellon in the XNC manner (metric, explicit decimal points, drilling only, X2 attributes in
+comments), and the drill map as a Gerber drawing, every hole with its tool's symbol, with a table of the tools below
+the board.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
+from sitscad.drawing.frame import SYMBOLS
+from sitscad.drawing.sheet import strokes
 from sitscad.fabrication.files import (
+    UNIT,
+    DrilledHole,
     FabricationFile,
+    Tool,
     body_files,
     copper_files,
     coverlay_files,
+    millimetres,
     profile_file,
     project_attributes,
     stiffener_files,
     tail_coverlay_files,
+    tools_of,
 )
 from sitscad.geometry.convex import part_beyond
-from sitscad.geometry.path import Arc, Path, Point, Region, Segment, rectangle
+from sitscad.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
+from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Pad, Trace, Via
-from sitscad.layout.thickness import lap_start
 from sitscad.record import record
 from sitscad.units import in_mm
-
-UNIT = 1e-9
-"""The file's unit in metres: six decimals of a millimetre."""
 
 PROFILE_WIDTH = 50e-6
 """Width (m) of the line that draws the outline; its middle is the board's edge."""
@@ -286,3 +294,54 @@ def _renumbered(line: str, first: int) -> str:
 
 def _moved(line: str, dx: int, dy: int) -> str:
     return _COORDINATES.sub(lambda found: f"X{int(found[1]) + dx}Y{int(found[2]) + dy}", line)
+
+
+def drill_text(
+    title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
+) -> bytes:
+    """A drill file: ``function`` is its X2 file function, ``use`` what the holes are for (``ViaDrill``)."""
+    return ("\n".join(_lines(title, function, attributes, holes, use)) + "\n").encode("ascii")
+
+
+def _lines(
+    title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
+) -> Iterator[str]:
+    plating, *_, kind = function.split(",")
+    tools = tools_of(holes)
+    yield from ("M48", f"; {title}, tool sizes are finished holes")
+    for attribute in (*attributes, (".FileFunction", function)):
+        yield f"; #@! TF{','.join(attribute)}"
+    yield from ("METRIC", ";TYPE=PLATED" if plating == "Plated" else ";TYPE=NON_PLATED")
+    for code, (diameter, _) in enumerate(tools, 1):
+        yield from (f"; #@! TA.AperFunction,{plating},{kind},{use}", f"T{code}C{millimetres(diameter, 3)}")
+    yield from ("%", "G05")
+    for code, (_, drilled) in enumerate(tools, 1):
+        yield f"T{code}"
+        yield from (f"X{millimetres(hole.x)}Y{millimetres(hole.y)}" for hole in drilled)
+    yield "M30"
+
+
+PEN = 0.05e-3
+TEXT_PEN = 0.1e-3
+LINE = 2.0e-3
+"""From line to line of the table (m)."""
+TEXT_HEIGHT = 1.0e-3
+
+
+def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
+    """The body of a drill map: outline, holes, table."""
+    yield from ("%TA.AperFunction,Drawing*%", f"%ADD10C,{mm(PEN)}*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%", "D10*")
+    yield from stroke(outline)
+    for order, tool in enumerate(tools):
+        for hole in tool.holes:
+            at = Point(hole.x * UNIT, hole.y * UNIT)
+            for path in SYMBOLS[order % len(SYMBOLS)](at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
+                yield from stroke(path)
+    x0, y0, _, _ = bounding_box([outline])
+    yield "D11*"
+    for order, tool in enumerate(tools):
+        at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
+        words = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
+        text = strokes(words, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
+        for path in (*SYMBOLS[order % len(SYMBOLS)](at, TEXT_HEIGHT / 2), *text):
+            yield from stroke(path)

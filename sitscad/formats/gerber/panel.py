@@ -27,14 +27,15 @@ from sitscad.fabrication.files import (
     tooling_file,
     tools,
 )
-from sitscad.formats.gerber.holes import drill_text, map_text
 from sitscad.formats.gerber.image import (
     PROFILE_WIDTH,
     Image,
     document,
+    drill_text,
     grid,
     image_of,
     layer_files,
+    map_text,
     mm,
     profile,
     regions,

@@ -35,8 +35,8 @@ from sitscad.formats.kicad.sexpr import (
 )
 from sitscad.geometry.convex import part_beyond
 from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
+from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Role, Via
-from sitscad.layout.thickness import lap_start
 from sitscad.scene.tail_path import bends
 
 # Board format of KiCad 9.0; later versions read it.

@@ -30,10 +30,9 @@ from sitscad.papers.drawings.jaw_views import COLOURS, EDGE, draw_names, draw_se
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES
 from sitscad.scene.column import column, levels
-from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, measures
-from sitscad.scene.hinge import end_section, pin_gaps, shaft
+from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, end_section, measures, pin_gaps, shaft
 from sitscad.scene.jaws import PartsError, fitted_jaw, jaw_range, rim, section
-from sitscad.scene.support import width_under
+from sitscad.scene.stack import width_under
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Jaw
 

@@ -32,8 +32,7 @@ from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_sid
 from sitscad.papers.mounting import bent
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
-from sitscad.scene.fit import closed_section, measures
-from sitscad.scene.hinge import closing
+from sitscad.scene.fit import closed_section, closing, measures
 from sitscad.scene.jaws import fitted_jaw, jaw_range, section
 from sitscad.scene.tail_path import bends
 from sitscad.spec.mount import Jaw

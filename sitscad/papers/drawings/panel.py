@@ -38,8 +38,8 @@ from sitscad.fabrication.files import (
 )
 from sitscad.fabrication.notes import outline_text, quantity_text
 from sitscad.geometry.path import bounding_box, circle, rectangle
+from sitscad.layout.bending import tail_copper
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
-from sitscad.layout.thickness import tail_copper
 from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.scene.state import FREE
 from sitscad.units import show

@@ -20,8 +20,8 @@ from sitscad.fabrication.notes import (
     thickness_texts,
 )
 from sitscad.geometry.path import rectangle
+from sitscad.layout.bending import has_tail_coverlay, is_opened, tail_layers
 from sitscad.layout.board import Layout
-from sitscad.layout.thickness import has_tail_coverlay, is_opened, tail_layers
 from sitscad.spec.circuit import MASK, LayerKind
 from sitscad.units import show
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 
-from sitscad.report.findings.checked import (
+from sitscad.report.findings.document import (
     CheckedSpec,
+    as_json,
     by_weight,
     checked_spec,
     excerpt,
+    finding_json,
     in_order,
+    json_document,
     numbered_places,
+    to_json,
     worst_first,
 )
-from sitscad.report.findings.document import as_json, finding_json, json_document, to_json
 from sitscad.report.findings.text import OutputOptions, RuleTexts, as_text, printable, styled, summary
 
 __all__ = [

@@ -19,8 +19,16 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from sitscad.finding import Finding, Ignored, Remedy, Severity
-from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, fingerprint, identities, worst_first
-from sitscad.report.findings.document import finding_json, to_json
+from sitscad.report.findings.document import (
+    CheckedSpec,
+    by_weight,
+    excerpt,
+    finding_json,
+    fingerprint,
+    identities,
+    to_json,
+    worst_first,
+)
 from sitscad.report.findings.text import OutputOptions, RuleTexts, printable, summary
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 from sitscad.version import __version__

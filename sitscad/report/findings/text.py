@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 from sitscad.finding import Finding, Ignored, Severity
 from sitscad.record import record
-from sitscad.report.findings.checked import CheckedSpec, by_weight, excerpt, in_order
+from sitscad.report.findings.document import CheckedSpec, by_weight, excerpt, in_order
 
 INDENT = 6
 """Columns by which what belongs to a finding stands in from its first line."""
