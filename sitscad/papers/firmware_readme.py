@@ -140,7 +140,7 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     yield f"Assemble the sensor and run the self-test again: it has to say that it read an assembled one, at {rate}."
     if is_felt(spec):
         yield "Calibrate it (calibration/plan.txt), and put the calibration.h that results into this folder."
-        yield "Take the tare without load, again when the temperature has changed, and read newtons."
+        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     else:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
         yield "Read frequencies; the header of the register table says what inductance they are."

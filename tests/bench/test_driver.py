@@ -169,6 +169,11 @@ def test_a_result_that_does_not_move_any_more_is_stale(pad):
     assert found[150] == [GOOD] * 4 and found[-1] == [GOOD, STALE, GOOD, GOOD]
 
 
+def test_forces_want_a_tare_and_a_map(pad):
+    """Each that is missing is said; nothing is made up."""
+    assert pad.run("begin", "settle 4", "forces", "tare", "forces")[2:] == [["-5", "0"], ["0"], ["-6", "0"]]
+
+
 # ----------------------------------------------------------------------------------------------------------- self-test
 
 

@@ -7,7 +7,7 @@
  *
  *     cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm && ./sensor
  *
- * It tests itself first and takes the first reading for the tare: leave the sensor alone until forces come.
+ * It tests itself first and takes the mean of 16 readings for the tare: leave the sensor alone until forces come.
  */
 #if defined(__linux__)
 
@@ -158,7 +158,9 @@ int main(int count, char **words)
         found = sensor_poll(&one, &reading);
         if (found < 0)
             printf("# %s\n", sensor_text(found));
-        if (found > 0 && (one.is_tared || sensor_tare(&one, &reading) == 0)) {
+        if (found > 0 && one.tares < 16u) {
+            (void)sensor_tare(&one, &reading);
+        } else if (found > 0) {
             shown(&one, &reading);
             ++k;
         }

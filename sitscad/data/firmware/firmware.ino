@@ -98,6 +98,8 @@ void loop()
         told(found);
         delay(100);
     }
-    if (found > 0 && (one.is_tared || sensor_tare(&one, &reading) == 0))
+    if (found > 0 && one.tares < 16u)
+        sensor_tare(&one, &reading);
+    else if (found > 0)
         show(reading);
 }

@@ -3,7 +3,8 @@
 
 #define NOTHING_NEW 4u /* polls without anything new after which a converter is asked for its settings */
 #define STUCK 200u     /* results alike to the last bit: of a converter's noise not one in 1e40 readings does so */
-#define MOSTLY_SHORTED (-800)
+#define MOSTLY_SHORTED (-800) /* thousandths of the inductance */
+#define MOST_TARES 100u
 
 typedef struct {
     uint8_t converter, where;
@@ -228,6 +229,8 @@ int sensor_poll(sensor *self, sensor_reading *reading)
         reading->status[k] = is_old || error != 0 ? (uint8_t)SENSOR_STALE : self->status[k];
         reading->frequency_Hz[k] = (float)counts * SENSOR_HZ_PER_COUNT;
     }
+    if (new_ones > 0 && self->since < 255u)
+        self->since++;
     return error != 0 ? error : new_ones;
 }
 
@@ -337,9 +340,15 @@ int sensor_tare(sensor *self, const sensor_reading *reading)
 
     if (bad != 0)
         return bad;
-    for (int k = 0; k < SENSOR_COILS; ++k)
-        self->tare[k] = reading->counts[k];
-    self->is_tared = 1u;
+    if (self->since > 1u)
+        self->tares = 0u;
+    self->since = 0u;
+    if (self->tares < MOST_TARES)
+        self->tares++;
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        const int32_t off = (int32_t)reading->counts[k] - (int32_t)self->tare[k];
+        self->tare[k] = self->tares == 1u ? reading->counts[k] : (uint32_t)((int32_t)self->tare[k] + off / self->tares);
+    }
     return 0;
 }
 
@@ -349,7 +358,7 @@ int sensor_forces(const sensor *self, const sensor_reading *reading, float newto
 
     for (int axis = 0; axis < SENSOR_AXES; ++axis)
         newtons[axis] = 0.0f;
-    if (self->is_tared == 0u)
+    if (self->tares == 0u)
         return SENSOR_E_NO_TARE;
     if (bad != 0)
         return bad;

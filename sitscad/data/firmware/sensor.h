@@ -95,7 +95,8 @@ typedef struct {
     uint8_t amplitude[SENSOR_COILS];  /* whether the oscillation of the last was outside of 1.2 to 1.8 V */
     uint8_t idle[SENSOR_CONVERTERS];  /* polls without anything new */
     uint8_t lost[SENSOR_CONVERTERS];  /* whether it has to be set up */
-    uint8_t is_tared;
+    uint8_t tares;                    /* readings in a row that the tare is the mean of; 0: there is none */
+    uint8_t since;                    /* readings since the last of them */
     uint16_t restarts;                /* how often a converter had lost its settings */
 } sensor;
 
@@ -113,7 +114,10 @@ int sensor_poll(sensor *self, sensor_reading *reading);
 /* Each coil against the design; it polls until every coil has a result. 0 is good; positive: so many coils are not. */
 int sensor_self_test(sensor *self, sensor_report *report);
 
-/* Takes counts without load. 0, or the number (from 1) of a coil without a good reading: then the old tare stays. */
+/*
+ * Takes counts without load. Called for readings in a row it takes their mean (16 of them have a quarter of the noise);
+ * called again later it begins anew. 0, or the number (from 1) of a coil without a good reading: the old tare stays.
+ */
 int sensor_tare(sensor *self, const sensor_reading *reading);
 
 /*

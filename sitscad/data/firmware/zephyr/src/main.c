@@ -43,8 +43,9 @@ int main(void)
         found = sensor_poll(&one, &reading);
         if (found < 0)
             printk("%s\n", sensor_text(found));
-        if (found > 0 && (one.is_tared || sensor_tare(&one, &reading) == 0) &&
-            sensor_forces(&one, &reading, newtons) == 0) {
+        if (found > 0 && one.tares < 16u) {
+            (void)sensor_tare(&one, &reading);
+        } else if (found > 0 && sensor_forces(&one, &reading, newtons) == 0) {
             for (int axis = 0; axis < SENSOR_AXES; ++axis)
                 printk("%d mN ", (int)(1000.0f * newtons[axis]));
             printk("\n");

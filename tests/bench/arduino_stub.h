@@ -1,0 +1,79 @@
+// As much of Arduino as the sketch asks for, with a simulated converter on the bus after its first failure.
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+extern "C" {
+#include "simulated/simulated.h"
+}
+#include "sensor.h"
+
+static const int HEX = 16;
+
+struct String : std::string {
+    String(const char *text) : std::string(text) {}
+    String(const std::string &text) : std::string(text) {}
+    String(int value) : std::string(std::to_string(value)) {}
+    String(unsigned value) : std::string(std::to_string(value)) {}
+    String(float value, int digits) : std::string(40, ' ')
+    {
+        resize(static_cast<size_t>(std::snprintf(&(*this)[0], 40, "%.*f", digits, static_cast<double>(value))));
+    }
+};
+
+struct Port {
+    void begin(long) {}
+    void print(const String &text) { std::fputs(text.c_str(), stdout); }
+    void println(const String &text) { std::puts(text.c_str()); }
+    void println(unsigned value, int) { std::printf("%X\n", value); }
+};
+static Port Serial;
+
+static void delay(unsigned) {}
+
+struct Bus {
+    simulated chip;
+    uint8_t bytes[4];
+    size_t count = 0, next = 0;
+    bool is_there = false;
+
+    void begin()
+    {
+        static const double tanks[SENSOR_COILS][2] = SENSOR_TANKS;
+        simulated_start(&chip, SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, 1);
+        for (int k = 0; k < SENSOR_COILS; ++k) {
+            chip.coil[k].frequency_Hz = tanks[k][0];
+            chip.coil[k].ohms = tanks[k][1];
+        }
+    }
+    void setClock(long) {}
+    void beginTransmission(uint8_t) { count = 0; }
+    size_t write(const uint8_t *given, size_t many)
+    {
+        std::memcpy(bytes + count, given, many);
+        return count += many;
+    }
+    uint8_t endTransmission(bool = true)
+    {
+        if (!is_there) {
+            is_there = true;
+            return 2;
+        }
+        if (count == 3)
+            simulated_write(&chip, bytes[0], static_cast<uint16_t>(bytes[1] << 8 | bytes[2]));
+        return 0;
+    }
+    uint8_t requestFrom(uint8_t, uint8_t many)
+    {
+        uint16_t value = 0;
+        simulated_read(&chip, bytes[0], &value);
+        bytes[0] = static_cast<uint8_t>(value >> 8);
+        bytes[1] = static_cast<uint8_t>(value & 0xFF);
+        next = 0;
+        return many;
+    }
+    int read() { return bytes[next++]; }
+};
+static Bus Wire;

@@ -1,0 +1,183 @@
+"""The examples beside the driver: they compile where their tools are, run where they can, and agree with the tables."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from sitscad.bench.registers import NoAnswer
+from sitscad.papers import firmware_readme
+from tests.bench.conftest import HERE, STRICT
+
+SOURCES = ("sensor.c", "ldc161x.c")
+
+
+def _made(command: list[object], folder: object) -> str:
+    done = subprocess.run([*map(str, command)], cwd=str(folder), capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.clients("gcc")
+def test_the_linux_example_runs_on_the_simulated_converter(pad, tmp_path):
+    program = tmp_path / "sensor"
+    sources = ["example_linux.c", *SOURCES, "simulated/simulated.c"]
+    _made(["gcc", *STRICT, "-DSIMULATED", "-o", program, *sources, "-lm"], pad.folder)
+    lines = _made([program, "-", "3"], tmp_path).splitlines()
+    assert lines[0] == "# three-axis-pad, read as assembled"
+    assert [line.split(": ")[-1] for line in lines[1:5]] == ["good"] * 4
+    assert len(lines) == 6 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[6:])
+    _made(["gcc", *STRICT, "-o", program, "example_linux.c", *SOURCES, "-lm"], pad.folder)
+    assert subprocess.run([program, "/dev/no-bus"], capture_output=True, check=False).returncode == 1
+
+
+@pytest.mark.clients("g++")
+def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
+    """The stub's Wire is a bus without an answer, then one with a converter that is set up."""
+    (tmp_path / "sketch.cpp").write_text('#include "arduino_stub.h"\n#include "firmware.ino"\n' + ARDUINO_MAIN)
+    objects = [tmp_path / f"{name}.o" for name in ("sensor", "ldc161x", "simulated")]
+    for one, source in zip(objects, [*SOURCES, "simulated/simulated.c"], strict=True):
+        _made(["gcc", *STRICT, "-c", "-o", one, source], pad.folder)
+    flags = ["-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{HERE}", f"-I{pad.folder}"]
+    _made(["g++", *flags, "-o", tmp_path / "sketch", tmp_path / "sketch.cpp", *objects], tmp_path)
+    lines = _made([tmp_path / "sketch"], tmp_path).splitlines()
+    assert lines[0].startswith("# no answer on the I2C bus")
+    assert lines[1:5] == [f"# C{k}: good" for k in range(1, 5)]
+    assert lines[5].startswith("sequence,C1_counts,C1_status,") and lines[5].endswith("*crc16")
+    for number, line in enumerate(lines[6:9]):
+        body, _, check = line.partition("*")
+        assert body.split(",")[0] == str(number) and _crc(body) == int(check, 16)
+
+
+def _crc(text: str) -> int:
+    """CRC-16 CCITT from 0xFFFF."""
+    found = 0xFFFF
+    for byte in text.encode():
+        found ^= byte << 8
+        for _ in range(8):
+            found = (found << 1 ^ 0x1021 if found & 0x8000 else found << 1) & 0xFFFF
+    return found
+
+
+ARDUINO_MAIN = """
+int main()
+{
+    setup();
+    for (int k = 0; k < 4000; ++k)
+        loop();
+}
+"""
+
+
+def test_the_zephyr_sample_names_what_is_there(pad):
+    folder = pad.folder / "zephyr"
+    listed = re.search(r"target_sources\(app PRIVATE (.*)\)", (folder / "CMakeLists.txt").read_text()).group(1)
+    assert all((folder / name).is_file() for name in listed.split())
+    main, overlay = (folder / "src/main.c").read_text(), (folder / "app.overlay").read_text()
+    alias = re.search(r"DT_ALIAS\((\w+)\)", main).group(1)
+    assert f"{alias.replace('_', '-')} = &" in overlay and "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
+
+
+@pytest.mark.clients("cppcheck")
+def test_cppcheck_has_nothing_to_say(pad):
+    checks = ["--std=c99", "--enable=warning,style,performance,portability", "--error-exitcode=2", "-q"]
+    _made(["cppcheck", *checks, "--suppress=missingInclude", *SOURCES, "simulated/simulated.c"], pad.folder)
+
+
+@pytest.mark.clients("arm-none-eabi-gcc", "arm-none-eabi-size")
+def test_it_fits_a_small_processor(pad, tmp_path, capsys):
+    """Cortex-M0, nothing but the driver; no heap, no library but the compiler's own."""
+    flags = ["-std=c99", "-mcpu=cortex-m0", "-mthumb", "-Os", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+    objects = [tmp_path / "sensor.o", tmp_path / "ldc161x.o"]
+    for one, source in zip(objects, SOURCES, strict=True):
+        _made(["arm-none-eabi-gcc", *flags, "-c", "-o", one, source], pad.folder)
+    rows = [row.split() for row in _made(["arm-none-eabi-size", *objects], tmp_path).splitlines()[1:]]
+    text, writable = sum(int(row[0]) for row in rows), sum(int(row[1]) + int(row[2]) for row in rows)
+    with capsys.disabled():
+        print(f"\n  Cortex-M0: {text} bytes of code and tables, {writable} of data")
+    assert text < 5000 and writable == 0
+    symbols = _made(["arm-none-eabi-nm", "-u", *objects], tmp_path)
+    assert not re.findall(r"malloc|free|printf|delay", symbols)
+
+
+class FakeI2C:
+    """machine.I2C with simulated converters behind it."""
+
+    def __init__(self, chip):
+        self.chip, self.written = chip, []
+
+    def readfrom_mem(self, address, register, count):
+        assert (address, count) == (0x2A, 2)
+        return self.chip.read(register).to_bytes(2, "big")
+
+    def writeto_mem(self, address, register, content):
+        assert address == 0x2A
+        self.written.append((register, int.from_bytes(content, "big")))
+        self.chip.write(register, self.written[-1][1])
+
+
+@pytest.fixture
+def micropython(pad, monkeypatch):
+    monkeypatch.syspath_prepend(str(pad.folder / "micropython"))
+    for name in ("sensor", "sensor_config"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    import sensor
+
+    yield sensor
+    for name in ("sensor", "sensor_config"):
+        sys.modules.pop(name, None)
+
+
+def test_the_micropython_module_sets_up_and_reads_alike(pad, micropython):
+    from sitscad.bench.converter import SimulatedConverter
+
+    bus = FakeI2C(SimulatedConverter(pad.design, faults="reset@0.05"))
+    one = micropython.Sensor(bus)
+    rows = re.findall(r"\{0u, 0x(\w\w)u, 0x(\w{4})u\}", (pad.folder / "sensor_config.h").read_text())
+    assert bus.written == [(0x1C, 0x8000), *((int(where, 16), int(value, 16)) for where, value in rows)]
+    assert one.poll() is None
+    bus.chip.advance(6_000_000)
+    found = one.poll()
+    assert [status for _, status in found] == [micropython.GOOD] * 4
+    assert abs(found[0][0] * 80e6 / 2**28 / pad.design.estimates.coils[0].states["rest"].frequency - 1.0) < 1e-4
+    bus.chip.advance(60_000_000)
+    for _ in range(8):
+        one.poll()
+    assert one.restarts == 1
+
+
+def test_the_micropython_module_tells_faults(pad, micropython):
+    from sitscad.bench.converter import SimulatedConverter
+
+    bus = FakeI2C(SimulatedConverter(pad.design, faults=["open:C2", "low-amplitude:C3", "lost-layer:C4"]))
+    one = micropython.Sensor(bus)
+    bus.chip.advance(30_000_000)
+    states = [status for _, status in one.poll()]
+    assert states == [micropython.GOOD, micropython.WATCHDOG, micropython.AMPLITUDE, micropython.OUT_OF_BAND]
+    bus = FakeI2C(SimulatedConverter(pad.design, faults="nack"))
+    with pytest.raises(NoAnswer):
+        micropython.Sensor(bus)
+    chip = SimulatedConverter(pad.design)
+    chip.device_id_read = chip.words[0x7F]
+    chip.words[0x7F] = 0x3054
+    with pytest.raises(micropython.SensorError, match="no LDC1612"):
+        micropython.Sensor(FakeI2C(chip))
+
+
+def test_the_readme_wires_every_contact_and_has_ten_steps(pad):
+    design = pad.design
+    text = firmware_readme.render(design.layout, design.estimates, design.bench_estimates)[
+        "firmware/readme.txt"
+    ].decode()
+    for pin in ("VDD", "SCL", "SD ", "INTB", "ADDR", "CLKIN", "capacitor"):
+        assert f"  {pin}" in text
+    assert {f"IN{k}{end}" for k in range(4) for end in "AB"} <= set(re.findall(r"IN\d[AB]", text))
+    assert re.findall(r"^ ?(\d+)\. ", text, re.M) == [str(k) for k in range(1, 11)]
+    for coil, metered in zip(design.estimates.coils, design.bench_estimates.metered, strict=True):
+        assert f"  {coil.name}    L {metered.inductance * 1e6:.4g} uH" in text
+    named = re.findall(r"^  ([\w./]+(?:, [\w.]+)?) {2,}\S", text[text.index("FILES") :], re.M)
+    for name in ", ".join(named).split(", "):
+        assert (pad.folder / name).exists(), name

@@ -1,0 +1,64 @@
+"""What takes many boards or many hours: no false alarm among 10,000 sound ones, a day of readings with wrong ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.formats.calibration_header import header
+from tests.bench.conftest import TEMPLATES, Bench, compiled
+
+pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def fast(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """Two coils with a map to newtons, compiled for speed."""
+    design = sitscad.Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    found = sitscad.calibrate(design)
+    return compiled(design, tmp_path_factory.mktemp("fast"), ["-O2"], header(found.map, found.sensors.conversion))
+
+
+def _boards(design: sitscad.Design, count: int, state: str, seed: int) -> np.ndarray:
+    """Frequencies (count, coils; Hz) of sound boards: every tolerance drawn, the capacitors each for itself."""
+    generator = np.random.default_rng(seed)
+    states = [coil.states[state] for coil in design.estimates.coils]
+    common = {cause: generator.normal(size=count) for cause in states[0].spread.shifts}
+    found = np.array([[one.frequency] * count for one in states]).T
+    for k, one in enumerate(states):
+        for cause, (_, shift) in one.spread.shifts.items():
+            found[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
+    return found
+
+
+@pytest.mark.parametrize("state", ["rest", "free"])
+def test_no_sound_board_is_called_faulty(fast, state):
+    """10,000 in each state; every coil's self-test, and every poll of a scan."""
+    ohms = [coil.states[state].parallel_resistance for coil in fast.design.estimates.coils]
+    words = []
+    for board in _boards(fast.design, 10_000, state, 1):
+        words += [f"coil {k} {value:.9g} {ohms[k]:.6g}" for k, value in enumerate(board)]
+        words += ["begin", "test", "settle 2"]
+    rows = fast.run(*words)
+    tests, polls = rows[1::3], rows[2::3]
+    assert len(tests) == 10_000 and {row[0] for row in tests} == {"0"}
+    assert {tuple(row[2::2]) for row in polls} == {("0", "0")}
+
+
+def test_no_wrong_value_of_a_day_reaches_the_forces(fast, capsys):
+    """At rest every force that comes is the noise; 24 results were wrong, and hardly any reading was lost."""
+    rate = fast.design.estimates.readout.scan_rate
+    begun, *_, quiet, day = fast.run(
+        "begin", "settle 6", *["settle 1", "tare"] * 16, "watch 600 2500000 0", "watch 86400 2500000 3600"
+    )
+    assert begun == ["0", "good"]
+    noise = float(quiet[3])
+    good, bad, glitches, worst = (float(word) for word in day)
+    with capsys.disabled():
+        print(f"\n  a day: {good:.0f} readings good, {bad:.0f} kept back, {glitches:.0f} wrong; largest force "
+              f"{1e3 * worst:.1f} mN, of ten minutes without wrong ones {1e3 * noise:.1f} mN")  # fmt: skip
+    assert 23 <= glitches <= 24 and bad <= 4 * glitches
+    assert good > 0.95 * 86400 * rate
+    assert worst < 1.6 * noise
