@@ -17,6 +17,7 @@ from sitscad.cli.designing import measures, sweep
 from sitscad.cli.estimating import calibrate, estimate, response
 from sitscad.cli.explaining import explain, new, rules, schema
 from sitscad.cli.terminal import say
+from sitscad.cli.watching import watch
 
 ISSUES = "the project's issue tracker"
 
@@ -125,8 +126,9 @@ def cli() -> None:
     """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
 
 
-# as they are used
-for command in (new, check, estimate, response, calibrate, sweep, build, explain, rules, measures, schema, verify):
+AS_USED = (new, check, watch, estimate, response, calibrate, sweep, build, explain, rules, measures, schema, verify)
+
+for command in AS_USED:
     cli.add_command(command)
 
 

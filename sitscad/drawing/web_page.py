@@ -117,6 +117,9 @@ figcaption { font-size: .9rem; margin-top: .3rem; }
 .section text { fill: var(--ink); font-size: 13px; font-family: inherit; }
 .section .leader { stroke: var(--soft); stroke-width: 1; }
 .section .layer { stroke: var(--ink); }
+.stale { opacity: .45; }
+.live { position: fixed; inset: auto 0 0 0; max-height: 30vh; overflow: auto; z-index: 1; margin: 0; font-weight: 400;
+  background: var(--card); color: var(--ink); }
 [hidden] { display: none !important; }
 .bar { display: flex; flex-wrap: wrap; gap: .4rem 1rem; align-items: center; margin: .5rem 0; font-size: .9rem; }
 .bar label, .inputs label { display: inline-flex; align-items: center; gap: .35rem; }

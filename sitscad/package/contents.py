@@ -55,6 +55,8 @@ class Contents:
     baseline: Baseline | None = None
     measured: str = ""
     """What was measured on the solids: the text of ``mount/fit.json``, empty where there is none."""
+    hints: str = "decisive"
+    """What is tried for hints, as in `sitscad.check`."""
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -84,7 +86,7 @@ class Contents:
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        result, source = reviewed(self.design), self.design.spec.source
+        result, source = reviewed(self.design, self.hints), self.design.spec.source
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(

@@ -381,23 +381,26 @@ def _kept_name(name: str) -> str:
 
 
 def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
-    """The page for a person, and the picture of a fit that fails; its pictures are handed in, because a report must not
-    depend on writers.
+    """The page for a person, and the picture of a fit that fails."""
+    failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
+    return {"report.html": page_of(contents, files | failing), **failing}
+
+
+def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
+    """The report on a design with what some files of its package say; its pictures are handed in, because a report must
+    not depend on writers.
     """
     from sitscad.layout.tail_tracks import contacts
     from sitscad.report.page import render
 
-    failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
-    files = files | failing
+    design, felt = contents.design, _felt(files)
+    drawn = _pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
-    wiring = contacts(contents.layout)
-    pictures, felt = _pictures(contents, files), _felt(files)
-    design = contents.design
     page = render(
-        contents.checked, design.spec, contents.estimates, pictures, sizes, wiring, felt, design.bench_estimates,
-        design.most_signal, _moving(contents, files, felt),
+        contents.checked, design.spec, contents.estimates, drawn, sizes, contacts(contents.layout), felt,
+        design.bench_estimates, design.most_signal, _moving(contents, files, felt),
     )  # fmt: skip
-    return {"report.html": page.encode("utf-8"), **failing}
+    return page.encode("utf-8")
 
 
 def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -423,7 +426,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 
-def _pictures(contents: Contents, files: dict[str, bytes]) -> dict[str, str]:
+def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.drawing.pictures.board import Mark, picture
     from sitscad.drawing.svg import svg

@@ -49,6 +49,19 @@ def render(
     if not performance or drawn is None:
         return {}
     plots, found = figures(drawn, performance), _calibration(response)
+    return {
+        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
+        "datasheet.json": _document(response, performance, found),
+        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
+    }
+
+
+def figures_for_programs(response: ResponseModel, performance: Sequence[Performance]) -> bytes:
+    """``datasheet.json`` alone, without a plotting library."""
+    return _document(response, performance, _calibration(response))
+
+
+def _document(response: ResponseModel, performance: Sequence[Performance], found: Calibration | None) -> bytes:
     whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
     if found is not None:
         known = found.document()
@@ -56,11 +69,7 @@ def render(
         whole["unit_to_unit"]["in_words"] = found.error_rows
     whole["pushed"] = response_table(response).document()
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
-    return {
-        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
-        "datasheet.json": (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii"),
-        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
-    }
+    return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 
 
 def _calibration(response: ResponseModel) -> Calibration | None:

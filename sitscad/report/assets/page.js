@@ -165,14 +165,15 @@
     document.querySelectorAll("[data-without=" + id + "]").forEach(function (other) { other.hidden = works; });
   }
 
-  page.begin = function () {
+  page.begin = function (root) { // of the whole page, or of a part that is new in it
     try {
-      document.documentElement.setAttribute("data-sitscad-scripts", "1");
-      var drawn = document.querySelector("figure.board");
+      var drawn = root.querySelector("figure.board"), has = function (id) { return root.querySelector("#" + id); };
       if (drawn) board(drawn);
-      document.querySelectorAll("[data-stage=findings]").forEach(findings);
-      begin("solids", page.solids);
-      begin("pushed", page.pushed);
+      if (drawn || root.matches("[data-stage=findings]") || root === document.documentElement) {
+        document.querySelectorAll("[data-stage=findings]").forEach(findings);
+      }
+      if (has("solids")) begin("solids", page.solids);
+      if (has("pushed")) begin("pushed", page.pushed);
       document.documentElement.setAttribute("data-sitscad-ready", "1");
     } catch (error) {
       document.documentElement.setAttribute("data-sitscad-error", String(error && error.stack || error));
@@ -184,5 +185,5 @@
   window.addEventListener("error", function (event) {
     document.documentElement.setAttribute("data-sitscad-error", event.message);
   });
-  page.begin();
+  page.begin(document.documentElement);
 })(window.sitscad = window.sitscad || {});

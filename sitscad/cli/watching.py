@@ -1,0 +1,63 @@
+"""`sitscad watch`: a spec looked at while it is edited."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import webbrowser
+
+import click
+
+from sitscad.cli.terminal import Example, print_result, say
+
+
+@click.command(cls=Example, example="sitscad watch sensor.yaml --serve --open")
+@click.argument("spec", type=click.Path(exists=True, dir_okay=False))
+@click.option("--serve", is_flag=True, help="Show the report as a page that follows every save.")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Whom to serve; another than this machine warns.")
+@click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json",
+              type=click.Choice(["text", "json"]))  # fmt: skip
+def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name: str) -> int:
+    """Say what every save of SPEC changes, until Ctrl-C.
+
+    First the verdict with findings that are new (+), gone (-) or moved (~), then numbers that are others, old -> new,
+    and what the sensor feels. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
+    and the assembly in 3-D, each as soon as it is ready. A save ends the work in progress.
+    """
+    from sitscad.watch.server import LOOPBACK, Showing, server
+    from sitscad.watch.watching import Watch, words
+    from sitscad.watch.work import Event
+
+    showing, made = Showing(), None
+    serve = serve or opens
+    if serve:
+        made = server(showing, host, port)
+        address = f"http://{host if ':' not in host else f'[{host}]'}:{made.server_address[1]}/"
+        if host not in LOOPBACK:
+            say("whoever reaches this machine can read the page")
+        print_result(address)
+        sys.stdout.flush()
+        threading.Thread(target=made.serve_forever, daemon=True).start()
+
+    def told(revision: int, event: Event, before: Event | None) -> None:
+        if format_name == "json":
+            print_result(json.dumps({"stage": event.stage, "revision": revision, **event.data}))
+        else:
+            for line in words(event, before):
+                print_result(line)
+        sys.stdout.flush()
+        showing.tell(revision, event, before)
+        if opens and revision == 1 and event.stage == "findings":
+            webbrowser.open(address)
+
+    try:
+        Watch(spec, serve).run(told)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        if made is not None:
+            made.shutdown()
+    return 0

@@ -1,0 +1,168 @@
+"""Looks at a spec's files again and again, has them worked out after every save, and says what has changed."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from sitscad.record import record
+from sitscad.watch.work import Event, work
+
+PAUSE, SETTLE = 0.1, 0.02
+"""Seconds between two looks at the files, and those for which a file has to stay as it is: editors write in steps."""
+
+Stamp = tuple[int, int, int] | None
+Told = Callable[[int, Event, Event | None], None]
+
+
+def stamp(path: str) -> Stamp:
+    """What tells one state of a file from another; None where there is none. File systems' own notices are not used:
+    they lose editors that rename, and say nothing in containers.
+    """
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+@record(eq=False)
+class Worker:
+    """A process that is ready for work: what it is asked with, and what it tells."""
+
+    process: multiprocessing.process.BaseProcess
+    asked: Connection
+    told: Connection
+
+    def end(self) -> None:
+        """End it, whatever it does."""
+        self.process.kill()
+        self.process.join()
+        self.asked.close()
+        self.told.close()
+
+
+def started(path: str, serves: bool) -> Worker:
+    """A worker of a spec's path; it loads what every save needs and waits."""
+    context = multiprocessing.get_context("spawn")
+    (theirs, asked), (told, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(theirs, mine, path, serves), daemon=True)
+    process.start()
+    theirs.close()
+    mine.close()
+    return Worker(process, asked, told)
+
+
+class Watch:
+    """The spec at a path, worked out after every save of it or of what it reads. A save ends the work in progress: a
+    second worker stands ready for it.
+    """
+
+    def __init__(self, path: str, serves: bool = False) -> None:
+        self.path, self.serves = path, serves
+        self.revision, self.busy = 0, False
+        self.last: dict[str, Event] = {}
+        self.worker, self.spare = started(path, serves), started(path, serves)
+        self.stamps: dict[str, Stamp] = {path: None}
+
+    def run(self, told: Told, until: Callable[[], bool] = lambda: False) -> None:
+        """Watch until interrupted, or until `until` says so. `told` gets every event with its revision and the last of
+        its stage.
+        """
+        try:
+            while not until():
+                self.look()
+                for revision, event in self.heard():
+                    told(revision, event, self.last.get(event.stage))
+                    if event.stage != "failed" and not event.data.get("unreadable"):
+                        self.last[event.stage] = event
+        finally:
+            self.worker.end()
+            self.spare.end()
+
+    def look(self) -> None:
+        """Begin anew where a file is another than before, and stays as it is."""
+        found = {path: stamp(path) for path in self.stamps}
+        if found == self.stamps or found[self.path] is None:
+            return
+        time.sleep(SETTLE)
+        if {path: stamp(path) for path in self.stamps} != found:
+            return
+        self.stamps = found
+        if self.busy or not self.worker.process.is_alive():
+            self.worker.end()
+            self.worker, self.spare = self.spare, started(self.path, self.serves)
+        self.revision += 1
+        self.busy = True
+        self.worker.asked.send(self.revision)
+
+    def heard(self) -> Iterator[tuple[int, Event]]:
+        """What the worker tells within a pause."""
+        for _ in wait([self.worker.told], PAUSE):
+            try:
+                revision, event = self.worker.told.recv()
+            except EOFError:  # it has died: too little memory, or ended by somebody
+                self.worker.end()
+                self.worker, self.spare, self.busy = self.spare, started(self.path, self.serves), False
+                yield self.revision, Event("failed", {"message": "the process that worked it out ended without a word"})
+                return
+            if event is None:
+                self.busy = False
+                continue
+            if "read" in event.data:
+                self.stamps = {path: self.stamps.get(path, stamp(path)) for path in event.data["read"]}
+            yield revision, event
+
+
+SIGNS = {"new": "+", "gone": "-", "moved": "~"}
+
+
+def changes(event: Event, before: Event | None) -> dict[str, Any]:
+    """What an event says that the last of its stage did not: findings that are new, gone, or moved to another line, and
+    numbers with what they were.
+    """
+    old = before.data if before is not None else {}
+    if "findings" in event.data:
+        now, was = ({_key(each): each for each in data.get("findings", ())} for data in (event.data, old))
+        return {
+            "new": [each for key, each in now.items() if key not in was],
+            "gone": [each for key, each in was.items() if key not in now],
+            "moved": [each | {"from": was[key]["line"]} for key, each in now.items()
+                      if key in was and was[key]["line"] != each["line"]],
+        }  # fmt: skip
+    numbers, was = event.data.get("numbers", {}), old.get("numbers", {})
+    return {"numbers": {name: [was.get(name), value] for name, value in numbers.items() if was.get(name) != value}}
+
+
+def _key(finding: Mapping[str, Any]) -> tuple[str, ...]:
+    return finding["rule"], finding["key"], finding["message"]
+
+
+def words(event: Event, before: Event | None) -> list[str]:
+    """The lines of a terminal for an event: of every save the verdict, and what has changed."""
+    if event.stage == "failed":
+        return [event.data["message"]]
+    found = changes(event, before)
+    if "new" in found:
+        lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
+        return lines if event.data.get("last") else [verdict(event.data), *lines]
+    if before is None:
+        return [f"{name}: {value}" for name, (_, value) in found.get("numbers", {}).items()]
+    return [f"{name}: {old or 'nothing'} -> {value}" for name, (old, value) in found.get("numbers", {}).items()]
+
+
+def verdict(data: Mapping[str, Any]) -> str:
+    """How a design stands, in a few words."""
+    counts = [f"{count} {kind}{'s' * (count > 1)}" for kind, count in data["counts"].items() if count]
+    stands = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
+    return f"{stands}: {', '.join(counts) or 'nothing found'}"
+
+
+def _line(finding: Mapping[str, Any]) -> str:
+    place = "" if finding["line"] is None else f"line {finding['line']}: "
+    came = f" (was line {finding['from']})" if "from" in finding else ""
+    return f"{place}{finding['severity']} {finding['rule']}: {finding['message']}{came}"

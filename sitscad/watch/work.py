@@ -1,0 +1,184 @@
+"""What is worked out after a save, the quickest first, in a process that can be ended when the next save comes.
+
+What a change leaves as it was is kept from the save before: the board where its part of the spec is the same, the
+response where nothing is another, the solids where no piece is.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from sitscad.checks import mended  # noqa: F401 - what every save needs is there before the first one
+from sitscad.design import Design
+from sitscad.finding import Severity
+from sitscad.inspection import unreadable
+from sitscad.opening import opened, policy_for
+from sitscad.package.contents import Contents, read_by
+from sitscad.package.stages import page_of
+from sitscad.policy import PolicyError
+from sitscad.record import record
+from sitscad.remedy.search import DECISIVE
+from sitscad.report.findings import CheckedSpec
+from sitscad.report.measures import quantity
+from sitscad.spec.rules import SpecError
+
+STAGES = ("findings", "board", "estimate", "feeling", "solids")
+"""What is told, in the order of working it out."""
+
+DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
+"""The files of a package that the page's views read."""
+
+Document: TypeAlias = dict[str, Any]
+
+
+@record
+class Event:
+    """What one stage found: plain values, the page with it (empty where none is wanted), and the seconds since the
+    work began.
+    """
+
+    stage: str
+    data: Document
+    page: bytes = b""
+    seconds: float = 0.0
+
+
+@record(eq=False)
+class Before:
+    """What is kept of the saves before: the last design that could be read, and files with what they were made of."""
+
+    designs: list[Design] = field(default_factory=list)
+    files: dict[str, tuple[object, dict[str, bytes]]] = field(default_factory=dict)
+
+
+def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
+    """All stages of the spec at a path; those that only a page shows where it `serves` one."""
+    began, policy = time.perf_counter(), policy_for(path)
+    try:
+        spec = opened(path, policy)
+    except SpecError as error:
+        said = _verdict(unreadable(path, error, DECISIVE), [path]) | {"unreadable": True}
+        yield Event("findings", said, seconds=time.perf_counter() - began)
+        return
+    design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
+    read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
+    contents, files = Contents(design, policy, hints="none"), dict[str, bytes]()
+
+    def event(stage: str, data: Document) -> Event:
+        page = page_of(contents, files) if serves else b""
+        return Event(stage, data, page, time.perf_counter() - began)
+
+    yield Event("findings", _verdict(contents.checked, read), seconds=time.perf_counter() - began)
+    before.designs[:] = [design]
+    if serves:
+        yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
+    yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
+    feeling = _kept(before, "feeling", (design.bare.spec, contents.checked.is_orderable), lambda: _feeling(contents))
+    files |= feeling
+    if feeling:
+        points = json.loads(feeling[DATA_SHEET])["performance"]
+        yield event("feeling", {"numbers": _felt(points[-1])})
+    if serves and spec.mount is not None:
+        files |= _kept(before, "solids", read_by("assembly", design.bare.spec), lambda: _solids(design))
+        yield event("solids", {"bytes": sum(map(len, files.values()))})
+    contents = Contents(design, policy)  # with hints, which cost as much as all rules
+    yield event("findings", _verdict(contents.checked, read) | {"last": True})
+
+
+def _kept(before: Before, name: str, made_of: object, make: Any) -> dict[str, bytes]:
+    """Files made of something, or those of the save before where that was made of an equal thing."""
+    if name not in before.files or before.files[name][0] != made_of:
+        before.files[name] = made_of, make()
+    return before.files[name][1]
+
+
+def _feeling(contents: Contents) -> dict[str, bytes]:
+    from sitscad.package.calibration_files import drawn_calibration
+    from sitscad.papers.datasheet import figures_for_programs
+
+    design = contents.design.bare
+    if not design.performance:
+        return {}
+    found = drawn_calibration(design, bool(contents.forced))
+    return {DATA_SHEET: figures_for_programs(design.response, design.performance)} | {
+        name: content for name, content in found.items() if name == CALIBRATION
+    }
+
+
+def _solids(design: Design) -> dict[str, bytes]:
+    from sitscad.formats.meshes import render_glb
+    from sitscad.parts.extras import MissingExtra
+    from sitscad.scene.jaws import PartsError
+
+    try:
+        return render_glb(design.bare.whole, design.bare.spec)
+    except (MissingExtra, PartsError):
+        return {}
+
+
+def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
+    """How many errors, warnings and notes there are, each of them, and the files that were read."""
+    found = [
+        {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
+         "key": each.key, "message": each.message, "hint": each.hint or ""}
+        for each in checked.findings
+    ]  # fmt: skip
+    counts = {severity.value: checked.count(severity) for severity in Severity}
+    return {"counts": counts, "findings": found, "read": read}
+
+
+def _numbers(design: Design) -> Document:
+    """The figures of every coil and state, and of the fit, by what they are: value and unit."""
+    found: Document = {}
+    for coil in design.estimates.coils:
+        for name, state in coil.states.items():
+            values = (("L", state.inductance, "H"), ("f", state.frequency, "Hz"), ("Q", state.quality_factor, ""),
+                      ("Rp", state.parallel_resistance, "ohm"), ("amplitude", state.amplitude, "V"))  # fmt: skip
+            found |= {f"{what} of {coil.name} {name}": _shown(value, unit) for what, value, unit in values}
+    return found | {f"{each.name}, to spare": _shown(each.margin, "m") for each in design.fit}
+
+
+def _felt(point: Document) -> Document:
+    """What every axis tells apart and how far it goes at full load."""
+    return {
+        f"{what} of {name.replace('_', ' along ')}": _shown(axis[key], "N")
+        for name, axis in point["axes"].items()
+        for what, key in (("resolution", "resolution_N"), ("range", "range_N"))
+    }
+
+
+def _shown(value: float | None, unit: str) -> str:
+    return quantity(value, unit, 4)
+
+
+def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
+    """The process: a number that it is sent begins the work of that revision; every event goes back with it, and None
+    at the end. What goes wrong is an event of the stage ``failed``.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who watches ends this process
+    import sitscad.estimates  # so that the first save finds it loaded
+    import sitscad.layout  # noqa: F401
+
+    before = Before()
+    while True:
+        try:
+            revision = asked.recv()
+        except EOFError:
+            sys.exit(0)
+        try:
+            for event in worked_out(path, before, serves):
+                told.send((revision, event))
+        except (PolicyError, OSError) as error:
+            told.send((revision, Event("failed", {"message": str(error)})))
+        except Exception as error:
+            before.designs.clear()
+            told.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
+        told.send((revision, None))

@@ -1,0 +1,212 @@
+"""A watched spec: what a save changes is told, in order and soon; what it leaves as it was is not made again."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import sitscad.layout
+from sitscad.watch.server import Showing, server
+from sitscad.watch.watching import changes, stamp, words
+from sitscad.watch.work import Before, Event, worked_out
+
+TREE = Path(__file__).parents[2]
+SPEC = (TREE / "templates" / "single_coil.yaml").read_text(encoding="utf-8")
+BENCH = (TREE / "templates" / "bench_7mm.yaml").read_text(encoding="utf-8")
+
+
+def _finding(rule: str, line: int, message: str) -> dict[str, object]:
+    place = {"line": line, "column": 1, "key": "coil"}
+    return {"rule": rule, "severity": "warning", **place, "message": message, "hint": ""}
+
+
+def _verdict(*findings: dict[str, object]) -> Event:
+    return Event("findings", {"counts": {"error": 0, "warning": len(findings), "note": 0}, "findings": list(findings)})
+
+
+def test_only_what_has_changed_is_said():
+    first = _verdict(_finding("SIT103", 4, "narrow"), _finding("SIT215", 6, "weak"))
+    then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
+    found = changes(then, first)
+    assert [[each["rule"] for each in found[kind]] for kind in ("new", "gone", "moved")] == [
+        ["SIT217"], ["SIT215"], ["SIT103"]]  # fmt: skip
+    said = words(then, first)
+    assert said[0] == "ok: 2 warnings" and said[1].startswith("+ line 7") and said[2].startswith("- line 6")
+    assert said[3].startswith("~ line 5") and said[3].endswith("(was line 4)")
+    assert words(then, then) == ["ok: 2 warnings"]
+    numbers = Event("estimate", {"numbers": {"f": "1 MHz", "L": "2 uH"}})
+    later = Event("estimate", {"numbers": {"f": "1.1 MHz", "L": "2 uH"}})
+    assert words(later, numbers) == ["f: 1 MHz -> 1.1 MHz"] and words(numbers, None) == ["f: 1 MHz", "L: 2 uH"]
+
+
+def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
+    path = tmp_path / "bench.yaml"
+    path.write_text(BENCH, encoding="utf-8")
+    before = Before()
+    events = list(worked_out(str(path), before, serves=False))
+    assert [event.stage for event in events] == ["findings", "estimate", "feeling", "findings"]
+    assert events[0].data["counts"]["error"] == 0 and events[-1].data["last"]
+    assert "resolution of normal" in events[2].data["numbers"]
+    path.write_text("sitscad: 1\nname: 4\n", encoding="utf-8")
+    (broken,) = worked_out(str(path), before, serves=False)
+    assert broken.data["unreadable"] and {each["line"] for each in broken.data["findings"]} == {1, 2}
+    assert before.designs, "the last design that could be read is kept"
+
+
+def test_another_readout_neither_draws_nor_models_anew(tmp_path, monkeypatch):
+    path = tmp_path / "bench.yaml"
+    path.write_text(BENCH, encoding="utf-8")
+    before = Before()
+    first = list(worked_out(str(path), before, serves=True))
+    assert "board" in [event.stage for event in first] and b"<svg" in first[1].page
+    solids = before.files["solids"]
+
+    def drawn(*_: object) -> None:
+        raise AssertionError("drawn anew")
+
+    monkeypatch.setattr("sitscad.layout.arrangement.arrange", drawn)
+    monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
+    assert "scan_rate: " in BENCH
+    rate = BENCH.split("scan_rate: ")[1].split()[0]
+    path.write_text(BENCH.replace(f"scan_rate: {rate}", f"scan_rate: {int(rate) // 2}"), encoding="utf-8")
+    second = list(worked_out(str(path), before, serves=True))
+    assert [event.stage for event in second] == [event.stage for event in first]
+    assert before.files["solids"] is solids
+    assert second[3].data["numbers"] != first[3].data["numbers"], "a slower scan tells smaller forces apart"
+
+
+def test_a_stamp_sees_a_renamed_file_of_the_same_size(tmp_path):
+    one, other = tmp_path / "a", tmp_path / "b"
+    one.write_text("x")
+    other.write_text("y")
+    os.utime(other, ns=(one.stat().st_atime_ns, one.stat().st_mtime_ns))
+    seen = stamp(str(one))
+    os.replace(other, one)
+    assert stamp(str(one)) != seen and stamp(str(tmp_path / "none")) is None
+
+
+@pytest.fixture
+def served():
+    showing = Showing()
+    made = server(showing, "127.0.0.1", 0)
+    threading.Thread(target=made.serve_forever, daemon=True).start()
+    yield showing, made.server_address[1]
+    made.shutdown()
+    made.server_close()
+
+
+def _get(port: int, path: str, host: str | None = None) -> tuple[int, bytes, dict[str, str]]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", path, headers={"Host": host or f"localhost:{port}"})
+    answer = connection.getresponse()
+    return answer.status, answer.read(), dict(answer.getheaders())
+
+
+def test_only_its_own_paths_are_served_and_only_to_those_who_ask_by_its_name(served):
+    showing, port = served
+    showing.tell(1, _verdict(_finding("SIT103", 4, "narrow")), None)
+    assert _get(port, "/")[0] == 200 and "default-src 'none'" in _get(port, "/")[2]["Content-Security-Policy"]
+    assert [_get(port, path)[0] for path in ("/etc/passwd", "/../work.py", "/report.html")] == [404] * 3
+    for host in ("attacker.example", f"attacker.example:{port}", "localhost", ""):
+        assert _get(port, "/", host or " ")[0] == 403
+    state = json.loads(_get(port, "/state")[1])
+    assert state["findings"]["verdict"] == "ok: 1 warning" and state["findings"]["revision"] == 1
+
+
+def test_who_listens_hears_the_last_of_each_stage_and_what_follows(served):
+    showing, port = served
+    showing.tell(1, _verdict(), None)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", "/events", headers={"Host": f"127.0.0.1:{port}"})
+    answer = connection.getresponse()
+    assert answer.getheader("Content-Type") == "text/event-stream"
+    assert json.loads(answer.readline()[6:])["stage"] == "findings" and answer.readline() == b"\n"
+    showing.tell(2, Event("failed", {"message": "no"}), None)
+    assert json.loads(answer.readline()[6:])["message"] == "no"
+
+
+class Watched:
+    """`sitscad watch` as a process, its lines as they come."""
+
+    def __init__(self, path: Path, *arguments: str) -> None:
+        command = [sys.executable, "-m", "sitscad", "watch", str(path), "--format", "json", *arguments]
+        around = {**os.environ, "PYTHONPATH": str(TREE), "OPENBLAS_NUM_THREADS": "1"}
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=TREE, env=around)
+
+    def until(self, wanted) -> dict:
+        """The first event that is wanted."""
+        assert self.process.stdout is not None
+        while True:
+            line = self.process.stdout.readline()
+            assert line, "it has ended"
+            if line.startswith("{") and wanted(event := json.loads(line)):
+                return event
+
+
+@pytest.fixture
+def watched(tmp_path):
+    path = tmp_path / "coil.yaml"
+    path.write_text(SPEC, encoding="utf-8")
+    found = Watched(path)
+    yield found, path
+    found.process.kill()
+    found.process.wait()
+
+
+def _saved(path: Path, text: str) -> None:
+    beside = path.with_suffix(".new")  # as editors do: another file takes its place
+    beside.write_text(text, encoding="utf-8")
+    os.replace(beside, path)
+
+
+def test_saves_are_followed_and_interrupting_ends_it(watched):
+    found, path = watched
+    assert found.until(lambda event: event["stage"] == "estimate")["revision"] == 1
+    _saved(path, SPEC.replace("sitscad: 1", "sitscad: one"))
+    assert found.until(lambda event: event["revision"] == 2)["unreadable"]
+    path.unlink()
+    time.sleep(0.3)
+    _saved(path, SPEC)
+    last = found.until(lambda event: event["revision"] == 3 and event.get("last"))
+    assert last["counts"]["error"] == 0
+    found.process.send_signal(signal.SIGINT)
+    assert found.process.wait(20) == 0
+
+
+@pytest.mark.slow
+def test_a_hundred_saves_broken_ones_among_them(watched):
+    """No crash, the last one is what is said at the end, and memory stays where it was."""
+    found, path = watched
+    found.until(lambda event: event.get("last"))
+
+    def memory() -> int:
+        family = [found.process.pid, *_children(found.process.pid)]
+        return sum(int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * 4096 for pid in family)
+
+    sizes = []
+    for number in range(100):
+        text = SPEC.replace("name:", "nam:") if number % 7 == 3 else SPEC + f"# {number}\n"
+        _saved(path, text)
+        if number % 5 == 0:
+            found.until(lambda event: event["stage"] == "findings")
+            sizes.append(memory())
+        else:
+            time.sleep(0.05)
+    _saved(path, SPEC.replace("turns: ", "turns: 0.5 # "))
+    end = found.until(lambda event: event.get("last") or event.get("unreadable"))
+    while any("turns" in each["key"] for each in end["findings"]) is False:
+        end = found.until(lambda event: event.get("last") or event.get("unreadable"))
+    assert max(sizes[10:]) < 1.5 * max(sizes[:5])
+
+
+def _children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
