@@ -65,9 +65,13 @@ MAY_IMPORT = {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "estimates", "design", "checks",
         "remedy", "inspection", "opening", "physics", "mechanics", "readout", "drawing", "report",
     },
+    "watch": {
+        "finding", "scene", "parts", "design", "spec", "inspection", "opening", "policy", "checks", "package", "report",
+        "papers", "formats", "drawing", "estimates", "layout",
+    },
     "cli": {
-        "", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design", "scene",
-        "study",
+        "", "watch", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design",
+        "scene", "study",
     },
     "__main__": {"cli"},
     "__init__": {

@@ -16,7 +16,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from sitscad.checks import mended  # noqa: F401 - what every save needs is there before the first one
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
@@ -25,10 +24,9 @@ from sitscad.package.contents import Contents, read_by
 from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
 from sitscad.record import record
-from sitscad.remedy.search import DECISIVE
 from sitscad.report.findings import CheckedSpec
 from sitscad.report.measures import quantity
-from sitscad.spec.rules import SpecError
+from sitscad.spec.format.reading import SpecError
 
 STAGES = ("findings", "board", "estimate", "feeling", "solids")
 """What is told, in the order of working it out."""
@@ -65,7 +63,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     try:
         spec = opened(path, policy)
     except SpecError as error:
-        said = _verdict(unreadable(path, error, DECISIVE), [path]) | {"unreadable": True}
+        said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
         yield Event("findings", said, seconds=time.perf_counter() - began)
         return
     design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
