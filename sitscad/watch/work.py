@@ -20,7 +20,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
 from sitscad.opening import opened, policy_for
-from sitscad.package.contents import Contents, read_by
+from sitscad.package.contents import Contents, drawn_calibration, read_by
 from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
 from sitscad.record import record
@@ -99,7 +99,6 @@ def _kept(before: Before, name: str, made_of: object, make: Any) -> dict[str, by
 
 
 def _feeling(contents: Contents) -> dict[str, bytes]:
-    from sitscad.package.calibration_files import drawn_calibration
     from sitscad.papers.datasheet import figures_for_programs
 
     design = contents.design.bare
@@ -113,7 +112,7 @@ def _feeling(contents: Contents) -> dict[str, bytes]:
 
 def _solids(design: Design) -> dict[str, bytes]:
     from sitscad.formats.meshes import render_glb
-    from sitscad.parts.extras import MissingExtra
+    from sitscad.parts.solid import MissingExtra
     from sitscad.scene.jaws import PartsError
 
     try:
