@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from sitscad.spec.load import load as load, load_text as load_text
     from sitscad.spec.sensor import SensorSpec as SensorSpec, json_schema as json_schema
     from sitscad.study.evaluation import Evaluation as Evaluation
+    from sitscad.study.study import Study as Study, StudyAnswer as StudyAnswer
     from sitscad.study.sweeping import SweepTable as SweepTable, measure as measure, sweep as sweep
     from sitscad.writer import Writer as Writer
     # isort: on
@@ -95,6 +96,7 @@ _HOMES = {
     "sitscad.spec.load": "SpecError load load_text",
     "sitscad.spec.sensor": "SensorSpec json_schema",
     "sitscad.study.evaluation": "Evaluation",
+    "sitscad.study.study": "Study StudyAnswer",
     "sitscad.study.sweeping": "SweepTable measure sweep",
     "sitscad.writer": "Writer",
 }

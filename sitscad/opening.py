@@ -45,23 +45,37 @@ def opened(path: str, policy: Policy | None = None) -> SensorSpec:
     return load(path, profiles)
 
 
-def specs_in(paths: Sequence[str]) -> list[str]:
+STUDY = "sitscad_study:"
+"""How the line begins by which a file says that it is a study."""
+
+
+def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
     """Paths as they are, folders as the specs in them and below, in order of their names.
 
     Of the YAML files in a folder those are specs that have a key ``sitscad`` at the left; packages and hidden folders
-    are left out. Raises ValueError for a folder without any.
+    are left out, and studies are, which `passed_by` is told. Raises ValueError for a folder without any, and for a path
+    of a study.
     """
     found: list[str] = []
     for path in paths:
         if path == STDIN or not os.path.isdir(path):
+            if path != STDIN and _begins(path, STUDY):
+                raise ValueError(f"{path} is a study and no spec: `sitscad design {path}`")
             found.append(path)
             continue
-        lines = ((name, beginning(name).splitlines()) for name in _yaml_files(path))
-        below = [name for name, each in lines if any(line.startswith("sitscad:") for line in each)]
+        named = _yaml_files(path)
+        if passed_by is not None:
+            for name in (name for name in named if _begins(name, STUDY)):
+                passed_by(name)
+        below = [name for name in named if _begins(name, "sitscad:")]
         if not below:
             raise ValueError(f"{path}: there is no spec in this folder (a YAML file with `sitscad: 1` in it)")
         found += below
     return list(dict.fromkeys(found))
+
+
+def _begins(path: str, word: str) -> bool:
+    return any(line.startswith(word) for line in beginning(path).splitlines())
 
 
 def _yaml_files(folder: str) -> list[str]:

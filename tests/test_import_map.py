@@ -64,6 +64,7 @@ MAY_IMPORT = {
     "study": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "estimates", "design", "checks",
         "remedy", "inspection", "opening", "physics", "mechanics", "readout", "drawing", "report",
+        "policy", "parts",
     },
     "watch": {
         "finding", "scene", "parts", "design", "spec", "inspection", "opening", "policy", "checks", "package", "report",

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+import time
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +15,8 @@ import sitscad
 from sitscad.cli.terminal import Example, counted, print_result, row_of, say, show_findings, spec_of
 
 if TYPE_CHECKING:
+    from sitscad.study.running import Progress as StudyProgress
+    from sitscad.study.running import State
     from sitscad.study.sweeping import Progress
 
 
@@ -94,5 +99,77 @@ def _progress() -> Progress | None:
 
     def show(done: int, of: int) -> None:
         click.echo(f"\r  {done} of {of} designs" + ("\n" if done >= of else ""), err=True, nl=False)
+
+    return show
+
+
+@click.command(cls=Example, example="sitscad design study.yaml --jobs 2")
+@click.argument("study", type=click.Path())
+@click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: outputs/NAME-study).")
+@click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
+@click.option("--again", is_flag=True, help="Evaluate everything anew, whatever the archive has.")
+@click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
+def design(study: str, output: str | None, jobs: int | None, again: bool, format_name: str) -> int:
+    """Find the designs that meet STUDY best.
+
+    STUDY is a file beside a spec that says what of it varies, what is to be small or large, and what is required
+    (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` holds.
+
+    \b
+    Files:
+      designs/1.yaml, ...  the designs that are kept, whole specs for `build`.
+      front.csv            every design that no other one beats.
+      study.json           the whole answer, for programs.
+      archive.jsonl        every design that was looked at: the same command
+                           goes on from there, and ends with the same files.
+
+    Exit code: 0 a design keeps everything, 1 none was found, 2 the study cannot be read.
+    """  # noqa: D301 - click asks for the control character itself
+    from sitscad.inspection import unreadable
+    from sitscad.package import write_file
+    from sitscad.study.answer_files import answer_files, answer_json, answer_text
+
+    row_of({"text": "", "json": ""}, format_name, "--format")
+    try:
+        asked = sitscad.Study.load(study)
+    except sitscad.SpecError as error:
+        show_findings([unreadable(study, error, "none")])
+        return 2
+    folder = output or os.path.join("outputs", f"{asked.name}-study")
+    answer = asked.run(folder=folder, jobs=jobs, again=again, progress=_study_progress())
+    if answer.found.reused:
+        say(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
+    os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
+    files = answer_files(answer)
+    for name in files:
+        write_file(os.path.join(folder, name), files[name])
+    _drop_stale(folder, files)
+    say(f"wrote {folder}")
+    print_result(answer_json(answer) if format_name == "json" else answer_text(answer, folder))
+    return 0 if answer.is_met else 1
+
+
+def _drop_stale(folder: str, files: Mapping[str, bytes]) -> None:
+    """Take away designs that an earlier answer kept and this one does not."""
+    for name in os.listdir(os.path.join(folder, "designs")):
+        if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
+            os.unlink(os.path.join(folder, "designs", name))
+
+
+def _study_progress() -> StudyProgress | None:
+    """What shows on a terminal how far a study is: designs a second, those that keep all, the best, time left."""
+    if not sys.stderr.isatty():
+        return None
+    from sitscad.study.sweep_files import shown
+
+    started: dict[str, float] = {}
+
+    def show(state: State) -> None:
+        first = started.setdefault(f"{state.stage}{state.of if state.done == 1 else ''}", time.monotonic())
+        rate = state.done / max(time.monotonic() - first, 1e-3)
+        best = ", ".join(f"{name} {shown(name, value)}" for name, value in state.best.items())
+        left = (state.of - state.done) / max(rate, 1e-9)
+        words = f"{state.stage}: {state.done} of {state.of}, {rate:.3g} a second, {state.feasible} keep all"
+        click.echo(f"\r\033[K  {words}{f', best {best}' if best else ''}, {left:.0f} s left", err=True, nl=False)
 
     return show

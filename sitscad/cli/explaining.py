@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+from typing import Any
 
 import click
 
@@ -74,8 +75,8 @@ def rules(format_name: str) -> int:
     "document",
     default="spec",
     show_default=True,
-    metavar="spec|check|calibration",
-    help="check: what its --format json prints; calibration: calibration.json.",
+    metavar="spec|check|calibration|study",
+    help="check: what its --format json prints; calibration: calibration.json; study: a study's file.",
 )
 def schema(document: str) -> int:
     """Print the JSON Schema of the spec.
@@ -88,6 +89,13 @@ def schema(document: str) -> int:
         "spec": sitscad.json_schema,
         "check": functools.partial(json_file, "check.schema"),
         "calibration": functools.partial(json_file, "calibration.schema"),
+        "study": _study_schema,
     }
     print_result(json.dumps(row_of(made, document, "--of")(), indent=1))
     return 0
+
+
+def _study_schema() -> dict[str, Any]:
+    from sitscad.study.study import study_schema  # loads what judges designs
+
+    return study_schema()

@@ -85,7 +85,7 @@ def specs_of(paths: Iterable[str]) -> list[str]:
     from sitscad.opening import specs_in
 
     try:
-        return specs_in(list(paths))
+        return specs_in(list(paths), lambda path: say(f"{path} is a study, and is passed by (sitscad design {path})"))
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 

@@ -8,10 +8,11 @@ import os
 import signal
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from functools import lru_cache
-from typing import Any, Protocol
+from itertools import islice
+from typing import Any, Protocol, TypeVar
 
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError
@@ -30,6 +31,11 @@ DEATHS = 3
 
 NOT_COMPUTED = "not-computed"
 """Stands among the rules for a design that made a computation fail."""
+
+
+Made = TypeVar("Made")
+Task = tuple[Callable[..., Any], tuple[Any, ...]]
+"""Work, and what it is given."""
 
 
 class Executor(Protocol):
@@ -99,47 +105,65 @@ class Workers:
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
         """Those of all designs, in their order."""
-        if self._given is None and (self._jobs == 1 or len(designs) == 1):
-            for changes in designs:
-                yield from self._here(Chunk((changes,), tuple(measures), level))[0]
-            return
-        left, running = deque(designs), deque[tuple[Chunk, Any]]()
-        while left or running:
-            while left and len(running) < 2 * self._jobs:
+        left = deque(designs)
+
+        def chunks() -> Iterator[Task]:
+            while left:
                 size = min(self._size(level), -(-len(left) // self._jobs))
-                chunk = Chunk(tuple(left.popleft() for _ in range(min(size, len(left)))), tuple(measures), level)
-                running.append((chunk, self._submit(chunk)))
-            found, seconds = self._first(running)
+                chunk = Chunk(tuple(left.popleft() for _ in range(size)), tuple(measures), level)
+                yield evaluate_chunk, (self._base.text, self._base.path, self._base.profiles, chunk)
+
+        for found, seconds in self._in_order(chunks()):
             self._speed[level] = len(found) / max(seconds, 1e-3)
             yield from found
 
+    def each(self, work: Callable[..., Made], given: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
+        """What `work` makes of each of some arguments, in their order."""
+        yield from self._in_order((work, arguments) for arguments in given)
+
     def _size(self, level: str) -> int:
+        if self._is_here:
+            return 1
         return max(1, min(MOST_IN_CHUNK, round(SECONDS * self._speed.get(level, 1.0))))
 
-    def _here(self, chunk: Chunk) -> tuple[list[Evaluation], float]:
-        return evaluate_chunk(self._base.text, self._base.path, self._base.profiles, chunk)
+    @property
+    def _is_here(self) -> bool:
+        return self._given is None and self._jobs == 1
 
-    def _submit(self, chunk: Chunk) -> Any:
+    def _in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
+        """What tasks make, in their order; each is taken when it is begun, two for every worker at a time."""
+        if self._is_here:
+            yield from (work(*arguments) for work, arguments in tasks)
+            return
+        running = deque[tuple[Task, Any]]()
+        while True:
+            for task in islice(tasks, 2 * self._jobs - len(running)):
+                running.append((task, self._submit(task)))
+            if not running:
+                return
+            yield self._first(running)
+
+    def _submit(self, task: Task) -> Any:
         if self._pool is None:
             from concurrent.futures import ProcessPoolExecutor  # only where there are several
 
             self._pool = ProcessPoolExecutor(self._jobs, initializer=_undisturbed)
-        return self._pool.submit(evaluate_chunk, self._base.text, self._base.path, self._base.profiles, chunk)
+        return self._pool.submit(task[0], *task[1])
 
-    def _first(self, running: deque[tuple[Chunk, Any]]) -> tuple[list[Evaluation], float]:
-        """What the first of the chunks that are on their way makes; all are sent again where a process died."""
+    def _first(self, running: deque[tuple[Task, Any]]) -> Any:
+        """What the first of the tasks that are on their way makes; all are begun again where a process died."""
         for _ in range(DEATHS):
             try:
-                found: tuple[list[Evaluation], float] = running[0][1].result()
+                found = running[0][1].result()
                 running.popleft()
                 return found
             except BrokenExecutor:
                 if self._given is not None:
                     raise
                 self._pool = None
-                chunks = [chunk for chunk, _ in running]
+                tasks = [task for task, _ in running]
                 running.clear()
-                running.extend((chunk, self._submit(chunk)) for chunk in chunks)
+                running.extend((task, self._submit(task)) for task in tasks)
         raise BrokenExecutor("processes ended without a word, again and again: too little memory, or ended by somebody")
 
 

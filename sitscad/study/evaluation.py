@@ -15,6 +15,10 @@ FULL, SCREEN = "full", "screen"
 """Levels: what `check` does, without hints; and the quick one, which states the error of each figure."""
 
 
+BROKEN = 0.05
+"""What any breach weighs, however near to its limit: two rules are more than one."""
+
+
 @record
 class Breach:
     """How far a design lies beyond what a rule asks: figure and limit (SI, in `unit`), None where the rule has none."""
@@ -25,10 +29,12 @@ class Breach:
 
     @property
     def size(self) -> float:
-        """Distance from the limit, of the limit; 1 where the rule has no figures. It is above nothing."""
+        """What a search takes it for: `BROKEN`, and the distance from the limit over the larger of both; 1 where the
+        rule has no figures.
+        """
         if self.measured is None or self.limit is None:
             return 1.0
-        return max(abs(self.measured - self.limit) / max(abs(self.limit), abs(self.measured), 1e-300), 1e-9)
+        return BROKEN + abs(self.measured - self.limit) / max(abs(self.limit), abs(self.measured), 1e-300)
 
 
 @record

@@ -33,6 +33,7 @@ class AbsentError(ValueError):
 class DesignMeasure:
     """One figure of a design: its name, SI unit (empty for shares and counts), meaning, what a spec needs to have it,
     and the levels that give it. `read` takes it from a design in full, and raises `AbsentError` where there is none.
+    ``decided_by`` are the keys that alone decide it, empty where many do.
     """
 
     name: str
@@ -41,6 +42,7 @@ class DesignMeasure:
     needs: str
     read: Reader
     levels: tuple[str, ...] = (SCREEN, FULL)
+    decided_by: tuple[str, ...] = ()
 
 
 def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
@@ -272,7 +274,8 @@ def _rows() -> Iterator[DesignMeasure]:
                         _layout(lambda design: design.layout.body_size[0]))
     yield DesignMeasure("board.area", "m2", "area of the board with its tail", "", _layout(_area))
     yield DesignMeasure("board.layers", "", "copper layers of the board", "",
-                        _layout(lambda design: float(len(design.spec.fpc.stackup.copper))))
+                        _layout(lambda design: float(len(design.spec.fpc.stackup.copper))),
+                        decided_by=("fpc.stackup",))
     yield DesignMeasure("rate", "Hz", "complete scans a second", "", _readout("scan_rate"))
     yield DesignMeasure("supply_current", "A", "of all converters with their drive", "", _readout("supply_current"))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "

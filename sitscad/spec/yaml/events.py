@@ -136,7 +136,7 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_bracket
             if in_brackets:
                 found.ends[key] = _end(event)
             break
-        name = _key_name(event)
+        name = _key_name(event, key.startswith(CHOICES))
         entry_key = dotted(key, name)
         place = _place(event)
         if name in mapping:
@@ -153,14 +153,18 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_bracket
     return mapping
 
 
-def _key_name(event: Event) -> str:
+CHOICES = "with."
+"""In a study, keys below are values of what is chosen among, numbers as well; no spec has such a section."""
+
+
+def _key_name(event: Event, may_be_number: bool) -> str:
     """The key that an event says; TextError for what is no plain word."""
     if not isinstance(event, ScalarEvent):
         raise TextError("SIT013", "a list or a section cannot be a key", "keys are plain words", _place(event))
     name = str(event.value)
     if not name.isprintable() or len(name) > _LONGEST_KEY:
         raise _not_plain(f"the key {_printable(name)!r}", "keys are plain words", event)
-    plain = event.implicit[0] and event.style in (None, "")
+    plain = event.implicit[0] and event.style in (None, "") and not may_be_number
     if plain and not isinstance(plain_value(name), str):
         what = name[:40] or "nothing"
         hint = "keys are plain words"

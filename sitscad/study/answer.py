@@ -1,0 +1,237 @@
+"""The answer of a study: whether it can be met, what stands in the way, and the designs that are kept."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.record import record
+from sitscad.study.document import Asked, Goal
+from sitscad.study.evaluation import FAILS, Breach, Evaluation
+from sitscad.study.measures import MEASURES
+from sitscad.study.running import Found, costs, violations
+from sitscad.study.search import ranked
+from sitscad.study.space import Point
+from sitscad.study.spreads import Yield
+
+Array = NDArray[np.float64]
+
+
+@record
+class Binding:
+    """What refuses designs: a rule or a measure that is required; the share of all designs that it refuses, that which
+    it refuses alone, and of these the nearest to its limit.
+    """
+
+    name: str
+    share: float
+    alone: float
+    nearest: Breach | None
+    nearest_at: Point | None
+
+
+@record
+class Relaxation:
+    """The smallest relaxation that was tried and admits a design: what is let go, how far beyond it that design lies,
+    and which one it is.
+    """
+
+    names: tuple[str, ...]
+    breaches: Mapping[str, Breach]
+    point: Point
+
+
+@record
+class Agreement:
+    """How well both levels agree on the designs that both judged: their number, how many verdicts differ, and by goal
+    the rank correlation (Spearman), None where all are alike.
+    """
+
+    designs: int
+    verdicts_differ: int
+    rank_correlation: Mapping[str, float | None]
+
+
+@record(eq=False)
+class Kept:
+    """A design that is kept: its point, what differs from the base (key: value), its evaluation in full, its yield."""
+
+    point: Point
+    changed: Mapping[str, Any]
+    evaluation: Evaluation
+    units: Yield | None
+
+
+def bindings(asked: Asked, found: Found) -> list[Binding]:
+    """What refuses designs, what refuses most alone first."""
+    every, alone = Counter[str](), Counter[str]()
+    nearest: dict[str, tuple[float, Breach, Point]] = {}
+    for point in found.screened:
+        broken = violations(asked, found.of(point))
+        every.update(list(broken))
+        if len(broken) != 1:
+            continue
+        (name, breach), = broken.items()
+        alone[name] += 1
+        if name not in nearest or breach.size < nearest[name][0]:
+            nearest[name] = breach.size, breach, point
+    total = max(1, len(found.screened))
+    order = sorted(every, key=lambda name: (-alone[name], -every[name], name))
+    nobody = (0.0, None, None)
+    return [Binding(name, every[name] / total, alone[name] / total, *nearest.get(name, nobody)[1:]) for name in order]
+
+
+def relaxation(asked: Asked, found: Found) -> Relaxation | None:
+    """That which lets go of the fewest names, and of these lies least beyond them; None where one design keeps all."""
+    best: tuple[int, float, int] | None = None
+    chosen: Relaxation | None = None
+    for k, point in enumerate(found.screened):
+        broken = violations(asked, found.of(point))
+        if not broken:
+            return None
+        size = len(broken), sum(one.size for one in broken.values()), k
+        if best is None or size < best:
+            best, chosen = size, Relaxation(tuple(sorted(broken)), broken, point)
+    return chosen
+
+
+def agreement(asked: Asked, found: Found) -> Agreement:
+    """How well the screen agrees with the full level on the designs that both judged."""
+    both = [(found.screened[point], full) for point, full in found.full.items() if point in found.screened]
+    differ = sum((one.verdict == FAILS) != (other.verdict == FAILS) for one, other in both)
+    ranks = {}
+    for goal in asked.goals:
+        pairs = [(one.values[goal.measure][0], other.values[goal.measure][0]) for one, other in both
+                 if goal.measure in one.values and goal.measure in other.values]
+        ranks[goal.measure] = _rank_correlation(np.array(pairs)) if len(pairs) > 2 else None
+    return Agreement(len(both), differ, ranks)
+
+
+def _rank_correlation(pairs: Array) -> float | None:
+    from scipy.stats import spearmanr
+
+    if np.ptp(pairs[:, 0]) == 0.0 or np.ptp(pairs[:, 1]) == 0.0:
+        return None
+    return round(float(spearmanr(pairs[:, 0], pairs[:, 1]).statistic), 6)
+
+
+def front(asked: Asked, found: Found) -> list[Point]:
+    """The designs judged in full that keep everything and that no other one beats, the best by the first goal first."""
+    good = _passing(asked, found)
+    ranks = ranked([costs(asked, found.full[point]) for point in good])
+    first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
+    return sorted(first, key=lambda point: (_goals(asked.goals, found.full[point]), point))
+
+
+def _passing(asked: Asked, found: Found) -> list[Point]:
+    return [point for point, one in found.full.items() if not violations(asked, one)]
+
+
+def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
+    return tuple(goal.cost(one.values[goal.measure][0]) for goal in goals)
+
+
+NEAR = 0.1
+"""Part of the ranges of the varied keys, on average, by which designs of one goal have to differ."""
+
+
+def kept_points(asked: Asked, found: Found) -> list[Point]:
+    """The designs that are kept: of one goal the best that differ, of several those that leave most of the front
+    covered (greedy hypervolume).
+    """
+    if len(asked.goals) == 1:
+        good = _passing(asked, found)
+        order = sorted(good, key=lambda point: (_goals(asked.goals, found.full[point]), point))
+        return _apart(asked, order)
+    points = front(asked, found)
+    return _by_hypervolume(np.array([_goals(asked.goals, found.full[point]) for point in points]), points, asked.keep)
+
+
+def _apart(asked: Asked, order: Sequence[Point]) -> list[Point]:
+    """The first ones of an order that differ from each other."""
+    spans = np.maximum(np.array(asked.space.shape) - 1, 1)
+    kept: list[Point] = []
+    for point in order:
+        far = (float(np.mean(np.abs(np.array(point) - np.array(other)) / spans)) for other in kept)
+        if len(kept) < asked.keep and all(apart >= NEAR for apart in far):
+            kept.append(point)
+    return kept
+
+
+def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[Point]:
+    if not len(points):
+        return []
+    low, high = values.min(axis=0), values.max(axis=0)
+    scaled = (values - low) / np.where(high > low, high - low, 1.0)
+    chosen: list[int] = []
+    while len(chosen) < min(keep, len(points)):
+        left = [k for k in range(len(points)) if k not in chosen]
+        volumes = [hypervolume(scaled[[*chosen, k]]) for k in left]
+        best = left[int(np.argmax(volumes))]
+        chosen.append(best)
+    return [points[k] for k in sorted(chosen)]
+
+
+REFERENCE = 1.1
+"""Corner of the hypervolume beyond the worst of a front scaled to 0 to 1: its ends count, too."""
+
+
+def hypervolume(values: Array) -> float:
+    """Volume between points (n, goals; less is better) and the corner at `REFERENCE`, exactly: by the cells between all
+    coordinates.
+    """
+    axes = [np.unique(np.append(column, REFERENCE)) for column in values.T]
+    lows = np.meshgrid(*(axis[:-1] for axis in axes), indexing="ij")
+    sizes = np.meshgrid(*(np.diff(axis) for axis in axes), indexing="ij")
+    covered = np.zeros(lows[0].shape, dtype=bool)
+    for point in values:
+        covered |= np.all([low >= own for low, own in zip(lows, point, strict=True)], axis=0)
+    return float(np.sum(np.prod(sizes, axis=0)[covered]))
+
+
+def alike_goals(asked: Asked, found: Found) -> Iterator[Goal]:
+    """Goals that are the same of every design that was evaluated: nothing that varies decides them."""
+    for goal in asked.goals:
+        values = {one.values[goal.measure][0] for one in found.screened.values() if goal.measure in one.values}
+        if len(values) == 1 and len(found.screened) > 1:
+            yield goal
+
+
+def changed(asked: Asked, point: Point) -> dict[str, Any]:
+    """What differs from the base, by key, as a spec has it."""
+    before = asked.base.values(())
+    return {key: value for key, value in asked.space.changes(point) if _at(before, key) != value}
+
+
+def _at(data: Any, key: str) -> Any:
+    for name in key.split("."):
+        data = data.get(name) if isinstance(data, dict) else None
+    return data
+
+
+def limits_broken(asked: Asked, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Requirements of the study that figures break, or that they are lacking for."""
+    found = ((one, values.get(one.measure, math.nan)) for one in asked.require if one.measure != "yield")
+    return tuple(one.measure for one, value in found if not one.holds(value))
+
+
+_VAIN = re.compile(r"[ \t]*#[ \t]*sitscad:[ \t]*ignore[^\n]*")
+
+
+def without_vain_comments(text: str, lines: Sequence[int]) -> str:
+    """A text without the comments of some lines (from 1) that silence rules, and in vain."""
+    rows = text.split("\n")
+    for number in lines:
+        rows[number - 1] = _VAIN.sub("", rows[number - 1])
+    return "\n".join(rows)
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a measure; of a rule nothing."""
+    return MEASURES[name].unit if name in MEASURES else ""

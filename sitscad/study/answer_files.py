@@ -1,0 +1,189 @@
+"""The answer of a study as text, as JSON, and as the files of its folder."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from sitscad.report.findings import to_json
+from sitscad.study.base import code_version
+from sitscad.study.evaluation import Breach, Evaluation
+from sitscad.study.measures import MEASURES
+from sitscad.study.space import Point
+from sitscad.study.spreads import Yield
+from sitscad.study.study import StudyAnswer
+from sitscad.study.sweep_files import cell, rule_titles, shown
+from sitscad.units import show
+from sitscad.version import __version__
+
+MOST_BINDING = 6
+"""Rules and requirements that the text lists; JSON has all."""
+
+
+def answer_text(said: StudyAnswer, folder: str = "") -> str:
+    """The answer for people: whether it can be met, what binds, the designs, how it goes on."""
+    parts = [_verdict(said), _binding(said), _designs(said), _trust(said), _onward(said, folder)]
+    return "\n\n".join("\n".join(lines) for part in parts if (lines := list(part))) + "\n"
+
+
+def _verdict(said: StudyAnswer) -> Iterator[str]:
+    asked, found = said.asked, said.found
+    count = f"{len(found.screened)} of {asked.space.size} designs were looked at by {found.method}, "
+    count += f"{len(found.full)} in full"
+    good = len(said.front)
+    if said.is_met:
+        yield f"It can be met: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
+    elif good:
+        limit = next(one.written for one in asked.require if one.measure == "yield")
+        yield f"No design has the yield that is asked ({limit}): {count}; {good} keep everything else."
+    else:
+        yield f"No design was found that keeps everything: {count}."
+    if asked.space.size > len(found.screened) and not said.is_met:
+        yield "That is a search and no proof: what was not looked at may do."
+    for goal in said.alike:
+        yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
+
+
+def breach_words(name: str, breach: Breach | None) -> str:
+    """How far the nearest design lies beyond a limit."""
+    if breach is None or breach.measured is None or breach.limit is None:
+        return ""
+    if name in MEASURES:
+        return f"{shown(name, breach.measured)} where {shown(name, breach.limit)} is asked"
+    return f"{show(breach.measured, breach.unit)} where {show(breach.limit, breach.unit)} is asked"
+
+
+def _binding(said: StudyAnswer) -> Iterator[str]:
+    if said.bindings:
+        yield "What refuses designs (of all; of these as the only thing):"
+    titles = rule_titles()
+    for one in said.bindings[:MOST_BINDING]:
+        nearest = breach_words(one.name, one.nearest)
+        words = f"; the nearest: {nearest}" if nearest else ""
+        yield f"  {titles.get(one.name, one.name):<32} {one.share:>6.1%}  {one.alone:>6.1%}{words}"
+    if len(said.bindings) > MOST_BINDING:
+        yield f"  and {len(said.bindings) - MOST_BINDING} more (study.json)"
+    if said.relaxation is not None:
+        least = said.relaxation
+        yield "The smallest relaxation that was tried and admits a design:"
+        for name in least.names:
+            words = breach_words(name, least.breaches[name])
+            yield f"  let go of {titles.get(name, name)}{f': {words}' if words else ''}"
+        yield f"  with {_keys(said.asked.space.chosen(least.point))}"
+
+
+def _keys(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key}: {value}" for key, value in values.items()) or "the base as it is"
+
+
+def _designs(said: StudyAnswer) -> Iterator[str]:
+    goals = [goal.measure for goal in said.asked.goals]
+    if said.kept:
+        yield f"Designs, the best {'by' if len(goals) == 1 else 'of'} {', '.join(g.words for g in said.asked.goals)}:"
+        yield f"  base  {_figures(said, said.base)}{_refusal(said.base)}"
+    for number, one in enumerate(said.kept, 1):
+        yield f"  {number}     {_figures(said, one.evaluation)}"
+        yield f"        {_keys(one.changed)}"
+        if one.units is not None:
+            yield f"        {yield_words(one.units)}"
+
+
+def _refusal(one: Evaluation) -> str:
+    return f"; refused by {', '.join(one.refused)}" if one.refused else ""
+
+
+def _figures(said: StudyAnswer, one: Evaluation) -> str:
+    names = said.asked.measures
+    return ", ".join(f"{name} {shown(name, one.values[name][0])}" for name in names if name in one.values)
+
+
+def yield_words(units: Yield) -> str:
+    """A yield with its interval, what breaks, and which spread costs it."""
+    low, high = units.interval
+    words = f"yield {units.share:.1%} ({low:.1%} to {high:.1%} at 95 %, {units.units} units)"
+    if units.broken:
+        words += f", lost by {', '.join(f'{name} {share:.1%}' for name, share in units.broken.items())}"
+    if units.failed:
+        words += f"; {units.failed} could not be computed"
+    if units.costs:
+        words += f"; decided by {', '.join(f'{name} {index:.0%}' for name, index in list(units.costs.items())[:3])}"
+    return words
+
+
+def _trust(said: StudyAnswer) -> Iterator[str]:
+    one = said.agreement
+    if one.designs:
+        ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
+        yield (f"Screen against full on {one.designs} designs: {one.verdicts_differ} verdicts differ"
+               + (f"; rank correlation {ranks}." if ranks else "."))
+
+
+def _onward(said: StudyAnswer, folder: str) -> Iterator[str]:
+    if said.kept and folder:
+        yield f"Next: sitscad build {folder}/designs/1.yaml"
+    elif not said.kept:
+        yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
+
+
+def answer_json(said: StudyAnswer) -> str:
+    """The answer for programs; it depends on study, seed and version alone."""
+    asked, found = said.asked, said.found
+    return to_json({
+        "sitscad": __version__, "code": code_version(), "study": said.name, "met": said.is_met,
+        "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
+        "full": len(found.full), "goals": [goal.words for goal in asked.goals],
+        "require": {one.measure: one.written for one in asked.require},
+        "alike": [goal.measure for goal in said.alike],
+        "bindings": [
+            {"name": one.name, "share": one.share, "alone": one.alone, "nearest": _breach(one.nearest),
+             "at": None if one.nearest_at is None else asked.space.chosen(one.nearest_at)}
+            for one in said.bindings
+        ],
+        "relaxation": None if said.relaxation is None else {
+            "lets_go": {name: _breach(said.relaxation.breaches[name]) for name in said.relaxation.names},
+            "at": asked.space.chosen(said.relaxation.point),
+        },
+        "agreement": {"designs": said.agreement.designs, "verdicts_differ": said.agreement.verdicts_differ,
+                      "rank_correlation": dict(said.agreement.rank_correlation)},
+        "base": said.base.as_json(),
+        "kept": [
+            {"design": f"designs/{number}.yaml", "changed": dict(one.changed), **one.evaluation.as_json(),
+             "yield": None if one.units is None else yield_json(one.units)}
+            for number, one in enumerate(said.kept, 1)
+        ],
+    })
+
+
+def _breach(one: Breach | None) -> dict[str, Any] | None:
+    return None if one is None else {"measured": one.measured, "limit": one.limit, "unit": one.unit}
+
+
+def yield_json(units: Yield) -> dict[str, Any]:
+    """A yield as plain values."""
+    return {"share": units.share, "interval": list(units.interval), "units": units.units, "good": units.good,
+            "failed": units.failed, "broken": dict(units.broken), "costs": dict(units.costs)}
+
+
+def front_csv(said: StudyAnswer) -> str:
+    """The front: one row a design, the best by the first goal first; kept designs by their number."""
+    asked, text = said.asked, io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    named = [title for name in asked.measures for title in (name, f"{name}.error")]
+    writer.writerow([*(v.key for v in asked.space.variables), *named, "design"])
+    numbers: dict[Point, int] = {one.point: k for k, one in enumerate(said.kept, 1)}
+    for point in said.front:
+        one = said.found.full[point]
+        figures = [cell(value) for name in asked.measures for value in one.values.get(name, (float("nan"),) * 2)]
+        writer.writerow([*asked.space.chosen(point).values(), *figures, numbers.get(point, "")])
+    return text.getvalue()
+
+
+def answer_files(said: StudyAnswer) -> dict[str, bytes]:
+    """The files of a study's folder beside its archive, and those that the kept designs read."""
+    own = said.asked.base.path.replace("\\", "/").rpartition("/")[2]
+    files = {f"designs/{name}": content for name, content in said.asked.base.spec.source.files.items() if name != own}
+    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
+    files |= {"front.csv": front_csv(said).encode("utf-8"), "study.json": answer_json(said).encode("utf-8")}
+    return files if said.kept else {name: files[name] for name in ("front.csv", "study.json")}

@@ -1,0 +1,361 @@
+"""The file of a study: its keys, and what they say; whatever is wrong with it is reported at once, with its place."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar
+
+from sitscad.record import record
+from sitscad.spec.kinds import Number, Special, Text, described, refuse
+from sitscad.spec.reading import Remarks
+from sitscad.spec.rules import SpecError
+from sitscad.spec.section import Section, key
+from sitscad.spec.yaml_text import dotted
+from sitscad.study.base import Base
+from sitscad.study.measures import MEASURES, nearest_measures
+from sitscad.study.space import RangeError, Space, Variable, stepped
+from sitscad.study.sweeping import require_key
+from sitscad.units import UNITS
+
+VERSION = 1
+MOST_KEYS, MOST_GOALS, MOST_KEPT, MOST_GRID = 16, 3, 8, 1_000_000
+METHODS = ("auto", "grid", "sobol", "nsga2", "de")
+ALL = "all"
+
+
+def _version(value: Any) -> int:
+    if isinstance(value, bool) or value != VERSION or not isinstance(value, int):
+        refuse("SIT008", f"{described(value)} is no version of studies that is known here",
+               f"write sitscad_study: {VERSION}")
+    return VERSION
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        refuse("SIT004", f"{described(value)}, where a section of keys and values is wanted", "")
+    return dict(value)
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list) or not value:
+        refuse("SIT004", f"{described(value)}, where a list is wanted", "write it like [one, other]")
+    return list(value)
+
+
+def _accepted(value: Any) -> tuple[str, ...]:
+    if value == ALL:
+        return (ALL,)
+    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+        refuse("SIT004", f"{described(value)}, where a list of rules is wanted, or `all`", "like [SIT103]")
+    return tuple(value)
+
+
+_VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+_RANGE = {"type": "object", "additionalProperties": False, "required": ["from", "to"],
+          "properties": {"from": _VALUE, "to": _VALUE, "step": _VALUE}}
+_VARY = Special(_mapping, {"type": "object", "minProperties": 1, "maxProperties": MOST_KEYS,
+                           "additionalProperties": {"anyOf": [_RANGE, {"type": "array", "minItems": 1}]}})
+_SAME = Special(_mapping, {"type": "object", "additionalProperties": {"type": "string"}})
+_WITH = Special(_mapping, {"type": "object", "additionalProperties": {
+    "type": "object", "additionalProperties": {"type": "object"}}})
+_GOAL = {"type": "object", "additionalProperties": False, "minProperties": 1, "maxProperties": 1,
+         "properties": {word: {"enum": list(MEASURES)} for word in ("minimize", "maximize")}}
+_GOALS = Special(_list, {"type": "array", "minItems": 1, "maxItems": MOST_GOALS, "items": _GOAL})
+_REQUIRE = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
+    name: {"type": "string", "pattern": "^(>=|<=)", "description": row.meaning} for name, row in MEASURES.items()}})
+_ACCEPT = Special(_accepted, {"anyOf": [{"const": ALL}, {"type": "array", "items": {"type": "string"}}]})
+_SPREAD = Special(_mapping, {"type": "object", "additionalProperties": _VALUE})
+_SEARCH = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
+    "method": {"enum": list(METHODS)}, "evaluations": {"type": "integer", "minimum": 1},
+    "seed": {"type": "integer", "minimum": 0}}})
+
+
+class StudyDocument(Section):
+    """A study: which keys of a base spec vary, what is wanted of the design, and how long is searched."""
+
+    is_whole: ClassVar[bool] = False
+
+    sitscad_study: int = key(Special(_version, {"const": VERSION}), "version of this format")
+    base: str = key(Text(1000), "the spec that is varied, from this file's folder; its rules and requirements hold")
+    vary: dict[str, Any] = key(_VARY, "keys of the spec, each {from, to, step} or a list of values")
+    same: dict[str, Any] = key(_SAME, "keys that take the value of a varied key", {})
+    with_: dict[str, Any] = key(_WITH, "what a value of a varied key brings along", {}, "with")
+    goals: list[Any] = key(_GOALS, "one to three measures to minimize or maximize, the first one first")
+    require: dict[str, Any] = key(_REQUIRE, "limits of measures beside those of the spec, like {rp: '>= 1.2 kohm'}", {})
+    accept: tuple[str, ...] = key(_ACCEPT, "rules whose warnings may stay, or all", [])
+    spread: dict[str, Any] = key(_SPREAD, "one sigma of keys, in place of the tables', like {elastomer.modulus: 30 %}",
+                                 {})
+    search: dict[str, Any] = key(_SEARCH, "method, evaluations, seed", {})
+    keep: int = key(Number(1, MOST_KEPT, whole=True), "designs that are kept at most", 5)
+
+
+@record
+class Goal:
+    """A measure, and whether less of it is better."""
+
+    measure: str
+    is_less_better: bool = True
+
+    def cost(self, value: float) -> float:
+        """The figure as something to make small."""
+        return value if self.is_less_better else -value
+
+    @property
+    def words(self) -> str:
+        """As it is written."""
+        return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
+
+
+@record
+class Requirement:
+    """A limit of a measure (SI): at least that where `is_floor`, else at most; as it is `written`."""
+
+    measure: str
+    is_floor: bool
+    limit: float
+    written: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a figure keeps it."""
+        return value >= self.limit if self.is_floor else value <= self.limit
+
+
+@record(eq=False)
+class Asked:
+    """What a study's file asks for."""
+
+    base: Base
+    space: Space
+    goals: tuple[Goal, ...]
+    require: tuple[Requirement, ...]
+    accept: tuple[str, ...]
+    spread: Mapping[str, float]
+    method: str = "auto"
+    evaluations: int = 1000
+    seed: int = 1
+    keep: int = 5
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """The measures that every design is asked for."""
+        names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
+        return tuple(dict.fromkeys(name for name in names if name != "yield"))
+
+
+def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
+    """What a document asks of a base; what is wrong with it is noted in `said`."""
+    variables = tuple(_variables(document, base, said))
+    space = Space(variables, _same(document, base, said), _brought(document, base, said))
+    _fights(document, said)
+    goals = tuple(_goals(document, said))
+    require = tuple(_requirements(document, said))
+    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, said)}
+    if not said.flaws:
+        _fixed_goals(document, goals, space, said)
+        if search["method"] == "grid" and space.size > MOST_GRID:
+            said.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
+                      "larger steps, fewer keys, or method: auto")
+        if search["method"] == "de" and len(goals) > 1:
+            said.flaw("SIT009", "search.method", "differential evolution has one goal", "one goal, or method: nsga2")
+    return Asked(base, space, goals, require, document.accept, dict(_spreads(document, said)), keep=document.keep,
+                 **search)
+
+
+def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[Variable]:
+    """The varied keys with their values."""
+    if not 1 <= len(document.vary) <= MOST_KEYS:
+        said.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
+    for name, written in document.vary.items():
+        place = dotted("vary", name)
+        try:
+            if isinstance(written, list) and written:
+                values, is_ordered = tuple(written), False
+            elif isinstance(written, dict) and {"from", "to"} <= written.keys() <= {"from", "to", "step"}:
+                values, is_ordered = stepped(written["from"], written["to"], written.get("step")), True
+            else:
+                raise RangeError(f"{described(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
+        except RangeError as error:
+            said.flaw("SIT006", place, str(error), error.hint)
+            continue
+        if len(set(map(str, values))) < len(values):
+            said.flaw("SIT009", place, "a value is listed twice", "each once")
+        if _is_usable(base, name, values, place, said):
+            yield Variable(name, values, is_ordered)
+
+
+def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said: Remarks) -> bool:
+    """Whether the spec has a key, and takes values of this kind there; what it says is noted."""
+    try:
+        require_key(base, name, values)
+    except SpecError as error:
+        for finding in error.findings[:1]:
+            said.flaw(finding.rule, place, finding.message, finding.hint)
+        return False
+    return True
+
+
+def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
+    found = {}
+    for name, other in document.same.items():
+        place = dotted("same", name)
+        if other not in document.vary:
+            known = ", ".join(document.vary)
+            said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
+        elif (values := _first_values(document.vary[other])) and _is_usable(base, name, values, place, said):
+            found[name] = str(other)
+    return found
+
+
+def _first_values(written: Any) -> tuple[Any, ...]:
+    first = written[0] if isinstance(written, list) and written else None
+    return (written.get("from"),) if isinstance(written, dict) else () if first is None else (first,)
+
+
+def _brought(document: StudyDocument, base: Base, said: Remarks) -> dict[str, dict[str, dict[str, Any]]]:
+    """What values of varied keys bring along."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for name, choices in document.with_.items():
+        place, written = dotted("with", name), document.vary.get(name)
+        if not isinstance(choices, dict) or not all(isinstance(one, dict) for one in choices.values()):
+            said.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
+                      "coil.layers: {2: {fpc.stackup: flex-2l}}")
+            continue
+        if written is None:
+            said.flaw("SIT007", place, f"{name} is not varied", f"one of {', '.join(document.vary)}")
+            continue
+        known = [str(value) for value in written] if isinstance(written, list) else None
+        for choice, brings in choices.items():
+            if known is not None and choice not in known:
+                said.flaw("SIT007", dotted(place, choice), f"{choice} is no value of {name}",
+                          f"one of {', '.join(known)}")
+            for other, value in brings.items():
+                _is_usable(base, other, (value,), dotted(dotted(place, choice), other), said)
+        found[name] = {choice: dict(brings) for choice, brings in choices.items()}
+    return found
+
+
+def _fights(document: StudyDocument, said: Remarks) -> None:
+    """Note keys that would take two values at once: of vary, same and with, or of two that vary."""
+    settled = dict.fromkeys(document.vary, "vary")
+    for name in document.same:
+        if name in settled:
+            said.flaw("SIT009", dotted("same", name), f"{name} is varied by itself, too", "take it out of vary or same")
+        settled[name] = "same"
+    for name, choices in document.with_.items():
+        for choice, brings in choices.items() if isinstance(choices, dict) else ():
+            for other in brings if isinstance(brings, dict) else ():
+                by = settled.setdefault(other, f"with.{name}")
+                if by != f"with.{name}":
+                    place = dotted(dotted(dotted("with", name), choice), other)
+                    said.flaw("SIT009", place, f"{other} is decided by {by}, too", "one of both")
+
+
+def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
+    if len(document.goals) > MOST_GOALS:
+        said.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
+                  "turn the others into requirements")
+    for k, written in enumerate(document.goals):
+        place = dotted("goals", k)
+        words = list(written) if isinstance(written, dict) else []
+        if len(words) != 1 or words[0] not in ("minimize", "maximize"):
+            said.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
+        elif _is_measure(written[words[0]], dotted(place, words[0]), said):
+            if written[words[0]] == "yield":
+                said.flaw("SIT009", dotted(place, words[0]), "yield is worked out for the designs that are kept",
+                          'require it: {yield: ">= 95 %"}')
+            yield Goal(written[words[0]], words[0] == "minimize")
+
+
+def _is_measure(name: Any, place: str, said: Remarks) -> bool:
+    if name in MEASURES:
+        return True
+    said.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
+    return False
+
+
+_LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
+
+
+def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requirement]:
+    for name, written in document.require.items():
+        place = dotted("require", name)
+        if not _is_measure(name, place, said):
+            continue
+        match, unit = _LIMIT.fullmatch(str(written)), MEASURES[name].unit
+        factor = _factors(unit).get(match[3]) if match else None
+        if match is None or factor is None:
+            said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
+                      f"like {_example(name)!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
+            continue
+        yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
+
+
+def _factors(unit: str) -> dict[str, float]:
+    """The units in which a limit of a measure may be written, and their factors to SI."""
+    if unit == "":
+        return {"": 1.0, "%": 0.01}
+    if unit == "m2":
+        return {"mm2": 1e-6, "cm2": 1e-4, "m2": 1.0}
+    if unit in ("V", "A"):
+        return {f"{prefix}{unit}": factor for prefix, factor in (("u", 1e-6), ("m", 1e-3), ("", 1.0))}
+    return next({name: float(factor) for name, factor in units.items()} for units in UNITS.values() if unit in units)
+
+
+def _example(name: str) -> str:
+    return {
+        "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
+        "V": ">= 1.2 V", "A": "<= 5 mA",
+    }.get(MEASURES[name].unit, ">= 95 %")
+
+
+def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
+    checks: dict[str, tuple[Callable[[Any], bool], str]] = {
+        "method": (lambda value: value in METHODS, f"one of {', '.join(METHODS)}"),
+        "evaluations": (lambda value: _is_whole(value, 1, MOST_GRID), f"a number from 1 to {MOST_GRID}"),
+        "seed": (lambda value: _is_whole(value, 0, 2**32 - 1), "a whole number from 0"),
+    }
+    found = {}
+    for name, value in document.search.items():
+        place = dotted("search", name)
+        if name not in checks:
+            said.flaw("SIT002", place, f"{described(name)} is no key in search", f"allowed: {', '.join(checks)}")
+        elif not checks[name][0](value):
+            said.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
+        else:
+            found[name] = value
+    return found
+
+
+def _is_whole(value: Any, low: int, high: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, float]]:
+    """One sigma of keys, relative (%)."""
+    from sitscad.study.spreads import SPREADS
+
+    for name, written in document.spread.items():
+        place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
+        if name not in SPREADS:
+            said.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
+                      f"one of {', '.join(SPREADS)}")
+        elif not SPREADS[name].is_relative:
+            said.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
+                      "write its tolerance into the spec's section assembly")
+        elif match is None or not 0.0 <= float(match[1]) <= 100.0:
+            said.flaw("SIT006", place, f"{described(written)} is no sigma", "one sigma of the figure itself, like 30 %")
+        else:
+            yield name, 0.01 * float(match[1])
+
+
+def _fixed_goals(document: StudyDocument, goals: tuple[Goal, ...], space: Space, said: Remarks) -> None:
+    """Note goals that nothing of what is varied can change."""
+    moved = [v.key for v in space.variables] + list(space.same)
+    moved += [other for choices in space.brought.values() for brings in choices.values() for other in brings]
+    for k, goal in enumerate(goals):
+        keys = MEASURES[goal.measure].decided_by
+        if keys and not any(f"{key}.".startswith(f"{one}.") for key in moved for one in keys):
+            word = "minimize" if goal.is_less_better else "maximize"
+            said.flaw("SIT009", dotted(dotted("goals", k), word), f"{goal.measure} is decided by {' and '.join(keys)}, "
+                      "which nothing here varies: all designs have the same", "vary it, or choose another goal")

@@ -1,0 +1,210 @@
+"""A study at work: its designs evaluated on both levels, each once, and what each costs by what is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from sitscad.checks import all_rules
+from sitscad.policy import stands_for
+from sitscad.record import record
+from sitscad.study.archive import Archive
+from sitscad.study.base import Base, Changes
+from sitscad.study.document import ALL, Asked
+from sitscad.study.evaluating import Workers
+from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
+from sitscad.study.measures import MEASURES
+from sitscad.study.search import Costs, method_for, ranked, search
+from sitscad.study.space import Point
+from sitscad.study.spreads import DRAWS, UnitJudged, draws, judge_units
+
+IN_VAIN = "SIT020"
+"""Warns of a comment that silences nothing: it is taken out of a kept design, and held against none."""
+
+LEAST_FULL = 24
+"""Designs that are judged in full at least, where there are so many; four times those that are kept if that is more."""
+
+MOST_ROUNDS = 4
+"""How often designs are judged in full that the screen has on the front once those before fell."""
+
+
+@record
+class State:
+    """How far a study is: what it does, designs done of all, those that keep everything, and the best of each goal."""
+
+    stage: str
+    done: int
+    of: int
+    feasible: int
+    best: Mapping[str, float]
+
+
+Progress = Callable[[State], None]
+
+
+@dataclass
+class Found:
+    """Everything that was evaluated: points in the order in which they were drawn, by level."""
+
+    asked: Asked
+    method: str
+    screened: dict[Point, Evaluation] = field(default_factory=dict)
+    full: dict[Point, Evaluation] = field(default_factory=dict)
+    reused: int = 0
+
+    def of(self, point: Point) -> Evaluation:
+        """The best that is known of a point."""
+        return self.full.get(point) or self.screened[point]
+
+
+def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
+    """What a design breaks: rules with errors, warnings that may not stay, and requirements of the study; a measure
+    that is asked for and that it does not have is broken, too.
+    """
+    broken = dict(found.refused)
+    broken |= {rule: breach for rule, breach in found.warned.items() if not _is_accepted(rule, asked.accept)}
+    for one in asked.require:
+        if one.measure == "yield":
+            continue
+        value = found.values.get(one.measure)
+        unit = MEASURES[one.measure].unit
+        if value is None or not one.holds(value[0]):
+            broken[one.measure] = Breach(None if value is None else value[0], one.limit, unit)
+    if not broken:
+        lacking = [goal.measure for goal in asked.goals if goal.measure not in found.values]
+        broken |= dict.fromkeys(lacking, Breach())
+    return broken
+
+
+def _is_accepted(rule: str, accept: Sequence[str]) -> bool:
+    name = next((one.name for one in all_rules() if one.id == rule), "")
+    return rule == IN_VAIN or any(word == ALL or stands_for(word, rule, name) for word in accept)
+
+
+def costs(asked: Asked, found: Evaluation) -> Costs:
+    """What a design costs the search."""
+    goals = tuple(goal.cost(found.values[goal.measure][0]) if goal.measure in found.values else None
+                  for goal in asked.goals)
+    unmade = NOT_MADE if any(rule.startswith("SIT0") for rule in found.refused) else 0.0
+    return Costs(goals, unmade + sum(breach.size for breach in violations(asked, found).values()))
+
+
+NOT_MADE = 10.0
+"""What a design weighs beside its breaches that cannot be drawn at all: more than any that can."""
+
+
+@dataclass
+class _Tally:
+    """Counts the evaluations of a level, and tells how far it is after each."""
+
+    asked: Asked
+    level: str
+    of: int
+    progress: Progress
+    done: int = 0
+    good: int = 0
+    best: dict[str, float] = field(default_factory=dict)
+
+    def note(self, one: Evaluation) -> None:
+        self.done += 1
+        if not violations(self.asked, one):
+            self.good += 1
+            for goal in self.asked.goals:
+                value = one.values[goal.measure][0]
+                self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
+        self.progress(State(self.level, self.done, max(self.of, self.done), self.good, dict(self.best)))
+
+
+class Run:
+    """One study with its workers, its archive and whom it tells how far it is."""
+
+    def __init__(self, asked: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
+        self._asked, self._workers, self._archive = asked, workers, archive
+        self._progress = progress or (lambda state: None)
+        total = min(asked.evaluations, asked.space.size)
+        self._told = {level: _Tally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
+        self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)))
+
+    def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
+        """Evaluations of points on a level, taken from the archive where it has them."""
+        base, measures = self._asked.base, self._asked.measures
+        changes = {point: self._asked.space.changes(point) for point in points}
+        keys = {point: base.key(changes[point], level) for point in points}
+        known = {point: self._archive.evaluation(keys[point], measures) for point in points}
+        missing = [point for point, one in known.items() if one is None]
+        self.found.reused += len(known) - len(missing)
+        kept = self.found.full if level == FULL else self.found.screened
+        for one in known.values():
+            if one is not None:
+                self._told[level].note(one)
+        made = self._workers.evaluations([changes[point] for point in missing], measures, level)
+        for point, one in zip(missing, made, strict=True):
+            self._archive.add(keys[point], changes[point], one.as_json())
+            known[point] = one
+            self._told[level].note(one)
+        for point, one in known.items():
+            assert one is not None
+            if point not in kept:
+                kept[point] = one
+        return [kept[point] for point in points]
+
+    def search(self) -> None:
+        """Screen designs as the method draws them, then judge in full what may be on the front until it stands."""
+        asked = self._asked
+
+        def evaluate(points: list[Point]) -> list[Costs]:
+            return [costs(asked, one) for one in self.evaluate(points, SCREEN)]
+
+        search(self.found.method, asked.space, min(asked.evaluations, asked.space.size), asked.seed, len(asked.goals),
+               evaluate)
+        count = max(LEAST_FULL, 4 * asked.keep)
+        for _ in range(MOST_ROUNDS):
+            wanted = [point for point in self.best(count) if point not in self.found.full]
+            if not wanted:
+                break
+            self.evaluate(wanted, FULL)
+
+    def best(self, count: int) -> list[Point]:
+        """The points that cost least by the best that is known, front by front; behind them those that break least."""
+        points = list(self.found.screened)
+        known = [costs(self._asked, self.found.of(point)) for point in points]
+        good = [k for k, cost in enumerate(known) if cost.violation <= 0.0]
+        bad = sorted((k for k, cost in enumerate(known) if cost.violation > 0.0), key=lambda k: known[k].violation)
+        if len(good) > MOST_RANKED:
+            good = sorted(good, key=lambda k: known[k].goals[0] or 0.0)[:MOST_RANKED]
+        ranks = ranked([known[k] for k in good])
+        order = sorted(range(len(good)), key=lambda k: (int(ranks[k]), k))
+        return [points[k] for k in [*(good[k] for k in order), *bad][:count]]
+
+    def units(self, point: Point, count: int = DRAWS) -> list[UnitJudged]:
+        """Units of a design as manufacture makes them, each judged."""
+        base, changes, own = self._asked.base, self._asked.space.changes(point), dict(self._asked.spread)
+        names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
+        key = base.key((*changes, ("units", [count, sorted(own.items()), list(names)])), "units")
+        said = self._archive.said(key)
+        if said is None:
+            rows = draws(count)
+            parts = [(base.text, base.path, base.profiles, changes, own, names, rows[k : k + PART])
+                     for k in range(0, count, PART)]
+            found: list[Any] = []
+            for part in self._workers.each(_units_of, parts):
+                found += [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
+                self._progress(State("units", len(found), count, sum(one[0] for one in found), {}))
+            said = {"units": found}
+            self._archive.add(key, changes, said)
+        return [UnitJudged(good, tuple(broken), computed, values) for good, broken, computed, values in said["units"]]
+
+
+PART = 8
+"""Units that go to one worker together: some seconds."""
+
+MOST_RANKED = 3000
+"""Designs among which fronts are told apart; of more, those that are best by the first goal."""
+
+
+def _units_of(
+    text: str, path: str, profiles: str | None, changes: Changes, own: Mapping[str, float], names: tuple[str, ...],
+    rows: Any,
+) -> list[UnitJudged]:
+    return judge_units(Base(text, path, profiles), changes, own, names, rows)

@@ -1,0 +1,260 @@
+"""Yield: the share of units, as manufacture makes them, that keep what is asked of the design.
+
+A unit is the design with every figure that scatters moved by its own draw; the board stays as it was drawn. All designs
+are made of the same draws (common random numbers), so that their yields differ by the designs alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.checks import CheckResult, all_rules
+from sitscad.checks.rules import apply_rule
+from sitscad.design import Design
+from sitscad.estimates.states.pressing import PAD
+from sitscad.estimates.uncertainty import CAPACITOR, DISTANCE, FOIL, WIDTH, sigmas
+from sitscad.finding import Severity
+from sitscad.inspection import as_configured
+from sitscad.record import record
+from sitscad.scene.column import placement
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.stackup import LayerKind
+from sitscad.study.base import Base, Changes
+from sitscad.study.full import figures
+
+Array = NDArray[np.float64]
+
+DRAWS, SEED = 256, 20261124
+"""Units of a kept design, and the seed of their draws: the same for every study."""
+
+KEPT_BY_UNITS = ("SIT2", "SIT4")
+"""Rules that every unit has to keep: electrical, reading and feeling. Board and fit are the design's own."""
+
+LEAST_FACTOR = 0.05
+"""What a figure is scaled by at least, however large its sigma is."""
+
+
+@record
+class Spread:
+    """One figure that differs from unit to unit: its standard deviation, relative where `is_relative`, else in metres
+    or radians; whether the draws are normal in its logarithm, else evenly spread over their band; and what moves it.
+    """
+
+    name: str
+    sigma: Callable[[SensorSpec], float]
+    moved: Callable[[SensorSpec, float], SensorSpec]
+    is_relative: bool = True
+    is_logarithmic: bool = False
+
+
+def _width(spec: SensorSpec, off: float) -> SensorSpec:
+    coil = spec.coil
+    width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
+    pitch = coil.trace_width + coil.trace_spacing  # the film of the artwork keeps it
+    return replace(spec, coil=replace(coil, trace_width=width, trace_spacing=pitch - width))
+
+
+def _layers(kind: LayerKind) -> Callable[[SensorSpec, float], SensorSpec]:
+    """Moves the thickness of all layers of a kind: foils and films are of one delivery."""
+
+    def moved(spec: SensorSpec, off: float) -> SensorSpec:
+        stackup = spec.fpc.stackup
+        layers = tuple(
+            replace(one, thickness=one.thickness + off * (one.thickness - one.plated)) if one.kind is kind else one
+            for one in stackup.layers
+        )
+        return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=layers)))
+
+    return moved
+
+
+def _capacitor(spec: SensorSpec, off: float) -> SensorSpec:
+    chosen = spec.readout.capacitance
+    return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
+
+
+def _pad_thickness(spec: SensorSpec, off: float) -> SensorSpec:
+    pad = spec.elastomer
+    if pad is None:
+        return spec
+    return replace(spec, elastomer=replace(pad, thickness=max(LEAST_FACTOR * pad.thickness, pad.thickness + off)))
+
+
+def _modulus(spec: SensorSpec, off: float) -> SensorSpec:
+    pad = spec.elastomer
+    if pad is None:
+        return spec
+    material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(off))
+    return replace(spec, elastomer=replace(pad, material=material))
+
+
+def _glue(spec: SensorSpec, off: float) -> SensorSpec:
+    line = spec.assembly.glue_line
+    return replace(spec, assembly=replace(spec.assembly, glue_line=max(0.0, line + off)))
+
+
+def _beside(axis: int) -> Callable[[SensorSpec, float], SensorSpec]:
+    def moved(spec: SensorSpec, off: float) -> SensorSpec:
+        if spec.target is None:
+            return spec
+        x, y = spec.target.offset
+        offset = (x + off, y) if axis == 0 else (x, y + off)
+        return replace(spec, target=replace(spec.target, offset=offset))
+
+    return moved
+
+
+def _turned(spec: SensorSpec, off: float) -> SensorSpec:
+    return spec if spec.target is None else replace(
+        spec, target=replace(spec.target, rotation=spec.target.rotation + off))
+
+
+def _yaw(spec: SensorSpec) -> float:
+    return 2.0 * placement(spec).band / min(spec.target.size) / math.sqrt(3.0) if spec.target is not None else 0.0
+
+
+def _of_table(name: str) -> Callable[[SensorSpec], float]:
+    return lambda spec: sigmas(spec)[name]
+
+
+def _line_sigma(spec: SensorSpec) -> float:
+    return spec.assembly.glue_tolerance / math.sqrt(3.0)
+
+
+SPREADS: dict[str, Spread] = {
+    row.name: row
+    for row in (
+        Spread("coil.trace_width", _of_table(WIDTH), _width),
+        Spread("fpc.stackup.copper", _of_table(FOIL), _layers(LayerKind.COPPER)),
+        Spread("fpc.stackup.dielectric", _of_table(DISTANCE), _layers(LayerKind.DIELECTRIC)),
+        Spread("readout.capacitance", _of_table(CAPACITOR), _capacitor),
+        Spread("elastomer.thickness", _of_table(PAD), _pad_thickness, is_relative=False),
+        Spread("elastomer.modulus", lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0,
+               _modulus, is_logarithmic=True),
+        Spread("assembly.glue_line", _line_sigma, _glue, is_relative=False),
+        Spread("target.offset.x", lambda spec: placement(spec).band / math.sqrt(3.0), _beside(0), is_relative=False),
+        Spread("target.offset.y", lambda spec: placement(spec).band / math.sqrt(3.0), _beside(1), is_relative=False),
+        Spread("target.rotation", _yaw, _turned, is_relative=False),
+    )
+}
+"""What scatters, by name; sigmas are those of `estimates.uncertainty` and `scene.column`, with their sources there."""
+
+
+@cache
+def draws(count: int) -> Array:
+    """Numbers (count, spreads) between 0 and 1 of a scrambled Sobol' set, always the same."""
+    from scipy.stats import qmc  # only studies
+
+    found = qmc.Sobol(len(SPREADS), scramble=True, rng=SEED).random(count)
+    return np.asarray(np.clip(found, 1e-12, 1.0 - 1e-12))
+
+
+def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
+    """The spec of one unit by its draws (spreads,); `own` are sigmas that stand for those of the tables."""
+    from scipy.special import ndtri
+
+    for spread, u in zip(SPREADS.values(), row, strict=True):
+        sigma = own.get(spread.name, spread.sigma(spec))
+        off = sigma * (float(ndtri(u)) if spread.is_logarithmic else math.sqrt(3.0) * (2.0 * float(u) - 1.0))
+        spec = spread.moved(spec, off)
+    return spec
+
+
+@record
+class UnitJudged:
+    """One unit: whether it keeps all, what it breaks, whether a computation failed, and its figures."""
+
+    is_good: bool
+    broken: tuple[str, ...]
+    is_computed: bool
+    values: Mapping[str, float]
+
+
+def judge_units(
+    base: Base, changes: Changes, own: Mapping[str, float], measures: Sequence[str], rows: Array
+) -> list[UnitJudged]:
+    """Units of a design, each by its draws (n, spreads); limits of measures are the caller's to judge."""
+    spec = base.design(changes)
+    nominal = Design(spec)
+    if spec.readout.capacitance is None:  # the part that is chosen for the design is soldered to every unit
+        chosen = nominal.estimates.readout.capacitance
+        spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
+    return [_judged(Design(made, replace(nominal.layout, spec=made)), measures)
+            for made in (unit(spec, row, own) for row in rows)]
+
+
+def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
+    rules = [rule for rule in all_rules() if rule.id.startswith(KEPT_BY_UNITS)]
+    try:
+        said = tuple(finding for rule in rules for finding in apply_rule(rule, design)[0])
+        found = as_configured(design.spec, CheckResult(said, ()))
+        values = {name: pair[0] for name, pair in figures(design, measures)[0].items()}
+    except Exception:  # counted apart, and as not good: nothing is known of such a unit
+        return UnitJudged(False, (), False, {})
+    broken = tuple(sorted({one.rule for one in found.findings if one.severity is Severity.ERROR}))
+    return UnitJudged(not broken, broken, True, values)
+
+
+@record
+class Yield:
+    """Of `units` so many are `good`, and `failed` made a computation fail; the interval of 95 % (Wilson 1927); by what
+    part of all breaches a rule or requirement is met (`broken`); and by how much each spread decides it (`costs`).
+    """
+
+    units: int
+    good: int
+    failed: int
+    interval: tuple[float, float]
+    broken: Mapping[str, float]
+    costs: Mapping[str, float]
+
+    @property
+    def share(self) -> float:
+        """The yield."""
+        return self.good / self.units
+
+
+def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
+    """The yield of units; `holds` says which requirements a unit's figures break."""
+    broken = [(*one.broken, *holds(one.values)) if one.is_computed else () for one in judged]
+    good = np.array([one.is_computed and not rules for one, rules in zip(judged, broken, strict=True)])
+    names = sorted({name for rules in broken for name in rules})
+    shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
+    count = len(judged)
+    return Yield(count, int(good.sum()), sum(not one.is_computed for one in judged), wilson(int(good.sum()), count),
+                 shares, _first_order(good.astype(float), draws(count)))
+
+
+def wilson(good: int, count: int, z: float = 1.959964) -> tuple[float, float]:
+    """The interval of a share (Wilson 1927): by default 95 %."""
+    share, square = good / count, z * z
+    middle = (share + square / (2.0 * count)) / (1.0 + square / count)
+    half = z / (1.0 + square / count) * math.sqrt(share * (1.0 - share) / count + square / (4.0 * count * count))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+BINS = 8
+"""Parts into which the draws of one spread are divided."""
+
+
+def _first_order(good: Array, rows: Array) -> dict[str, float]:
+    """Sobol' indices of first order by spread: the part of the variance that its own draw explains, by the means within
+    equal parts of it, less what chance alone would explain; nothing where all units are alike.
+    """
+    whole = float(good.var())
+    if whole == 0.0 or len(good) < 2 * BINS:
+        return {}
+    found = {}
+    for name, column in zip(SPREADS, rows.T, strict=True):
+        parts = np.array_split(good[np.argsort(column, kind="stable")], BINS)
+        between = sum(len(part) * (float(part.mean()) - float(good.mean())) ** 2 for part in parts) / len(good)
+        index = between / whole - (BINS - 1) / (len(good) - 1)
+        if index > 0.01:
+            found[name] = index
+    return dict(sorted(found.items(), key=lambda pair: -pair[1]))

@@ -1,0 +1,181 @@
+"""A study: read from its file, run, and answered."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from sitscad.checks import all_rules
+from sitscad.finding import Severity
+from sitscad.record import record
+from sitscad.spec.changing import plain, yaml_text
+from sitscad.spec.load import read_text
+from sitscad.spec.reading import Flaw, Remarks, decoded, finding_from_flaw, finding_from_text, in_order, read_section
+from sitscad.spec.rules import SpecError
+from sitscad.spec.section import schema_of
+from sitscad.spec.sensor import LONGEST_NAME
+from sitscad.spec.yaml_text import TextError
+from sitscad.study import answer
+from sitscad.study.answer import Agreement, Binding, Kept, Relaxation
+from sitscad.study.archive import ARCHIVE, Archive
+from sitscad.study.base import Base, Changes
+from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
+from sitscad.study.evaluating import Executor, Workers
+from sitscad.study.evaluation import Evaluation
+from sitscad.study.full import judged
+from sitscad.study.running import IN_VAIN, Found, Progress, Run
+from sitscad.study.space import Point
+from sitscad.study.spreads import DRAWS, yield_of
+
+
+@record(eq=False)
+class StudyAnswer:
+    """What a study found, in the order in which it is told.
+
+    ``base`` is the base itself, judged in full; ``found`` everything that was evaluated; ``bindings`` and
+    ``relaxation`` what stands in the way; ``agreement`` how well both levels agree; ``alike`` goals that nothing that
+    varies decides; ``front`` the points that none beats, ``kept`` the designs that are kept, ``texts`` their specs.
+    """
+
+    name: str
+    asked: Asked
+    base: Evaluation
+    found: Found
+    bindings: tuple[Binding, ...]
+    relaxation: Relaxation | None
+    agreement: Agreement
+    alike: tuple[Goal, ...]
+    front: tuple[Point, ...]
+    kept: tuple[Kept, ...]
+    texts: tuple[str, ...]
+
+    @property
+    def is_met(self) -> bool:
+        """Whether a design keeps everything that is asked."""
+        return bool(self.kept)
+
+
+@record(eq=False)
+class Study:
+    """A study as its file says it; `load` reads a file, `from_mapping` takes its keys from a program."""
+
+    name: str
+    asked: Asked
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Study:
+        """The study of a file; raises `SpecError` with every finding where it is none."""
+        name = os.fspath(path)
+        text = read_text(name)
+        return _read(decoded(text.encode("utf-8")), name)
+
+    @classmethod
+    def from_mapping(cls, sections: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Study:
+        """The study that keys and values say as its file would; its base is looked for from `folder`."""
+        try:
+            text = yaml_text({"sitscad_study": VERSION, **plain(dict(sections))})
+        except TextError as error:
+            raise SpecError((finding_from_text(error),)) from None
+        return _read(text, os.path.join(os.fspath(folder), "study.yaml"))
+
+    def run(
+        self,
+        executor: Executor | None = None,
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        jobs: int | None = 1,
+        again: bool = False,
+        progress: Progress | None = None,
+        draws: int = DRAWS,
+    ) -> StudyAnswer:
+        """Evaluate designs and answer: by `executor`, whatever has `submit`, else by `jobs` processes (all processors
+        if None). With a `folder` what was evaluated is kept in its archive, and taken from there where it still fits,
+        unless `again`. `draws` are the units of every kept design: a power of two, 0 for no yield.
+
+        The answer depends on study, seed and version alone.
+        """
+        asked = self.asked
+        path = None if folder is None else Path(folder) / ARCHIVE
+        with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
+            run = Run(asked, workers, archive, progress)
+            run.search()
+            points = answer.kept_points(asked, run.found)
+            kept = tuple(_kept(asked, run, point, draws) for point in points)
+        kept = tuple(one for one in kept if _is_kept(asked, one))
+        found = run.found
+        return StudyAnswer(
+            self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
+            answer.relaxation(asked, found), answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
+            tuple(answer.front(asked, found)), kept,
+            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)),
+        )
+
+
+def _kept(asked: Asked, run: Run, point: Point, draws: int) -> Kept:
+    def broken(values: Mapping[str, float]) -> tuple[str, ...]:
+        return answer.limits_broken(asked, values)
+
+    units = yield_of(run.units(point, draws), broken) if draws else None
+    return Kept(point, answer.changed(asked, point), run.found.full[point], units)
+
+
+def _is_kept(asked: Asked, one: Kept) -> bool:
+    """Whether a design has the yield that is required."""
+    limits = [each for each in asked.require if each.measure == "yield"]
+    return one.units is None or all(each.holds(one.units.share) for each in limits)
+
+
+def _text(asked: Asked, one: Kept, number: int) -> str:
+    """The whole spec of a kept design under a name of its own, with the base's comments, those that silence nothing
+    taken out.
+    """
+    base = asked.base
+    name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
+    changes: Changes = (*((key, value) for key, value in one.changed.items()), ("name", name))
+    text = base.written(changes)
+    found = _findings(Base(text, base.path, base.profiles))
+    return answer.without_vain_comments(text, found)
+
+
+def _findings(base: Base) -> list[int]:
+    """Lines of a spec whose comments silence nothing."""
+    from sitscad.checks import judged as checked
+    from sitscad.design import Design
+    from sitscad.inspection import as_configured
+
+    said = as_configured(base.spec, checked(Design(base.spec), "none"))
+    return [one.line for one in said.findings if one.rule == IN_VAIN and one.line and one.severity is Severity.WARNING]
+
+
+def _read(text: str, path: str) -> Study:
+    document, source = read_section(text, path, StudyDocument, f"sitscad_study: {VERSION}")
+    said = Remarks()
+    base = os.path.join(os.path.dirname(path), document.base)
+    try:
+        found = asked_for(document, Base.opened(base), said)
+    except SpecError as error:
+        first = error.findings[0]
+        where = f" (line {first.line})" if first.line else ""
+        message = f"{base} cannot be read{where}: {first.message}"
+        flaw = Flaw("SIT011", "base", message, f"`sitscad check {base}` says all of it")
+        raise SpecError((finding_from_flaw(flaw, source),), source=source) from error
+    unknown = [rule for rule in document.accept if rule != "all" and not _is_rule(rule)]
+    for rule in unknown:
+        said.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
+    if said.flaws:
+        raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in said.flaws]), source=source)
+    stem = os.path.splitext(os.path.basename(path))[0]
+    return Study(stem, found)
+
+
+def _is_rule(pattern: str) -> bool:
+    from sitscad.policy import stands_for
+
+    return any(stands_for(pattern, rule.id, rule.name) for rule in all_rules())
+
+
+def study_schema() -> dict[str, Any]:
+    """The JSON Schema of a study's file."""
+    return schema_of(StudyDocument, "sitscad study")
