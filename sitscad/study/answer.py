@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
-from sitscad.study.evaluation import FAILS, Breach, Evaluation
+from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.running import Found, costs, violations
 from sitscad.study.search import ranked
@@ -49,11 +49,13 @@ class Relaxation:
 
 @record
 class Agreement:
-    """How well both levels agree on the designs that both judged: their number, how many verdicts differ, and by goal
-    the rank correlation (Spearman), None where all are alike.
+    """How well both levels agree on the designs that both judged: their number, of how many the screen had no verdict
+    (`undecided`), how many verdicts differ of the others, and by goal the rank correlation (Spearman), None where all
+    are alike.
     """
 
     designs: int
+    undecided: int
     verdicts_differ: int
     rank_correlation: Mapping[str, float | None]
 
@@ -104,13 +106,14 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
 def agreement(asked: Asked, found: Found) -> Agreement:
     """How well the screen agrees with the full level on the designs that both judged."""
     both = [(found.screened[point], full) for point, full in found.full.items() if point in found.screened]
-    differ = sum((one.verdict == FAILS) != (other.verdict == FAILS) for one, other in both)
+    differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
+    open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
     ranks = {}
     for goal in asked.goals:
         pairs = [(one.values[goal.measure][0], other.values[goal.measure][0]) for one, other in both
                  if goal.measure in one.values and goal.measure in other.values]
         ranks[goal.measure] = _rank_correlation(np.array(pairs)) if len(pairs) > 2 else None
-    return Agreement(len(both), differ, ranks)
+    return Agreement(len(both), open_ones, differ, ranks)
 
 
 def _rank_correlation(pairs: Array) -> float | None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sitscad.report.findings import to_json
+from sitscad.study.answer import Kept
 from sitscad.study.base import code_version
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
@@ -17,6 +18,9 @@ from sitscad.study.study import StudyAnswer
 from sitscad.study.sweep_files import cell, rule_titles, shown
 from sitscad.units import show
 from sitscad.version import __version__
+
+BY_YIELD = "yield by "
+"""Begins the name of what would cost too many units."""
 
 MOST_BINDING = 6
 """Rules and requirements that the text lists; JSON has all."""
@@ -50,8 +54,10 @@ def breach_words(name: str, breach: Breach | None) -> str:
     """How far the nearest design lies beyond a limit."""
     if breach is None or breach.measured is None or breach.limit is None:
         return ""
-    if name in MEASURES:
-        return f"{shown(name, breach.measured)} where {shown(name, breach.limit)} is asked"
+    measure = name.removeprefix(BY_YIELD)
+    if measure in MEASURES:
+        at = " (with its scatter)" if measure != name else ""
+        return f"{shown(measure, breach.measured)}{at} where {shown(measure, breach.limit)} is asked"
     return f"{show(breach.measured, breach.unit)} where {show(breach.limit, breach.unit)} is asked"
 
 
@@ -88,6 +94,7 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
         yield f"        {_keys(one.changed)}"
         if one.units is not None:
             yield f"        {yield_words(one.units)}"
+            yield from (f"        {words}" for words in _sigma_words(one))
 
 
 def _refusal(one: Evaluation) -> str:
@@ -96,7 +103,8 @@ def _refusal(one: Evaluation) -> str:
 
 def _figures(said: StudyAnswer, one: Evaluation) -> str:
     names = said.asked.measures
-    return ", ".join(f"{name} {shown(name, one.values[name][0])}" for name in names if name in one.values)
+    own = (name for name in names if name in one.values and not name.startswith("sigma."))
+    return ", ".join(f"{name} {shown(name, one.values[name][0])}" for name in own)
 
 
 def yield_words(units: Yield) -> str:
@@ -112,11 +120,21 @@ def yield_words(units: Yield) -> str:
     return words
 
 
+def _sigma_words(one: Kept) -> Iterator[str]:
+    """One sigma by the estimates, to first order, beside that of the units that were drawn."""
+    assert one.units is not None
+    for name, drawn in one.units.sigmas.items():
+        linear = one.evaluation.values.get(f"sigma.{name}")
+        if linear is not None:
+            yield f"sigma of {name}: {shown(name, linear[0], 2)} to first order, {shown(name, drawn, 2)} drawn"
+
+
 def _trust(said: StudyAnswer) -> Iterator[str]:
     one = said.agreement
     if one.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
-        yield (f"Screen against full on {one.designs} designs: {one.verdicts_differ} verdicts differ"
+        yield (f"Screen against full on {one.designs} designs: {one.verdicts_differ} verdicts differ, {one.undecided} "
+               "were left to the full level"
                + (f"; rank correlation {ranks}." if ranks else "."))
 
 
@@ -145,8 +163,11 @@ def answer_json(said: StudyAnswer) -> str:
             "lets_go": {name: _breach(said.relaxation.breaches[name]) for name in said.relaxation.names},
             "at": asked.space.chosen(said.relaxation.point),
         },
-        "agreement": {"designs": said.agreement.designs, "verdicts_differ": said.agreement.verdicts_differ,
-                      "rank_correlation": dict(said.agreement.rank_correlation)},
+        "agreement": {
+            "designs": said.agreement.designs, "undecided": said.agreement.undecided,
+            "verdicts_differ": said.agreement.verdicts_differ,
+            "rank_correlation": dict(said.agreement.rank_correlation),
+        },
         "base": said.base.as_json(),
         "kept": [
             {"design": f"designs/{number}.yaml", "changed": dict(one.changed), **one.evaluation.as_json(),
@@ -163,7 +184,8 @@ def _breach(one: Breach | None) -> dict[str, Any] | None:
 def yield_json(units: Yield) -> dict[str, Any]:
     """A yield as plain values."""
     return {"share": units.share, "interval": list(units.interval), "units": units.units, "good": units.good,
-            "failed": units.failed, "broken": dict(units.broken), "costs": dict(units.costs)}
+            "failed": units.failed, "broken": dict(units.broken), "costs": dict(units.costs),
+            "sigmas": dict(units.sigmas)}
 
 
 def front_csv(said: StudyAnswer) -> str:

@@ -138,9 +138,16 @@ class Asked:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """The measures that every design is asked for."""
+        """The measures that every design is asked for; where a yield is required, the sigmas of what is, too."""
         names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
+        if self.least_yield is not None:
+            names += [f"sigma.{one.measure}" for one in self.require if f"sigma.{one.measure}" in MEASURES]
         return tuple(dict.fromkeys(name for name in names if name != "yield"))
+
+    @property
+    def least_yield(self) -> float | None:
+        """The yield that is required; None where none is."""
+        return next((one.limit for one in self.require if one.measure == "yield"), None)
 
 
 def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
@@ -287,6 +294,9 @@ def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requiremen
         if match is None or factor is None:
             said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
                       f"like {_example(name)!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
+            continue
+        if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
+            said.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
             continue
         yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
 

@@ -76,6 +76,19 @@ def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss:
     return read
 
 
+def _sigma(pick: Callable[..., Any], name: str) -> Reader:
+    """Reads one sigma of manufacture of a figure of all tanks, where that is at its worst."""
+
+    def read(design: Design) -> Figure:
+        pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
+        spread = pick(pairs, key=lambda pair: getattr(pair[1], name))[1].spread if pairs else None
+        if spread is None:
+            raise AbsentError("no tank of this design oscillates")
+        return float(getattr(spread, name)), 0.0
+
+    return read
+
+
 def _signal(design: Design) -> Figure:
     from sitscad.estimates.signal import signals
     from sitscad.estimates.uncertainty import SHARE
@@ -226,6 +239,9 @@ def _yield(design: Design) -> Figure:
     raise AbsentError("it is a study's: of the designs that it keeps")
 
 
+UNITS = {"inductance": "H", "rp": "ohm", "frequency": "Hz", "amplitude": "V"}
+"""Measures of tanks whose scatter estimates carry, and their units."""
+
 NEEDS_PAD = "target and elastomer"
 NEEDS_JAW = "mount.jaw"
 BOTH = (SCREEN, FULL)
@@ -278,6 +294,10 @@ def _rows() -> Iterator[DesignMeasure]:
                         decided_by=("fpc.stackup",))
     yield DesignMeasure("rate", "Hz", "complete scans a second", "", _readout("scan_rate"))
     yield DesignMeasure("supply_current", "A", "of all converters with their drive", "", _readout("supply_current"))
+    for name, field, pick in (("inductance", "inductance", min), ("rp", "parallel_resistance", min),
+                              ("frequency", "frequency", max), ("amplitude", "amplitude", min)):
+        meaning = f"one sigma of {name} from unit to unit, to first order, where {name} is at its worst"
+        yield DesignMeasure(f"sigma.{name}", UNITS[name], meaning, "", _sigma(pick, field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
                         "spreads of manufacture", "", _yield)
 
@@ -287,12 +307,12 @@ MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
 
 
 def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
-    """The measures of these names, all of a level but ranges and yield where none are named; ValueError for a name that
-    there is not, with the nearest ones.
+    """The measures of these names, all of a level but ranges, sigmas and yield where none are named; ValueError for a
+    name that there is not, with the nearest ones.
     """
     if names is None:
-        return tuple(name for name, row in MEASURES.items()
-                     if level in row.levels and not name.startswith(("range.", "yield")))
+        dear = ("range.", "sigma.", "yield")
+        return tuple(name for name, row in MEASURES.items() if level in row.levels and not name.startswith(dear))
     unknown = next((name for name in names if name not in MEASURES), None)
     if unknown is not None:
         raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Any
 
 from sitscad.checks import all_rules
@@ -24,6 +25,9 @@ IN_VAIN = "SIT020"
 
 LEAST_FULL = 24
 """Designs that are judged in full at least, where there are so many; four times those that are kept if that is more."""
+
+MOST_AT_ONCE = 8
+"""Designs of one generation that are judged in full while searching."""
 
 MOST_ROUNDS = 4
 """How often designs are judged in full that the screen has on the front once those before fell."""
@@ -67,10 +71,14 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     for one in asked.require:
         if one.measure == "yield":
             continue
-        value = found.values.get(one.measure)
-        unit = MEASURES[one.measure].unit
+        value, unit = found.values.get(one.measure), MEASURES[one.measure].unit
         if value is None or not one.holds(value[0]):
             broken[one.measure] = Breach(None if value is None else value[0], one.limit, unit)
+        elif (sigma := found.values.get(f"sigma.{one.measure}")) is not None and asked.least_yield is not None:
+            far = NormalDist().inv_cdf(asked.least_yield) * sigma[0]
+            worst = value[0] - far if one.is_floor else value[0] + far
+            if not one.holds(worst):  # so many units would not keep it: to first order, each limit by itself
+                broken[f"yield by {one.measure}"] = Breach(worst, one.limit, unit)
     if not broken:
         lacking = [goal.measure for goal in asked.goals if goal.measure not in found.values]
         broken |= dict.fromkeys(lacking, Breach())
@@ -150,20 +158,28 @@ class Run:
         return [kept[point] for point in points]
 
     def search(self) -> None:
-        """Screen designs as the method draws them, then judge in full what may be on the front until it stands."""
+        """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,
+        until it stands.
+        """
         asked = self._asked
-
-        def evaluate(points: list[Point]) -> list[Costs]:
-            return [costs(asked, one) for one in self.evaluate(points, SCREEN)]
-
-        search(self.found.method, asked.space, min(asked.evaluations, asked.space.size), asked.seed, len(asked.goals),
-               evaluate)
-        count = max(LEAST_FULL, 4 * asked.keep)
+        count = min(asked.evaluations, asked.space.size)
+        search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of)
         for _ in range(MOST_ROUNDS):
-            wanted = [point for point in self.best(count) if point not in self.found.full]
+            wanted = [point for point in self.best(max(LEAST_FULL, 4 * asked.keep)) if point not in self.found.full]
             if not wanted:
                 break
             self.evaluate(wanted, FULL)
+
+    def _costs_of(self, points: list[Point]) -> list[Costs]:
+        """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
+        rules decide that the screen cannot ask.
+        """
+        self.evaluate(points, SCREEN)
+        new = set(points)
+        near = [point for point in self.best(LEAST_FULL) if point in new and point not in self.found.full]
+        hopeful = [point for point in near if not violations(self._asked, self.found.screened[point])]
+        self.evaluate(hopeful[:MOST_AT_ONCE], FULL)
+        return [costs(self._asked, self.found.of(point)) for point in points]
 
     def best(self, count: int) -> list[Point]:
         """The points that cost least by the best that is known, front by front; behind them those that break least."""

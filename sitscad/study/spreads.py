@@ -204,7 +204,8 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
 @record
 class Yield:
     """Of `units` so many are `good`, and `failed` made a computation fail; the interval of 95 % (Wilson 1927); by what
-    part of all breaches a rule or requirement is met (`broken`); and by how much each spread decides it (`costs`).
+    part of all units a rule or requirement is broken (`broken`); by how much each spread decides it (`costs`); and the
+    standard deviations of the measures that were drawn.
     """
 
     units: int
@@ -213,6 +214,7 @@ class Yield:
     interval: tuple[float, float]
     broken: Mapping[str, float]
     costs: Mapping[str, float]
+    sigmas: Mapping[str, float]
 
     @property
     def share(self) -> float:
@@ -228,7 +230,14 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
     shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
     count = len(judged)
     return Yield(count, int(good.sum()), sum(not one.is_computed for one in judged), wilson(int(good.sum()), count),
-                 shares, _first_order(good.astype(float), draws(count)))
+                 shares, _first_order(good.astype(float), draws(count)), _deviations(judged))
+
+
+def _deviations(judged: Sequence[UnitJudged]) -> dict[str, float]:
+    """Standard deviation of each measure over the units that have it."""
+    names = sorted({name for one in judged for name in one.values})
+    drawn = {name: [one.values[name] for one in judged if name in one.values] for name in names}
+    return {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
 
 
 def wilson(good: int, count: int, z: float = 1.959964) -> tuple[float, float]:

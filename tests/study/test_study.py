@@ -1,0 +1,369 @@
+"""Studies: read, searched, kept, resumed; the same answer whoever computes it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.cli import run
+from sitscad.spec import templates
+from sitscad.study.answer import hypervolume
+from sitscad.study.answer_files import answer_files, answer_json, answer_text
+from sitscad.study.archive import ARCHIVE, Archive
+from sitscad.study.document import StudyDocument
+from sitscad.study.search import Costs, ranked, search, sobol_set
+from sitscad.study.space import Space, Variable
+from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
+from sitscad.study.spreads import UnitJudged as Unit
+from sitscad.study.study import study_schema
+
+ROOT = Path(__file__).parents[2]
+
+STUDY = """\
+sitscad_study: 1
+base: coil.yaml
+vary:
+  coil.turns: {from: 11, to: 13, step: 0.5}
+  coil.trace_width: {from: 100 um, to: 130 um, step: 10 um}
+same: {coil.trace_spacing: coil.trace_width}
+goals:
+  - maximize: rp
+  - minimize: board.area
+require: {inductance: ">= 2.5 uH"}
+accept: all
+search: {evaluations: 100, seed: 3}
+keep: 3
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "coil.yaml").write_text(templates.read("single_coil"))
+    (tmp_path / "study.yaml").write_text(STUDY)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """The study and its answer, with a few units only."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "coil.yaml").write_text(templates.read("single_coil"))
+    (folder / "study.yaml").write_text(STUDY)
+    study = sitscad.Study.load(folder / "study.yaml")
+    return study, study.run(draws=16)
+
+
+def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answered):
+    _, answer = answered
+    assert answer.found.method == "grid" and len(answer.found.screened) == 20 and answer.is_met
+    figures = {point: (one.values["rp"][0], one.values["board.area"][0]) for point, one in answer.found.full.items()
+               if not one.refused and one.values["inductance"][0] >= 2.5e-6}
+    for point in answer.front:
+        rp, area = figures[point]
+        assert not any(a >= rp and b <= area and (a, b) != (rp, area) for a, b in figures.values())
+
+
+def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
+    study, answer = answered
+    assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.texts)
+    for number, text in enumerate(answer.texts, 1):
+        spec = sitscad.load_text(text)
+        assert spec.name == f"{study.asked.base.spec.name}-{number}" and "#" in text
+        assert sitscad.check(spec, hints="none").ok
+        found = sitscad.measure(spec, "full", ["rp"])
+        assert found.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
+
+
+def test_text_and_json_say_what_was_found(answered):
+    _, answer = answered
+    said, text = json.loads(answer_json(answer)), answer_text(answer, "outputs/x-study")
+    assert said["met"] and said["screened"] == 20 and len(said["kept"]) == len(answer.kept)
+    assert said["kept"][0]["yield"]["units"] == 16 and said["agreement"]["designs"] == len(answer.found.full)
+    assert text.startswith("It can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
+    assert sorted(answer_files(answer))[-1] == "study.json"
+
+
+def test_a_goal_that_nothing_decides_is_said(folder):
+    (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
+    answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
+    assert [goal.measure for goal in answer.alike] == ["rate"]
+    assert "rate is the same of all designs" in answer_text(answer)
+
+
+def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(folder, capsys, monkeypatch):
+    monkeypatch.chdir(folder)
+    text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "")
+    (folder / "study.yaml").write_text(text)
+    assert run(["design", "study.yaml", "--jobs", "1"]) == 1
+    said = json.loads((folder / "outputs/study-study/study.json").read_text())
+    assert not said["met"] and said["bindings"][0]["name"] == "inductance" and said["bindings"][0]["alone"] > 0.0
+    best = max(one["values"]["inductance"][0] for one in _lines(folder / "outputs/study-study")
+               if list(one["refused"]) == [])
+    assert said["relaxation"]["lets_go"]["inductance"]["measured"] == approx(best, rel=1e-12)
+    assert "No design was found" in capsys.readouterr().out
+
+
+def _lines(folder):
+    return [line for line in map(json.loads, (folder / ARCHIVE).read_text().splitlines()) if "values" in line]
+
+
+def _command(folder, *more):
+    code = "import sys; from sitscad.study.study import Study; from sitscad.study.answer_files import answer_files\n" \
+           "said = Study.load('study.yaml').run(folder='out', jobs=int(sys.argv[1]), draws=4)\n" \
+           "import pathlib\n" \
+           "for name, content in answer_files(said).items():\n" \
+           "    path = pathlib.Path('out') / name; path.parent.mkdir(exist_ok=True); path.write_bytes(content)\n"
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.Popen([sys.executable, "-c", code, *more], cwd=folder, env=env)
+
+
+def _files(folder):
+    found = {path.relative_to(folder): path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()}
+    return {path: content for path, content in found.items() if path.name != ARCHIVE}
+
+
+def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_path_factory):
+    whole = tmp_path_factory.mktemp("whole")
+    for name in ("coil.yaml", "study.yaml"):
+        (whole / name).write_text((folder / name).read_text())
+    assert _command(whole, "1").wait() == 0
+    process = _command(folder, "2")
+    archive = folder / "out" / ARCHIVE
+    while process.poll() is None and not (archive.exists() and len(archive.read_bytes().splitlines()) > 6):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    with archive.open("ab") as stream:
+        stream.write(b'{"key": "torn')
+    assert _command(folder, "2").wait() == 0
+    assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
+
+
+def test_a_changed_study_uses_again_what_still_fits(folder):
+    first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
+    (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 13.5,").replace("2.5 uH", "2.6 uH"))
+    second = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
+    assert first.found.reused == 0 and second.found.reused >= 20 and len(second.found.screened) == 24
+
+
+def test_a_folder_of_specs_passes_studies_by(folder, capsys):
+    assert run(["check", str(folder)]) in (0, 1)
+    said = capsys.readouterr()
+    assert "is a study, and is passed by" in said.err and "sitscad_study" not in said.out
+    assert run(["check", str(folder / "study.yaml")]) == 2
+    assert "sitscad design" in capsys.readouterr().err
+
+
+BAD = {
+    "a version that is not known": ("sitscad_study: 1", "sitscad_study: 9", "SIT008", 1),
+    "no such base": ("base: coil.yaml", "base: other.yaml", "SIT011", 2),
+    "a misspelt key at the top": ("accept: all", "acept: all", "SIT002", 11),
+    "a path that the spec has not": ("coil.turns:", "coil.turs:", "SIT002", 4),
+    "a reversed range": ("from: 11, to: 13", "from: 13, to: 11", "SIT006", 4),
+    "an empty range": ("from: 11, to: 13", "from: 11, to: 11", "SIT006", 4),
+    "a step of nothing": ("step: 0.5", "step: 0", "SIT006", 4),
+    "a range of two units": ("to: 130 um", "to: 0.13", "SIT006", 5),
+    "a range without an end": ("from: 11, to: 13, step: 0.5", "from: 11", "SIT006", 4),
+    "a value that can be none": ("from: 11, to: 13, step: 0.5", "from: -3, to: 13, step: 8", "SIT006", 4),
+    "an empty list": ("{from: 11, to: 13, step: 0.5}", "[]", "SIT006", 4),
+    "the same value twice": ("{from: 11, to: 13, step: 0.5}", "[11, 11]", "SIT009", 4),
+    "a key that is the same as none": ("coil.trace_spacing: coil.trace_width", "coil.trace_spacing: no", "SIT007", 6),
+    "two keys that fight": ("same: {", "same: {coil.trace_width: coil.trace_width, ", "SIT009", 6),
+    "a measure that there is not": ("maximize: rp", "maximize: rpp", "SIT007", 8),
+    "a goal that is none": ("- maximize: rp", "- enlarge: rp", "SIT004", 8),
+    "four goals": ("  - maximize: rp\n", "  - maximize: rp\n  - maximize: q\n  - maximize: inductance\n", "SIT006", 7),
+    "a goal that a fixed key decides": ("minimize: board.area", "minimize: board.layers", "SIT009", 9),
+    "a limit without its unit": (">= 2.5 uH", ">= 2.5", "SIT005", 10),
+    "a limit that is none": (">= 2.5 uH", "2.5 uH", "SIT004", 10),
+    "a rule that there is not": ("accept: all", "accept: [SIT999]", "SIT007", 11),
+    "a method that there is not": ("search: {evaluations", "search: {method: luck, evaluations", "SIT006", 12),
+    "no evaluations": ("evaluations: 100", "evaluations: 0", "SIT006", 12),
+    "too many to keep": ("keep: 3", "keep: 30", "SIT006", 13),
+    "a spread of nothing known": ("keep: 3", "spread: {coil.colour: 3 %}", "SIT007", 13),
+    "a grid that ends never": ("{evaluations: 100, seed: 3}", "{method: grid}", "SIT010", 12),
+}
+
+
+@pytest.mark.parametrize("old, new, rule, line", BAD.values(), ids=BAD.keys())
+def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line):
+    text = STUDY.replace(old, new)
+    if rule == "SIT010":
+        text = text.replace("step: 0.5", "step: 0.0001").replace("step: 10 um", "step: 0.01 um")
+    (folder / "study.yaml").write_text(text)
+    with pytest.raises(sitscad.SpecError) as refused:
+        sitscad.Study.load(folder / "study.yaml")
+    first = refused.value.findings[0]
+    assert (first.rule, first.line) == (rule, line) and first.column and first.message
+
+
+def test_the_command_shows_them_and_exits_with_two(folder, capsys):
+    (folder / "study.yaml").write_text(STUDY.replace("coil.turns:", "coil.turs:"))
+    assert run(["design", str(folder / "study.yaml")]) == 2
+    assert "study.yaml:4:" in capsys.readouterr().err
+
+
+def test_the_schema_takes_the_study_and_refuses_another(folder):
+    jsonschema = pytest.importorskip("jsonschema")
+    from ruamel.yaml import YAML
+
+    data = json.loads(json.dumps(YAML(typ="safe").load(STUDY)))
+    jsonschema.validate(data, study_schema())
+    assert set(study_schema()["properties"]) == set(StudyDocument.keys)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**data, "goals": [{"maximize": "rpp"}]}, study_schema())
+
+
+def test_a_study_of_a_program_is_that_of_a_file(folder, answered):
+    from ruamel.yaml import YAML
+
+    data = YAML(typ="safe").load(STUDY)
+    data.pop("sitscad_study")
+    study = sitscad.Study.from_mapping(data, folder)
+    assert study.asked.space == answered[0].asked.space and study.asked.goals == answered[0].asked.goals
+
+
+BOWL = Space(tuple(Variable(f"x{k}", tuple(range(21))) for k in range(3)), {}, {})
+
+
+def _bowl(count, calls):
+    def evaluate(points):
+        calls.append(list(points))
+        return [Costs(((x - 3) ** 2 + (y - 7) ** 2 + (z - 20) ** 2, float(x + y))[:count], max(0.0, 2.0 - x))
+                for x, y, z in points]
+
+    return evaluate
+
+
+@pytest.mark.parametrize("method, goals", [("sobol", 1), ("de", 1), ("nsga2", 2)])
+def test_a_search_asks_about_each_point_once_and_draws_the_same_again(method, goals):
+    pytest.importorskip("pymoo")
+    one, other = [], []
+    for calls in (one, other):
+        search(method, BOWL, 500, 7, goals, _bowl(goals, calls))
+    points = [point for part in one for point in part]
+    assert one == other and len(points) == len(set(points)) <= 500
+    assert all(0 <= k < 21 for point in points for k in point)
+    if method != "sobol":
+        assert any(sum((a - b) ** 2 for a, b in zip(point, (3, 7, 20), strict=True)) <= 3 for point in points)
+
+
+def test_differential_evolution_and_a_grid_find_one_best():
+    calls = []
+    search("de", BOWL, 900, 1, 1, _bowl(1, calls))
+    assert (3, 7, 20) in [point for part in calls for point in part]
+
+
+def test_a_front_of_nsga2_is_that_of_all_designs():
+    pytest.importorskip("pymoo")
+    space = Space(tuple(Variable(f"x{k}", tuple(range(9))) for k in range(3)), {}, {})
+
+    def evaluate(points):
+        return [Costs((float((x - 6) ** 2 + z), float((x - 2) ** 2 + (y - 4) ** 2)), 0.0) for x, y, z in points]
+
+    every = list(space.points())
+    best = {cost.goals for cost, rank in zip(evaluate(every), ranked(evaluate(every)), strict=True) if rank == 0}
+    calls = []
+
+    def noted(points):
+        calls.extend(points)
+        return evaluate(points)
+
+    search("nsga2", space, 400, 1, 2, noted)
+    found = evaluate(calls)
+    assert {cost.goals for cost, rank in zip(found, ranked(found), strict=True) if rank == 0} == best
+
+
+def test_what_keeps_all_is_in_front_of_what_does_not():
+    costs = [Costs((1.0,), 3.0), Costs((5.0,), 0.0), Costs((4.0,), 0.0), Costs((None,), 1.0)]
+    assert ranked(costs).tolist() == [3, 1, 0, 2]
+    assert ranked([]).tolist() == []
+
+
+def test_a_sobol_set_fills_every_value_of_a_choice():
+    space = Space((Variable("a", (2, 4)), Variable("b", tuple(range(16)))), {}, {})
+    points = sobol_set(space, 32, 5)
+    assert len(points) == 32 and points == sobol_set(space, 32, 5) != sobol_set(space, 32, 6)
+
+
+def test_hypervolume_is_exact():
+    assert hypervolume(np.array([[0.0, 0.0]])) == approx(1.21, rel=1e-12)
+    assert hypervolume(np.array([[0.0, 1.0], [1.0, 0.0]])) == approx(1.1 * 0.1 * 2 - 0.01, rel=1e-12)
+    assert hypervolume(np.array([[0.0, 0.5, 0.0], [0.5, 0.5, 0.5]])) == approx(1.1 * 0.6 * 1.1, rel=1e-12)
+
+
+def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
+    path, said = tmp_path / "a" / ARCHIVE, {"units": [[True, [], True, {}]]}
+    with Archive(path) as archive:
+        archive.add("one", (("coil.turns", 7),), said)
+    with path.open("ab") as stream:
+        stream.write(b'{"key": "two", "chan')
+    with Archive(path) as archive:
+        assert archive.said("one") == said and archive.said("two") is None
+        archive.add("two", (), said)
+    with Archive(path) as archive:
+        assert len(archive) == 2
+    with Archive(path, again=True) as archive:
+        assert len(archive) == 0
+
+
+def test_wilson_is_the_published_interval():
+    low, high = wilson(81, 263)  # Newcombe 1998, Statistics in Medicine 17, table I: 0.2553 to 0.3662
+    assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
+    assert wilson(10, 10)[1] == approx(1.0, rel=1e-12) and wilson(0, 10)[0] == 0.0
+
+
+def test_which_spread_costs_the_yield_is_the_one_that_decides_it():
+    rows = draws(256)
+    k = list(SPREADS).index("elastomer.modulus")
+    judged = [Unit(u < 0.75, () if u < 0.75 else ("SIT401",), True, {"rp": u}) for u in map(float, rows[:, k])]
+    found = yield_of(judged, lambda values: ())
+    assert found.share == approx(0.75, rel=0.01) and next(iter(found.costs)) == "elastomer.modulus"
+    assert found.costs["elastomer.modulus"] > 0.9 and len(found.costs) == 1
+    assert found.sigmas["rp"] == approx(1.0 / math.sqrt(12.0), rel=0.01)
+
+
+def test_units_that_could_not_be_computed_are_not_good_and_counted_apart():
+    judged = [Unit(True, (), True, {})] * 7 + [Unit(False, (), False, {})]
+    found = yield_of(judged, lambda values: ())
+    assert (found.good, found.failed, found.units) == (7, 1, 8)
+
+
+def test_every_spread_moves_a_unit_by_its_sigma():
+    spec = sitscad.load_text(templates.read("grasper_4layer"))
+    middle = np.full(len(SPREADS), 0.5)
+    assert unit(spec, middle, {}) == spec
+    for k, (name, spread) in enumerate(SPREADS.items()):
+        row = middle.copy()
+        row[k] = 0.5 + 0.5 / math.sqrt(3.0)  # one sigma of an even band
+        moved = unit(spec, row, {})
+        assert moved != spec, name
+        assert spread.sigma(spec) > 0.0
+    assert unit(spec, row, {"target.rotation": 0.0}) == spec
+
+
+def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
+    """One sigma of the trace's width, by the full model and to first order."""
+    from sitscad.design import Design
+
+    spec = sitscad.load_text(templates.read("single_coil"))
+    k = list(SPREADS).index("coil.trace_width")
+    found = []
+    for side in (-1.0, 1.0):
+        row = np.full(len(SPREADS), 0.5)
+        row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
+        made = unit(spec, row, {})
+        found.append(Design(made).estimates.coils[0].resistance_dc)
+    from sitscad.estimates.uncertainty import WIDTH, sigmas
+
+    assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(sigmas(spec)[WIDTH], rel=0.05)
