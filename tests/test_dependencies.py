@@ -59,7 +59,8 @@ def test_what_is_imported_is_declared():
     """What another package happens to bring may be gone with its next version."""
     assert not undeclared((ROOT / "sitscad").rglob("*.py"), declared("all", "design", "fe"))
     assert not undeclared(
-        [*(ROOT / "tests").rglob("*.py"), *(ROOT / "docs").rglob("*.py")], declared("all", "design", "docs", "fe", "test")
+        [*(ROOT / "tests").rglob("*.py"), *(ROOT / "docs").rglob("*.py")],
+        declared("all", "design", "docs", "fe", "test"),
     )
 
 

@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from sitscad.record import record
-from sitscad.spec.kinds import Number, Special, Text, described, refuse
-from sitscad.spec.reading import Remarks
-from sitscad.spec.rules import SpecError
-from sitscad.spec.section import Section, key
-from sitscad.spec.yaml_text import dotted
+from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
+from sitscad.spec.format.reading import Remarks, SpecError
+from sitscad.spec.format.section import Section, key
+from sitscad.spec.yaml.source import dotted
 from sitscad.study.base import Base
 from sitscad.study.measures import MEASURES, nearest_measures
 from sitscad.study.space import RangeError, Space, Variable, stepped

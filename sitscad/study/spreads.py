@@ -23,8 +23,8 @@ from sitscad.finding import Severity
 from sitscad.inspection import as_configured
 from sitscad.record import record
 from sitscad.scene.column import placement
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.stackup import LayerKind
 from sitscad.study.base import Base, Changes
 from sitscad.study.full import figures
 

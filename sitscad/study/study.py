@@ -11,12 +11,20 @@ from sitscad.checks import all_rules
 from sitscad.finding import Severity
 from sitscad.record import record
 from sitscad.spec.changing import plain, yaml_text
+from sitscad.spec.format.reading import (
+    Flaw,
+    Remarks,
+    SpecError,
+    decoded,
+    finding_from_flaw,
+    finding_from_text,
+    in_order,
+    read_section,
+)
+from sitscad.spec.format.section import schema_of
 from sitscad.spec.load import read_text
-from sitscad.spec.reading import Flaw, Remarks, decoded, finding_from_flaw, finding_from_text, in_order, read_section
-from sitscad.spec.rules import SpecError
-from sitscad.spec.section import schema_of
 from sitscad.spec.sensor import LONGEST_NAME
-from sitscad.spec.yaml_text import TextError
+from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer
 from sitscad.study.answer import Agreement, Binding, Kept, Relaxation
 from sitscad.study.archive import ARCHIVE, Archive
