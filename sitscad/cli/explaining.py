@@ -17,13 +17,22 @@ from sitscad.cli.terminal import PLUGIN, Example, print_result, require_rule, ro
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="The file to write (default: TEMPLATE.yaml).")
 @click.option("--list", "list_them", is_flag=True, help="List the templates and write nothing.")
 @click.option("--force", is_flag=True, help="Write over an existing file.")
-def new(template: str | None, output: str | None, list_them: bool, force: bool) -> int:
+@click.option("--study", is_flag=True, help="Write a study, and the spec that it is of where that is not there.")
+def new(template: str | None, output: str | None, list_them: bool, force: bool, study: bool) -> int:
     """Write a commented spec to start from.
 
-    TEMPLATE is grasper_4layer unless another is named; --list names them all.
+    TEMPLATE is grasper_4layer unless another is named; --list names them all. With --study a study of it is written,
+    for `sitscad design`.
     """
-    from sitscad.package import list_templates, write_schema, write_template
+    from sitscad.package import list_templates, write_schema, write_study, write_template
 
+    if study:
+        if template is not None or list_them:
+            raise click.UsageError("--study writes one study, of grasper_4layer: name no template")
+        path = write_study(output, force)
+        print_result(str(path))
+        say(f"wrote {path}; next: sitscad design {path}")
+        return 0
     if list_them:
         described = list_templates()
         width = max(map(len, described), default=0)

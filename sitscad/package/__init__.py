@@ -9,7 +9,14 @@ touch the disk for writing.
 from __future__ import annotations
 
 from sitscad.package.building import build, require_distinct_names, stale
-from sitscad.package.folder import PackageError, list_templates, write_file, write_schema, write_template
+from sitscad.package.folder import (
+    PackageError,
+    list_templates,
+    write_file,
+    write_schema,
+    write_study,
+    write_template,
+)
 from sitscad.package.manifest import BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
 from sitscad.writer import STAGES
@@ -27,5 +34,6 @@ __all__ = [
     "verify",
     "write_file",
     "write_schema",
+    "write_study",
     "write_template",
 ]

@@ -268,6 +268,22 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     text = templates.read(found)
     if target.stem != found and (own := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
         text = re.sub(r"(?m)^name: \S+", f"name: {own}", text, count=1)
+    return _new_file(target, text, force)
+
+
+def write_study(path: str | Path | None = None, force: bool = False) -> Path:
+    """Write a study to start from (``study.yaml`` in the working directory by default), beside it the spec that it is
+    of where that is not there, and return its path. Raises PackageError as `write_template`.
+    """
+    target = Path("study.yaml" if path is None else path)
+    found = _new_file(target, templates.read_study(), force)
+    base = target.parent / f"{DEFAULT_TEMPLATE}.yaml"
+    if not base.exists():
+        write_template(path=base)
+    return found
+
+
+def _new_file(target: Path, text: str, force: bool) -> Path:
     try:
         if force:
             replace_file(target, text.encode("utf-8"))

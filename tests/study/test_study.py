@@ -207,6 +207,14 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
     assert (first.rule, first.line) == (rule, line) and first.column and first.message
 
 
+def test_the_study_that_new_writes_is_one_of_the_template_beside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "--study"]) == 0
+    study = sitscad.Study.load("study.yaml")
+    assert study.asked.base.spec.name == "grasper-4layer" and study.asked.space.size > 100_000
+    assert run(["new", "--study"]) == 2 and run(["new", "--study", "bench_7mm"]) == 2
+
+
 def test_the_command_shows_them_and_exits_with_two(folder, capsys):
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns:", "coil.turs:"))
     assert run(["design", str(folder / "study.yaml")]) == 2
