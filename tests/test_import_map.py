@@ -39,8 +39,8 @@ MAY_IMPORT = {
     "interchange": {"geometry", "spec", "layout", "scene", "parts"},
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
-    "formats": {"units", "readout", "geometry", "spec", "layout", "scene", "parts", "fabrication", "drawing", "writer",
-                "calibration"},
+    "formats": {"units", "readout", "estimates", "geometry", "spec", "layout", "scene", "parts", "fabrication",
+                "drawing", "writer", "calibration"},
     "papers": {
         "units", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication",
         "drawing",

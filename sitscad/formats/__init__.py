@@ -11,6 +11,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("ipc356", "formats.ipc356", "gerber"), Writer("job file", "formats.gerber.board:render_job", "gerber"),
     Writer("panel", "formats.gerber.panel", "gerber", ("panel", "files")),
     Writer("kicad", "formats.kicad.project", "kicad"),
+    Writer("wiring", "formats.kicad.schematic", "firmware", ("layout", "estimates")),
     Writer("laser dxf", "formats.laser:render_dxf", "laser", ("layout", "forced"), is_cut),
     Writer("laser svg", "formats.laser:render_svg", "laser", ("layout", "forced"), is_cut),
     Writer("step", "formats.step", "mount", ("solids", "spec", "aids"), is_mounted),

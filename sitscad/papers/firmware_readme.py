@@ -70,9 +70,9 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
         " " * 12,
     )
     capacitor = f"{show(estimates.readout.capacitance, 'F')}, C0G"
-    place = (
-        "on the tail, soldered there" if spec.readout.chip is not None else "across the two lines, beside the converter"
-    )
+    place = "across the two lines, beside the converter"
+    if spec.readout.chip is not None or spec.readout.capacitor_at == "coil":
+        place = "on the tail, soldered there" if spec.readout.chip is not None else "at the coil"
     yield from _wrapped(f"{capacitor}, one a coil, {place}.", f"  {'capacitor':<10}", " " * 12)
     yield "  contacts of the tail:"
     for one in contacts(layout):
@@ -158,6 +158,10 @@ def _files() -> Iterator[str]:
         ("sensor_config.h", "tables of this sensor; calibration.h beside it goes before ../calibration/calibration.h"),
         ("example_linux.c", "Linux, /dev/i2c-N"),
         ("firmware.ino", "Arduino"),
+        (
+            "wiring/",
+            "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)",
+        ),
         ("zephyr/", "Zephyr: name your bus in app.overlay"),
         ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
         ("simulated/", "a simulated converter, to try all of it without a board"),

@@ -152,6 +152,11 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     yield _ordered(item, order_of("converter", device.name))
     oscillator = f"{show(readout.clock, 'Hz')} oscillator"
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
+    number = device.needed(coils)
+    yield Item("decoupling", number + 1, "100 nF", "ceramic", "", "beside VDD of every converter and of the clock")
+    yield Item("reservoir", number, "1 uF", "ceramic", "", "beside VDD of every converter")
+    yield Item("bus pull-up", 2, "4.7 kohm", "", "", "SCL and SDA to VDD, where the controller's board has none")
+    yield Item("SD pull-up", 1, "10 kohm", "", "", "SD to VDD: off until the controller drives it low")
     if readout.cable is not None:
         size = f"{in_mm(readout.cable.length)} mm"
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")

@@ -92,7 +92,9 @@ def test_outline_and_thickness_of_the_circuit():
 
 def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
     rows = rows_of(layouts.two_coils(tail=False))
-    assert list(rows) == ["flexible printed circuit", "wires", "capacitor", "converter", "clock"]
+    readout = ["capacitor", "converter", "clock", "decoupling", "reservoir", "bus pull-up", "SD pull-up"]
+    assert list(rows) == ["flexible printed circuit", "wires", *readout]
+    assert [rows[name]["quantity"] for name in readout[3:]] == ["2", "1", "2", "1"]
 
 
 @pytest.mark.parametrize(("coils", "converters"), [(1, 1), (4, 1), (5, 2), (8, 2)])
