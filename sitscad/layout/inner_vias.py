@@ -106,7 +106,15 @@ def place_inner_vias(
     if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
         for turn, count in zip(innermost, turns, strict=True):
             if count > 1.0 - 1e-9:  # less than a turn goes round nothing
-                places = places[_is_round(places, turn.segments)]
+                # whether a turn, closed by a straight line, goes round each place (n): its winding
+                # number about it is not 0
+                points = Path(tuple(turn.segments)).flattened(SAMPLE / 6)
+                corners = np.array([*points, points[0]])
+                (ax, ay), (bx, by) = corners[:-1].T[..., None], corners[1:].T[..., None]
+                x, y = places.T
+                left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+                up, down = (ay <= y) & (by > y) & (left > 0), (ay > y) & (by <= y) & (left < 0)
+                places = places[np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))]
     options = [_Candidates(ends, places, room, hole) for ends in joins]
     found = _at_once(options, rules, spacing, width)
     found = found or _choose([option.thinned for option in options], rules, spacing, width)
@@ -148,17 +156,6 @@ def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
     if joins == 1:
         return 2.0 * keep
     return 2.0 * keep + hole_distance(hole, hole, rules, spacing) / math.sin(math.pi / joins)
-
-
-def _is_round(places: Array, turn: Sequence[Segment]) -> NDArray[np.bool_]:
-    """Whether a turn, closed by a straight line, goes round each place (n): its winding number about it is not 0."""
-    points = Path(tuple(turn)).flattened(SAMPLE / 6)
-    corners = np.array([*points, points[0]])
-    (ax, ay), (bx, by) = corners[:-1].T[..., None], corners[1:].T[..., None]
-    x, y = places.T
-    left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-    up, down = (ay <= y) & (by > y) & (left > 0), (ay > y) & (by <= y) & (left < 0)
-    return np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))
 
 
 def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:

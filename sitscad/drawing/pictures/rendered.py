@@ -191,8 +191,8 @@ def _junctions(labels: Indices) -> set[Corner]:
     return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
 
 
-def _borders(area: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
-    """The sides of a padded raster's points that bound an area, directed: from each corner to the next ones."""
+def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
+    # the sides of a padded raster's points that bound an area, directed: from each corner to the next ones
     following: dict[Corner, list[Corner]] = {}
     rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))
     top, left = int(rows[0]) - 1, int(columns[0]) - 1
@@ -205,11 +205,7 @@ def _borders(area: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
         ends = (left + column, top + row - 1), (left + column, top + row)
         a, b = ends[::-1] if area[row, column + 1] else ends
         following.setdefault(a, []).append(b)
-    return following
-
-
-def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
-    following, found = _borders(area), []
+    following, found = following, []
     while following:
         start = here = next(iter(following))
         loop = []

@@ -165,7 +165,11 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
         # of lists with entries that are empty, too, it was said already that something is missing
         lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
         for entry in error.errors(include_url=False, include_context=True):
-            if (key := _key_of(entry)) not in {*empty, *lists}:
+            # the dotted key that one of pydantic's errors is about
+            # An unknown key may be called like a tag; nothing else that a person writes stands in a place.
+            *section, last = entry["loc"] or ("",)
+            is_written = entry["type"] == "unexpected_keyword_argument"
+            if (key := (dotted(_key(section), last) if is_written else _key(entry["loc"]))) not in {*empty, *lists}:
                 findings.append(_from_pydantic(entry, key, source, form))
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if findings:
@@ -224,14 +228,6 @@ _TAGS = (NAME, WRITTEN, GATHERED)
 
 MOST_LISTED = 16
 """Keys of a section that a hint lists."""
-
-
-def _key_of(error: Mapping[str, Any]) -> str:
-    """The dotted key that one of pydantic's errors is about."""
-    # An unknown key may be called like a tag; nothing else that a person writes stands in a place.
-    *section, last = error["loc"] or ("",)
-    is_written = error["type"] == "unexpected_keyword_argument"
-    return dotted(_key(section), last) if is_written else _key(error["loc"])
 
 
 def _key(loc: Iterable[Any]) -> str:
