@@ -182,13 +182,8 @@ def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Ma
     pad = f"{reference}-{pin}" if reference and not is_via else None
     net = f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net)
     return Mark(
-        net=net,
-        layer=None if through else int(record["access"]),
-        x=int(record["x"]) * unit,
-        y=int(record["y"]) * unit,
-        source=Source.IPC_D_356,
-        pin=pad,
-        is_via=is_via,
+        net=net, layer=None if through else int(record["access"]), x=int(record["x"]) * unit,
+        y=int(record["y"]) * unit, source=Source.IPC_D_356, pin=pad, is_via=is_via,
         drill=int(record["drill"]) * unit if record["drill"] else None,
     )
 

@@ -55,15 +55,10 @@ def read_panel_list(panel: Path) -> PanelList:
         if document["unit"] != "mm":
             raise ValueError("its unit is not mm")
         found = PanelList(
-            size=_place(document["size"]),
-            boards=_places(document["parts"]),
-            coupons=_places(document["coupons"]),
-            bridges=_bridges(document["bridges"]),
-            coupon_bridges=_bridges(document["coupon_bridges"]),
-            tooling_holes=_places(document["tooling_holes"]),
-            tooling_hole=_length(document["tooling_hole_diameter"]),
-            fiducials=_places(document["fiducials"]),
-            fiducial=_length(document["fiducial_diameter"]),
+            size=_place(document["size"]), boards=_places(document["parts"]), coupons=_places(document["coupons"]),
+            bridges=_bridges(document["bridges"]), coupon_bridges=_bridges(document["coupon_bridges"]),
+            tooling_holes=_places(document["tooling_holes"]), tooling_hole=_length(document["tooling_hole_diameter"]),
+            fiducials=_places(document["fiducials"]), fiducial=_length(document["fiducial_diameter"]),
             fiducial_opening=_length(document["fiducial_opening"]),
         )
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:

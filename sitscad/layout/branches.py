@@ -359,19 +359,10 @@ def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTabl
     leg_of, via_of = np.array(legs, dtype=float).reshape(-1, 2, 3), np.array(vias, dtype=float).reshape(-1, 4)
     table = np.array(stretches, dtype=float).reshape(-1, 4)
     return BranchTable(
-        around=around,
-        branches=tuple(branches),
-        cost=np.array([branch.cost for branch in branches]),
-        round=np.array([branch.round for branch in branches]),
-        layer=leg_of[..., 0].astype(np.intp),
-        low=leg_of[..., 1],
-        sweep=leg_of[..., 2],
-        centre=via_of[:, :2],
-        angle=via_of[:, 2],
-        beside=via_of[:, 3],
-        starts=table[:, :2],
-        steps=table[:, 2:] - table[:, :2],
-        owner=np.array(owner, dtype=np.intp),
+        around=around, branches=tuple(branches), cost=np.array([branch.cost for branch in branches]),
+        round=np.array([branch.round for branch in branches]), layer=leg_of[..., 0].astype(np.intp),
+        low=leg_of[..., 1], sweep=leg_of[..., 2], centre=via_of[:, :2], angle=via_of[:, 2], beside=via_of[:, 3],
+        starts=table[:, :2], steps=table[:, 2:] - table[:, :2], owner=np.array(owner, dtype=np.intp),
     )
 
 

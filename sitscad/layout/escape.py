@@ -168,13 +168,8 @@ class Escape:
 
 
 def escape(
-    around: Surroundings,
-    joins: list[tuple[OuterEnd, OuterEnd]],
-    ends: tuple[OuterEnd, OuterEnd],
-    choices: Iterable[tuple[Exit, Exit]],
-    obstacles: Obstacles,
-    searches: SearchLimit,
-    first: bool = False,
+    around: Surroundings, joins: list[tuple[OuterEnd, OuterEnd]], ends: tuple[OuterEnd, OuterEnd],
+    choices: Iterable[tuple[Exit, Exit]], obstacles: Obstacles, searches: SearchLimit, first: bool = False,
     known: Joined | None = None,
 ) -> Escape | None:
     """The cheapest way out that keeps every distance, or the `first` whose leads run no farther round the coil than

@@ -83,13 +83,8 @@ class Inside:
 
 
 def place_inner_vias(
-    windings: Sequence[Winding],
-    turns: Sequence[float],
-    inside: Inside,
-    width: float,
-    rules: DesignRules,
-    spacing: float,
-    turn_spacing: float,
+    windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float, rules: DesignRules,
+    spacing: float, turn_spacing: float,
 ) -> tuple[InnerJoin, ...] | None:
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
 

@@ -147,13 +147,7 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     """Elastomer and target, those that the spec has."""
     return tuple(
         CutPart(
-            name,
-            plate.material.name,
-            plate.shape,
-            plate.size,
-            plate.thickness,
-            plate.kerf,
-            footprint(spec, plate),
+            name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
             place_in_words(plate),
         )
         for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))

@@ -173,14 +173,10 @@ def _mapped(
     coils = tuple(replace(coil, series=tuple(map(piece, coil.series))) for coil in layout.coils)
     pieces, plate = [item for coil in coils for item in coil.series], layout.stiffener
     return replace(
-        layout,
-        coils=coils,
-        traces=tuple(item for item in pieces if isinstance(item, Trace)),
-        vias=tuple(item for item in pieces if isinstance(item, Via)),
-        pads=tuple(map(pad, layout.pads)),
+        layout, coils=coils, traces=tuple(item for item in pieces if isinstance(item, Trace)),
+        vias=tuple(item for item in pieces if isinstance(item, Via)), pads=tuple(map(pad, layout.pads)),
         capacitors=tuple(replace(c, pads=(pad(c.pads[0]), pad(c.pads[1]))) for c in layout.capacitors),
-        outline=path(layout.outline),
-        top_openings=tuple(map(region, layout.top_openings)),
+        outline=path(layout.outline), top_openings=tuple(map(region, layout.top_openings)),
         bottom_openings=tuple(map(region, layout.bottom_openings)),
         stiffener=replace(plate, outline=region(plate.outline)) if plate else None,
     )

@@ -81,14 +81,8 @@ class BuildRequest:
 
 
 def build(
-    spec: SensorSpec | Design,
-    out: str | Path = "outputs",
-    only: Iterable[str] | None = None,
-    force: bool = False,
-    progress: Progress | None = None,
-    policy: Policy | None = None,
-    baseline: Baseline | None = None,
-    jobs: int = 1,
+    spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None, force: bool = False,
+    progress: Progress | None = None, policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
@@ -148,12 +142,8 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
 
 
 def stale(
-    spec: SensorSpec | Design,
-    out: str | Path = "outputs",
-    only: Iterable[str] | None = None,
-    policy: Policy | None = None,
-    baseline: Baseline | None = None,
-    jobs: int = 1,
+    spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None,
+    policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
 ) -> BuildResult:
     """What a build with the same `only` would change of the package in ``out/NAME``; nothing is written.
 
@@ -182,11 +172,7 @@ def stale(
 
 
 def _request(
-    spec: SensorSpec | Design,
-    out: str | Path,
-    only: Iterable[str] | None,
-    force: bool,
-    policy: Policy | None,
+    spec: SensorSpec | Design, out: str | Path, only: Iterable[str] | None, force: bool, policy: Policy | None,
     baseline: Baseline | None,
 ) -> tuple[BuildRequest, Design | None]:
     own, design = (spec, None) if isinstance(spec, SensorSpec) else (spec.spec, spec)

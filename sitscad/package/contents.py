@@ -90,14 +90,9 @@ class Contents:
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(
-            self.design.spec,
-            (*result.findings, *judged_on_solids(document, self.design.spec)),
-            tuple(each for each in result.not_checked if each.rule not in decided),
-            result.signals,
-            result.fit,
-            result.closing,
-            result.reached,
-            result.board,
+            self.design.spec, (*result.findings, *judged_on_solids(document, self.design.spec)),
+            tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
+            result.closing, result.reached, result.board,
         )
         return judged(found, source, all_rules(), self.policy, self.baseline)
 

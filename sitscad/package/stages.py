@@ -78,12 +78,8 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
     judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
     beside = {"baseline": contents.known, "plugins": dict(marks())}
     return Manifest(
-        spec=contents.origin,
-        forced=not contents.checked.is_orderable,
-        nets=contents.nets,
-        files=made.entries,
-        configuration={**judged_by, **{key: value for key, value in beside.items() if value}},
-        built_from=built_from,
+        spec=contents.origin, forced=not contents.checked.is_orderable, nets=contents.nets, files=made.entries,
+        configuration={**judged_by, **{key: value for key, value in beside.items() if value}}, built_from=built_from,
         built_for=tuple(sorted({*wanted, *before})),
     )
 

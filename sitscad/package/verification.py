@@ -150,14 +150,9 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
     layers, sent = tuple(_layer_differences(folder)), _archive_differences(folder, manifest)
     boards, panel = _panel_differences(folder, manifest)
     return replace(
-        read,
-        differences=(*read.differences, *nets, *layers, *(sent or ()), *panel),
-        nets=tuple(sorted(manifest.nets)),
-        wrong_nets=len(nets),
-        wrong_layers=len(layers),
-        wrong_archive=None if sent is None else len(sent),
-        panel_boards=boards,
-        wrong_boards=len(panel),
+        read, differences=(*read.differences, *nets, *layers, *(sent or ()), *panel),
+        nets=tuple(sorted(manifest.nets)), wrong_nets=len(nets), wrong_layers=len(layers),
+        wrong_archive=None if sent is None else len(sent), panel_boards=boards, wrong_boards=len(panel),
     )
 
 

@@ -63,12 +63,8 @@ def unlike(found: Sequence[CoilBands]) -> float:
 
 
 def _config(
-    spec: SensorSpec,
-    estimates: Estimates,
-    devices: Sequence[Device],
-    found: Sequence[CoilBands],
-    conversion: Conversion,
-    forced: bool,
+    spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], found: Sequence[CoilBands],
+    conversion: Conversion, forced: bool,
 ) -> str:
     """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale

@@ -171,12 +171,10 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
         is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
         _require(is_below, path, "profiles is no folder beside this file, or below")
     found = Policy(
-        _patterns(table.get("select", []), "select", path, rules),
-        _patterns(ignored, "ignore", path, rules),
+        _patterns(table.get("select", []), "select", path, rules), _patterns(ignored, "ignore", path, rules),
         dict(zip(_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
         {pattern: _severity(pattern, word, path) for pattern, word in severity.items()},
-        None if profiles is None else str(path.parent / profiles),
-        path.name,
+        None if profiles is None else str(path.parent / profiles), path.name,
     )
     _patterns(list(severity), "severity", path, rules)
     return found

@@ -162,10 +162,7 @@ NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
 
 
 def judged(
-    checked: CheckedSpec,
-    source: SpecSource | None,
-    rules: Sequence[RuleTexts],
-    policy: Policy | None = None,
+    checked: CheckedSpec, source: SpecSource | None, rules: Sequence[RuleTexts], policy: Policy | None = None,
     baseline: Baseline | None = None,
 ) -> CheckedSpec:
     """What a policy, the comments in the spec and a baseline leave of what was found.

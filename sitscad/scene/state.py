@@ -210,12 +210,8 @@ LOWEST, HIGHEST = 1e4, 1e8
 
 
 def read_motions(
-    poses: Iterable[str] = (),
-    pose_files: Iterable[str] = (),
-    loads: Iterable[str] = (),
-    load_files: Iterable[str] = (),
-    scans: Iterable[str] = (),
-    cases: Iterable[str] = (),
+    poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
+    load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
 ) -> Motions:
     """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
 

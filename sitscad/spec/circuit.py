@@ -268,8 +268,7 @@ class Tail(Section):
     )
     bend: str = key(
         NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument)),
-        "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle",
-        "static",
+        "static: bent once at assembly; dynamic: bends in use; none; or a section with line and angle", "static",
     )
     turn: str = key(
         Choice(("none", "left", "right")), "by 90 degrees in its plane before the contacts, seen from the coils", "none"
@@ -315,8 +314,7 @@ class PanelSpec(Section):
     wish: str = "auto"
     parts: tuple[int, int] | None = key(
         Either("auto", Special(_columns_and_rows, PAIR_OF_COUNTS)),
-        "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel",
-        "auto",
+        "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel", "auto",
     )
     gap: float = key(Quantity("length", "0.5 mm", "20 mm"), "between parts", 2)
     rail: float = key(Quantity("length", "3 mm", "30 mm"), "width of the frame", 5)
@@ -361,13 +359,11 @@ class FpcSpec(Section):
     tail: Tail | None = key(Part(Tail), "none: a short strip with solder pads", None)
     panel: PanelSpec = key(
         NameOr(Choice(("auto", "none")), Part(PanelSpec, lambda panel: replace(panel, wish="always"))),
-        "auto: when the part is too small to be made singly; none; or a section",
-        "auto",
+        "auto: when the part is too small to be made singly; none; or a section", "auto",
     )
     boards: int | None = key(
         Number(1, 100_000, whole=True),
-        "how many are wanted: the papers of the order then say how many panels that takes",
-        None,
+        "how many are wanted: the papers of the order then say how many panels that takes", None,
     )
     margin: tuple[float, float] = key(
         Pair(Quantity("length", "0 mm", "100 mm"), single=True),

@@ -143,13 +143,11 @@ class ArrayDocument(Section):
     )
     count: tuple[int, ...] | None = key(
         Special(_count, {"anyOf": [InRow.schema(), PAIR_OF_COUNTS]}),
-        "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out",
-        None,
+        "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out", None,
     )
     pitch: float | None = key(
         Quantity("length", "0.1 mm", "1000 mm"),
-        "distance of neighbouring centres; 0.5 mm more than the coils need if left out",
-        None,
+        "distance of neighbouring centres; 0.5 mm more than the coils need if left out", None,
     )
     centres: list[tuple[float, float]] | None = key(
         ListOf(Pair(Quantity("length", "-1000 mm", "1000 mm"))),
@@ -158,6 +156,5 @@ class ArrayDocument(Section):
     )
     rotations: list[float] | None = key(
         ListOf(Angle),
-        "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]; 0 if left out",
-        None,
+        "explicit: every coil's, counter-clockwise, in the same order, like [0 deg, 90 deg]; 0 if left out", None,
     )

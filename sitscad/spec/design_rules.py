@@ -207,8 +207,7 @@ class RulesDocument(Section):
     trace_spacing: Written = key(Feature, "smallest, whatever the copper", None)
     tracks: list[TrackRowDocument] | None = key(
         ListOf(Part(TrackRowDocument)),
-        "by the thickness of the copper: the whole table, like [{copper: 18 um, width: 80 um, spacing: 80 um}]",
-        None,
+        "by the thickness of the copper: the whole table, like [{copper: 18 um, width: 80 um, spacing: 80 um}]", None,
     )
     via_drill: Written = key(Feature, "smallest finished hole", None)
     annular_ring: Written = key(Feature, "smallest copper ring around a hole, whatever the number of layers", None)

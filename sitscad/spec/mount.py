@@ -115,8 +115,7 @@ class Jaw(Section):
     hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
     pivot_offset: float = key(
         Quantity("length", "-50 mm", "50 mm"),
-        "of the pivot from the closed pair's middle, towards this jaw; negative: towards the other one",
-        None,
+        "of the pivot from the closed pair's middle, towards this jaw; negative: towards the other one", None,
     )
     opening: float | None = key(
         Quantity("angle", "1 deg", "180 deg"), "between the faces, wide open, like 60 deg", None
@@ -221,8 +220,7 @@ class Mount(Section):
     )
     jaw: Jaw | None = key(
         NameOr(Preset("jaw", up=True), Part(Jaw)),
-        "a jaw preset (with its metal), or written out; generic-5mm if left out",
-        None,
+        "a jaw preset (with its metal), or written out; generic-5mm if left out", None,
     )
     standoff: float = key(
         Gap,
@@ -234,13 +232,11 @@ class Mount(Section):
     process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
     retention: Retention | None = key(
         NameOr(Choice(RETENTIONS), Part(Retention)),
-        "what holds a grasper's pad, and its sizes: glue alone if left out",
-        None,
+        "what holds a grasper's pad, and its sizes: glue alone if left out", None,
     )
     holes: HolePattern | None = key(
         NameOr(Preset("hole pattern", up=True), ListOf(Part(Hole))),
-        "of a bench plate: a breadboard's, a load cell's, or written out; corners-m2 if left out",
-        None,
+        "of a bench plate: a breadboard's, a load cell's, or written out; corners-m2 if left out", None,
     )
     finger: Finger | None = key(
         Part(Finger), "what a fingertip's cap slips over; a usual finger if left out: measure yours", None
@@ -311,8 +307,7 @@ class Assembly(Section):
     )
     tolerances: tuple[tuple[str, float], ...] = key(
         Part(TolerancesDocument, TolerancesDocument.written),
-        "half the band of a part's size, where it is not its process's",
-        {},
+        "half the band of a part's size, where it is not its process's", {},
     )
 
     def tolerance(self, part: str) -> float | None:

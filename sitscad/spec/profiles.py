@@ -203,10 +203,8 @@ def _whose(rules: DesignRules) -> DesignRules:
         return replace(lines, width_source=width, spacing_source=spacing)
 
     return replace(
-        rules,
-        sources={field: said(source, rules.holders[field]) for field, source in rules.sources.items()},
-        coil_lines=tuple(map(row, rules.coil_lines)),
-        track_lines=tuple(map(row, rules.track_lines)),
+        rules, sources={field: said(source, rules.holders[field]) for field, source in rules.sources.items()},
+        coil_lines=tuple(map(row, rules.coil_lines)), track_lines=tuple(map(row, rules.track_lines)),
     )
 
 
@@ -289,13 +287,8 @@ class _Profile:
             return installed_rules(_FALLBACK)
         needed: dict[str, Any] = {name: figures[name].value for name in _NEEDED}
         return DesignRules(
-            name="",
-            trace_width=0.0,
-            trace_spacing=0.0,
-            coil_trace_width=None,
-            coil_trace_spacing=None,
-            coil_rule_binding=False,
-            **needed,
+            name="", trace_width=0.0, trace_spacing=0.0, coil_trace_width=None, coil_trace_spacing=None,
+            coil_rule_binding=False, **needed,
         )
 
     def _whole_source(self, base: DesignRules) -> str:

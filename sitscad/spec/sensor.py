@@ -45,18 +45,15 @@ class Cable(Section):
     length: float = key(Run, "of the cable", 300)
     inductance: float = key(
         Quantity("inductance", "0 nH", "1 mH"),
-        "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours",
-        None,
+        "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours", None,
     )
     capacitance: float = key(
         Quantity("capacitance", "0 pF", "1 uF"),
-        "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours",
-        None,
+        "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours", None,
     )
     resistance: float = key(
         Quantity("resistance", "0 ohm", "1 kohm"),
-        "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours",
-        None,
+        "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours", None,
     )
 
 
@@ -71,16 +68,13 @@ class ReadoutSpec(Section):
     device: Converter = key(Preset("converter", up=True), "the converter", "ldc1614")
     capacitance: float | None = key(
         Either("auto", Quantity("capacitance", "1 pF", "1 uF")),
-        "of the tank, like 330 pF; auto: chosen, with reasons",
-        "auto",
+        "of the tank, like 330 pF; auto: chosen, with reasons", "auto",
     )
     capacitor_at: str = key(
         Choice(("coil", "converter")), "where it is soldered: converter, unless capacitors_on_board", None
     )
     chip: Chip | None = key(
-        Preset("chip", up=True),
-        "places for the capacitors on the tail's stiffener, and of what size",
-        None,
+        Preset("chip", up=True), "places for the capacitors on the tail's stiffener, and of what size", None,
         written="capacitors_on_board",
     )
     cable: Cable | None = key(Part(Cable), "none: the tail plugs into the converter's board", None)
@@ -121,8 +115,7 @@ class ScissorDocument(Section):
     normal: float | None = key(Force, NORMAL, None)
     face: str = key(
         Choice(("sticks", "slides")),
-        "sticks: the target stays under it; slides: it pushes along its own normal alone",
-        "sticks",
+        "sticks: the target stays under it; slides: it pushes along its own normal alone", "sticks",
     )
 
 
@@ -151,13 +144,10 @@ class Mechanism(Section):
     link: float = key(LeverArm, "link B, from lever A's pin to the shaft's, like 3.200", written="LB")
     reach: float = key(
         Quantity("length", "1 mm", "200 mm"),
-        "from the pivot to where the jaw presses; the tip of mount.jaw if left out",
-        None,
-        written="LJ",
+        "from the pivot to where the jaw presses; the tip of mount.jaw if left out", None, written="LJ",
     )
     theta: float = key(
-        Quantity("angle", "-5 deg", "7.5 deg"),
-        "of a jaw's face from the axis; the faces are open by twice that",
+        Quantity("angle", "-5 deg", "7.5 deg"), "of a jaw's face from the axis; the faces are open by twice that",
         "0 deg",
     )
 
@@ -379,8 +369,7 @@ class SpecDocument(Section):
     part_number: str = key(Text(32, _PRINTED, _PRINTED_WORDS), "your number for the sensor: printed on every paper", "")
     date: str = key(
         Text(20, _PRINTED, _PRINTED_WORDS),
-        "of the revision, like 2026-11-22: printed on every paper; SOURCE_DATE_EPOCH if left out",
-        "",
+        "of the revision, like 2026-11-22: printed on every paper; SOURCE_DATE_EPOCH if left out", "",
     )
     coil: CoilSpec = key(Part(CoilSpec), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})

@@ -90,11 +90,7 @@ def _results(spec: CheckedSpec, output: OutputOptions, indices: dict[str, int]) 
 
 
 def _result(
-    spec: CheckedSpec,
-    finding: Finding,
-    name: str,
-    output: OutputOptions,
-    indices: dict[str, int],
+    spec: CheckedSpec, finding: Finding, name: str, output: OutputOptions, indices: dict[str, int],
     ignored: Ignored | None,
 ) -> dict[str, Any]:
     uri = output.uri_from_root(finding.file or spec.path)

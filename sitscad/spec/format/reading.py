@@ -47,10 +47,7 @@ class SpecError(ValueError):
     """
 
     def __init__(
-        self,
-        findings: tuple[Finding, ...],
-        texts: Mapping[str, str] | None = None,
-        cramped: SensorSpec | None = None,
+        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None, cramped: SensorSpec | None = None,
         source: SpecSource | None = None,
     ) -> None:
         super().__init__("; ".join(finding.message for finding in findings))

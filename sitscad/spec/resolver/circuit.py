@@ -37,12 +37,7 @@ ROUNDING = 1e-9
 
 
 def resolve_fpc(
-    document: FpcSpec,
-    coil: CoilSpec,
-    mount: Mount | None,
-    remarks: Remarks,
-    source: SpecSource,
-    folder: Path | None,
+    document: FpcSpec, coil: CoilSpec, mount: Mount | None, remarks: Remarks, source: SpecSource, folder: Path | None
 ) -> FpcSpec:
     """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw.
     `folder` is where profile files are.

@@ -53,22 +53,11 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     readout = _readout(document.readout, document.fpc.tail, remarks)
     assembly = _assembly(document.assembly, is_glued, remarks)
     spec = SensorSpec(
-        name=document.name,
-        coil=coil,
-        array=array,
-        fpc=fpc,
-        target=target,
-        elastomer=pad,
-        encapsulation=document.encapsulation,
-        mount=mount,
-        shield=document.shield,
-        readout=readout,
-        requirements=document.requirements,
-        source=source,
-        issue=Issue(document.revision, document.part_number, document.date),
-        assembly=assembly,
-        cutting=document.cutting,
-        loads=_loads(document, mount, remarks),
+        name=document.name, coil=coil, array=array, fpc=fpc, target=target, elastomer=pad,
+        encapsulation=document.encapsulation, mount=mount, shield=document.shield, readout=readout,
+        requirements=document.requirements, source=source,
+        issue=Issue(document.revision, document.part_number, document.date), assembly=assembly,
+        cutting=document.cutting, loads=_loads(document, mount, remarks),
     )
     _note_plain_defaults(SpecDocument, document, "", source.keys, remarks)
     return spec, remarks
