@@ -242,7 +242,6 @@ def worded(template: str, values: dict[str, Any]) -> str:
 
 class _Words(Formatter):
     def format_field(self, value: Any, format_spec: str) -> str:
-        """One value in words."""
         if quantity := _QUANTITY.fullmatch(format_spec):
             return show(value, quantity[1], int(quantity[2] or USUAL_DIGITS))
         if format_spec.startswith("%"):

@@ -224,7 +224,6 @@ class _Tally:
 
     @property
     def result(self) -> _Tried:
-        """What was counted."""
         now, then = (Counter(one.rule for one in found) for found in (self._complaints, self._complaints_before))
         worse = frozenset(worsened(self._complaints_before, self._complaints))
         seen = frozenset(self._complaining), frozenset(self._noting)
@@ -300,5 +299,4 @@ def _errors(said: Iterable[Outcome]) -> Counter[str]:
 
 
 def _complaints(said: Iterable[Outcome]) -> list[Finding]:
-    """What is said that is no mere note."""
     return [one.finding for one in said if one.finding.severity is not Severity.NOTE]

@@ -158,7 +158,6 @@ def _values(design: Design, path: str) -> list[float]:
 
 
 def _shown(value: float, dimension: str) -> str:
-    """A figure in words."""
     if dimension in SI:
         return show(value, SI[dimension])
     others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",

@@ -52,11 +52,9 @@ class _Paper:
         self.height, self.decimals = height, decimals
 
     def number(self, value: float) -> str:
-        """A length."""
         return decimal(value, self.decimals)
 
     def xy(self, point: Point) -> str:
-        """A point, y downwards."""
         return f"{self.number(point.x)} {self.number(self.height - point.y)}"
 
     def arc(self, segment: Arc) -> str:
@@ -95,7 +93,6 @@ class _Paper:
         return f"<svg x='{x}' y='{y}' width='{wide}' height='{high}' viewBox='{x} {y} {wide} {high}'>"
 
     def label(self, label: Label) -> str:
-        """A text."""
         turn = f" rotate({self.number(-label.angle)})" if label.angle else ""
         look = ""
         if label.halo:
@@ -108,7 +105,6 @@ class _Paper:
         )
 
     def shape(self, shape: Shape) -> str:
-        """A shape; a circle where it is one."""
         look = f" fill='{shape.fill or 'none'}'"
         if shape.fill:
             look += " fill-rule='evenodd'"

@@ -77,7 +77,6 @@ def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
 
 
 def _obey(state: _GerberState, command: str) -> None:
-    """What a Gerber command changes of the state."""
     if found := _FORMAT.match(command):
         state.decimals = int(found[1])
     elif command in ("MOMM", "MOIN"):
@@ -174,7 +173,6 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
 
 
 def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Mark:
-    """The mark of one record of the IPC-D-356 netlist."""
     net = record["net"].strip()
     reference, pin = record["reference"].strip(), record["pin"].strip()
     is_via = reference == "VIA"

@@ -160,7 +160,6 @@ def _windows(piece: Piece) -> list[Loop]:
 
 
 def _pieces_under(marks: Sequence[Mark], trees: dict[int, _LayerTree]) -> list[list[int]]:
-    """By mark the pieces of copper that lie under it."""
     found: list[list[int]] = [[] for _ in marks]
     for layer, tree in trees.items():
         here = [k for k, mark in enumerate(marks) if mark.layer in (None, layer)]
@@ -228,7 +227,6 @@ class _DisjointSets:
         self._parent = list(range(count))
 
     def root(self, number: int) -> int:
-        """The number that stands for the whole set."""
         while self._parent[number] != number:
             self._parent[number] = self._parent[self._parent[number]]
             number = self._parent[number]

@@ -330,7 +330,6 @@ def _inside(objects: Plotted, box: Box, move: Place) -> NDArray[np.bool_]:
 
 
 def _box(boxes: Sequence[NDArray[np.int64]]) -> Box:
-    """The box round many."""
     corners = np.concatenate([each for each in boxes if len(each)])
     x0, y0 = corners[:, :2].min(axis=0).tolist()
     x1, y1 = corners[:, 2:].max(axis=0).tolist()

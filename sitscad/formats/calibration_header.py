@@ -153,7 +153,6 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
 
 
 def _product(found: InverseMap) -> list[str]:
-    """C of one product of powers."""
     return [
         "/* A product of powers of what the coils are mixed to. */",
         "static inline float sitscad_term(const float (*power)[SITSCAD_POWERS], const uint8_t *powers)",

@@ -152,7 +152,6 @@ def _objects() -> Iterator[Tag]:
 
 
 def _entities(sheet: LaserSheet) -> Iterator[list[Tag]]:
-    """The contours and notes, each as its tags."""
     handle = _FIRST_ENTITY
     for layer in CutLayer:
         for contour in sheet.on(layer):

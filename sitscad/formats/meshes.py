@@ -86,7 +86,6 @@ def _model(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> str:
 
 
 def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
-    """One mesh with its name and the material of that index."""
     vertices = "\n".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in mesh.vertices.tolist())
     triangles = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.triangles.tolist())
     return (

@@ -131,7 +131,6 @@ class _Innermost:
 
     @classmethod
     def of(cls, winding: Winding, turns: float) -> _Innermost:
-        """That of a layer of so many turns."""
         path = winding.path if winding.inward else winding.path.reversed()
         end, before = path.end, path.segments[-1].at(1.0 - min(0.5, 20e-6 / path.segments[-1].length))
         length = end.distance(before)

@@ -251,7 +251,6 @@ def _counted(nest: Nest) -> Iterator[str]:
 
 
 def _texts(layout: Layout, part: CutPart) -> tuple[str, ...]:
-    """The lines of text on a sheet."""
     kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
     half = in_mm(kerf / 2)
     compensation = (

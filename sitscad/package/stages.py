@@ -176,7 +176,6 @@ def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str,
 def _outcome(
     stage: str, new: dict[str, bytes], kept: list[tuple[str, bool]], old: Manifest, wanted: frozenset[str]
 ) -> str:
-    """What became of a stage, in a word."""
     if new and all(part in kept for part in PARTS if part[0] == stage):
         return "kept"
     if stage in wanted:

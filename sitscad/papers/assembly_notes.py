@@ -58,7 +58,6 @@ def _wrapped(start: str, words: str) -> list[str]:
 
 
 def _head(layout: Layout) -> str:
-    """What is needed, and where the pictures are."""
     mount = layout.spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{layout.spec.name}-jaw-drawing.pdf the closed pair"
     jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""

@@ -158,7 +158,6 @@ def _python_config(
 
 
 def _macro(name: str, rows: Sequence[str]) -> list[str]:
-    """A macro that is an initialiser of some rows."""
     return [f"#define {name} \\", "    { \\", *(f"        {row} \\" for row in rows), "    }"]
 
 

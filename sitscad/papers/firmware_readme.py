@@ -108,7 +108,6 @@ def _metered(one: Metered) -> str:
 
 
 def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
-    """The ten steps."""
     rate = f"{estimates.readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power. SD last: it decides whether the converter answers at all."

@@ -77,7 +77,6 @@ def readme(
 
 
 def _contact_table(layout: Layout) -> list[str]:
-    """Which contact leads where, in columns."""
     rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
     if len(rows) == 1:
         return []

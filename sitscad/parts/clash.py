@@ -133,7 +133,6 @@ def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[Piece]:
 
 
 def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[Load, ...]) -> Clash:
-    """One fault, with every piece where it is then."""
     pieces = _pieces(whole, {fault.first, fault.second})
     there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
     if fault.what == PORT:
@@ -175,7 +174,6 @@ def _figure(fault: Measured, shared: Any) -> str:
 
 
 def _moved(layout: Layout, piece: Piece, fault: Measured, loads: tuple[Load, ...]) -> Any:
-    """A piece where it is when the fault shows."""
     role, body = piece.role, piece.body
     if fault.what in (INTERFERENCE, PORT):
         return body

@@ -238,7 +238,6 @@ def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
 
 
 def _above(spec: SensorSpec) -> Iterator[Layer]:
-    """Elastomer and target."""
     if spec.elastomer is not None:
         yield _layer("elastomer", spec.elastomer.thickness, _of_elastomer(spec, "elastomer", "elastomer thickness"))
     if spec.target is not None:

@@ -189,7 +189,6 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
 
 
 def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
-    """A pad of another material."""
     return setting(spec, "elastomer.material", material, material.name)
 
 
@@ -201,7 +200,6 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
 
 
 def _travel(strain: float) -> str:
-    """A shear strain in words."""
     return f"by {100.0 * strain:.0f} % of its thickness" if math.isfinite(strain) else "out of its place: it gives way"
 
 

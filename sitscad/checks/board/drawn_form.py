@@ -69,7 +69,6 @@ class _Edge:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The stretch as a polyline."""
         return _between(self.trace.path, self.first, self.last)
 
 
@@ -241,7 +240,6 @@ class _Parts:
         self._above: dict[Node, Node] = {}
 
     def root(self, node: Node) -> Node:
-        """The node that stands for the whole part."""
         while (above := self._above.get(node, node)) != node:
             node = above
         return node

@@ -16,7 +16,6 @@ from sitscad.units import show
 
 
 def _channel_sources(family: str | None = None) -> str:
-    """Where the channels of all converters are stated, or of those of a family."""
     parts = [presets.converter(name) for name in presets.names("converter")]
     named = dict.fromkeys(part.source for part in parts if family in (None, part.family))
     return "; ".join([*named, "coupled oscillators (derived)"])

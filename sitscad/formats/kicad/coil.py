@@ -67,7 +67,6 @@ class _Footprint:
         self.box = self._extent()
 
     def text(self) -> str:
-        """The whole file."""
         pads = list(self._pads())
         tied = ", ".join(str(1 + i) for i in range(len(pads)))
         _, low, _, high = self.box

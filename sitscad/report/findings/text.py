@@ -161,7 +161,6 @@ def printable(text: str) -> str:
 
 
 def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
-    """Where a finding is and what it says."""
     where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
     plain = f"{where} {finding.rule} {finding.severity.value} "

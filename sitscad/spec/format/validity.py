@@ -164,7 +164,6 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
 
 
 def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
-    """What a kind of value refuses of a value in SI."""
     if is_dataclass(value):
         yield from _out_of_range(value, key)
         return

@@ -127,7 +127,6 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
 
 
 def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
-    """The jaw that is written, over the preset that it is based on."""
     beside = ("name", "based_on", "step", "datum", "along", "up")
     figures = {name: value for name, value in own.values().items() if value is not None and name not in beside}
     base = own.based_on
