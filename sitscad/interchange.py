@@ -13,8 +13,8 @@ from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.geometry.path import Path, Point, Region, Segment
 from sitscad.layout.board import Coil, Layout, Via
 from sitscad.parts.solid import MM, Solid, require
@@ -25,8 +25,6 @@ from sitscad.scene.stack import stack
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
 """How far (m) chords may lie from an arc, unless another distance is asked for."""

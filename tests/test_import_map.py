@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
     "record": set(),
+    "arrays": set(),
     "version": set(),
     "data": set(),
     "units": set(),
@@ -84,7 +85,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"version", "record", "data"}
+EVERYWHERE = {"version", "record", "data", "arrays"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.forms import Tried
 from sitscad.calibration.inverse_map import Correction, InverseMap, correct
 from sitscad.calibration.least_squares import NoFit
@@ -25,8 +25,6 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
 from sitscad.scene.state import ROTATIONS
-
-Array = NDArray[np.float64]
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40
 """Loads that a plan has beside the tare: as a rule, at least and at most."""

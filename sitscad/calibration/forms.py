@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.inverse_map import BEYOND, changes, terms
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 SMALL = 1e-10
 """Share of the largest singular value below which terms of a map count as one."""

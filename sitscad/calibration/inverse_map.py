@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.least_squares import ridge
 from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 LEAST = 1e-6
 """What is left of a target's change of L, over that at rest, at least: its logarithm is taken."""

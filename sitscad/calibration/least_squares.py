@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Residuals = Callable[[Array], Array]
 
 STEP = 1e-3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.forms import Form, Samples, Shape, Tried, best, compared, fitted
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
@@ -14,8 +14,6 @@ from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.physics.polynomials import exponents, monomials
-
-Array = NDArray[np.float64]
 
 LEARNT, ASKED = 240, 80
 """Loads that a map is fitted to, and others on which it is tried."""

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.bench_data import Table
 from sitscad.calibration.least_squares import NoFit
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
@@ -17,8 +17,6 @@ from sitscad.calibration.unknowns import usual
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
 from sitscad.scene.state import ROTATIONS
-
-Array = NDArray[np.float64]
 
 UNUSUAL = 3.0
 """Standard deviations of manufacture from which on an unknown is told with what may be the cause: no simulated sensor

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.least_squares import Fitted, NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 ROUNDS, NEAR = 4, 0.1
 """Rounds of a fit at most: with noise as expected, then as large as what was left shows, the chart set right where it

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.points import Points, load_slopes, tared, unknown_slopes, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.estimates.performance.values import AXES
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 LEVELS = (0.25, 0.5, 0.75, 1.0)
 """Normal forces of full scale at which loads are offered."""

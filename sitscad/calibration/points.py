@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 AT_REST = 1e-4
 """What a frequency at rest may be off by, by itself; all others are taken over it."""

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from itertools import permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.bench_data import BenchError, Table, frequencies_of, rounded
 from sitscad.calibration.misfit import cause, noise_share
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
@@ -19,8 +19,6 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY, usual
 from sitscad.mechanics.motion import rotations
 from sitscad.scene.state import LOAD, POSE
-
-Array = NDArray[np.float64]
 
 STEEPEST = math.radians(15.0)
 """Tilt up to which the response is computed (the contract of `sitscad response`)."""

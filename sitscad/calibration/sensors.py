@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
@@ -24,8 +25,6 @@ from sitscad.readout.conversion import Conversion
 from sitscad.record import record
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
 """What a degree costs along each number of a pose, and how much in all: 151 terms."""

@@ -6,8 +6,8 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance import manufacture as scatter
 from sitscad.estimates.performance.manufacture import manufacturing_scatter
@@ -17,8 +17,6 @@ from sitscad.estimates.uncertainty import CAPACITOR
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")
 """Those of where the target rests: what is added to its pose there. Both of the first raise it; only the gap is the

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.states.moved_target import target_effects
 from sitscad.estimates.states.pressing import pressed
 from sitscad.measured import Most, Signal
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
     from sitscad.layout.board import Layout
 
-Array = NDArray[np.float64]
 
 STEP, THICKEST = 0.05e-3, 3e-3
 """Thicknesses (m) of pads among which that of most signal is looked for: every so much, up to this."""

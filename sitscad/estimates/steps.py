@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.circuit.coils import (
     coil_circuits,
     damped_words,
@@ -64,8 +64,6 @@ from sitscad.physics.resonator import apparent_inductance
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 
 @record(eq=False)

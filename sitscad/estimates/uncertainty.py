@@ -9,8 +9,8 @@ from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
@@ -32,9 +32,6 @@ from sitscad.scene.bodies import lines_below_target
 from sitscad.scene.state import FREE
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
-
 
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
 FOIL, PLATING = "copper foil", "copper plating"

@@ -7,14 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
 from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
-
-Array = NDArray[np.float64]
 
 WIDTH = 116
 """Columns of a line at most."""

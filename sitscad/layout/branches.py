@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
 from sitscad.layout.clearance import Breadth, Hole, Track, hole_distance, hole_keep_out, joined_hole
@@ -268,9 +269,6 @@ class Branch:
         first, *second = (leg.round for leg in self.legs)
         return first + sum(-sweep if self.returns else sweep for sweep in second)
 
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 ROWS_AT_ONCE = 16
 """Branches that another connection's are held against at once: the next cheapest ones are asked for next."""

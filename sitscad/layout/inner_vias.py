@@ -14,13 +14,12 @@ from itertools import islice, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import ALONG, Hole, hole_distance, hole_keep_out
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
-
-Array = NDArray[np.float64]
 
 RADII, ANGLES = 7, 48
 """Rings of places about the centre."""

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Flags
 from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
@@ -25,7 +26,6 @@ from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 
-Flags = NDArray[np.bool_]
 Node = tuple[int, int]
 
 _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))

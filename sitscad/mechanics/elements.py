@@ -22,11 +22,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 BULK = 1e4
 """Bulk over shear modulus; to be told from incompressible rubber only in pads many times as wide as thick."""

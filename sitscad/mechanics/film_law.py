@@ -14,11 +14,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 DATA = Path(__file__).parents[1] / "data" / "pad_films.csv"
 COURSES = ("press", "shear", "tilt")

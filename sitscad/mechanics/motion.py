@@ -19,11 +19,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 SMALL = 1e-4
 """Angle (rad) below which the coefficients of a rotation are taken from their series."""

@@ -13,8 +13,8 @@ import math
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.elastomer import Face, Surround
 from sitscad.mechanics.motion import (
@@ -30,8 +30,6 @@ from sitscad.mechanics.motion import (
 )
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
 """Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""

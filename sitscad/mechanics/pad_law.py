@@ -20,12 +20,11 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.mechanics.film_law import Film, film_hardening, films
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Number = TypeVar("Number", float, Array)
 
 NEO_HOOKEAN = 2.0

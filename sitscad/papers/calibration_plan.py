@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.plan import Plan, load_names
 from sitscad.calibration.unknowns import usual
 from sitscad.scene.state import ROTATIONS
-
-Array = NDArray[np.float64]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall (m/s^2), by definition."""

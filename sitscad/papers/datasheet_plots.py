@@ -6,14 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.calibration.calibration import AXIS_WORDS
 from sitscad.estimates.performance.curves import Curve, Curves
 from sitscad.estimates.performance.values import Performance
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 NAMES = AXIS_WORDS
 Draw = Callable[[Any], None]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.parts.mesh import tessellate
 from sitscad.parts.solid import Solid, require
 from sitscad.record import record
@@ -33,8 +34,6 @@ BEDS: dict[str, tuple[int, float]] = {
     f"{sign}{axis}": (i, s) for i, axis in enumerate("xyz") for sign, s in (("-", -1.0), ("+", 1.0))
 }
 """Directions that a piece may lie on the bed with: axis and sign of the outward normal there."""
-
-Array = NDArray[np.float64]
 
 
 @record

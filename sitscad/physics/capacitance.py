@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import EPSILON0
 from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 CELLS = 4
 """Cells across each face of a strip, crowded to its edges."""

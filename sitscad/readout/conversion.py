@@ -8,12 +8,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.readout.converter import Converter
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 FREE_PART = 0.5
 """Share of a result's range that the frequencies to be expected may take, in its middle: the rest is for loads beside

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sitscad.calibration.calibration import Calibration
 from sitscad.drawing.sheet import Pen, Sheet
@@ -17,8 +16,6 @@ from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
 from sitscad.report.numbers import number_columns, table
-
-Array = NDArray[np.float64]
 
 UNUSUAL = 2.0
 """Standard deviations from which on an unknown is said to be unusual."""

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.units import UnitError, parse_quantity
 
@@ -119,7 +120,6 @@ def table_text(path: str, most: int) -> str:
         raise TableError("is not text in UTF-8") from error
 
 
-Array = NDArray[np.float64]
 Names = tuple[str, ...]
 
 POSE: Names = ("x", "y", "z", "rx", "ry", "rz")

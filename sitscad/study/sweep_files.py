@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.checks import all_rules
 from sitscad.report.findings import to_json
 from sitscad.study.evaluation import FAILS
@@ -19,8 +20,6 @@ from sitscad.study.measures import MEASURES
 from sitscad.study.sweeping import SweepTable
 from sitscad.units import show
 from sitscad.version import __version__
-
-Array = NDArray[np.float64]
 
 
 def shown(name: str, value: float, digits: int = 4) -> str:

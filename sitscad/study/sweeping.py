@@ -7,8 +7,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.spec.changing import plain
 from sitscad.spec.format.reading import SpecError
@@ -22,7 +22,6 @@ from sitscad.study.measures import MEASURES, measures_named
 from sitscad.study.screen import screened
 from sitscad.study.space import RangeError, counted
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 MOST_DESIGNS = 1_000_000

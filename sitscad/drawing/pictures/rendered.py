@@ -15,13 +15,13 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.drawing.sheet import Group, Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, closed_polygon, polyline
 from sitscad.parts.clash import ACROSS, RED, Clash, Shown
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LIGHT = np.array((0.35, -0.55, 0.76))

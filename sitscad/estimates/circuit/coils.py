@@ -11,8 +11,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
@@ -99,10 +99,6 @@ def damped_words(quality: float, capacitor: float) -> str:
         f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does not "
         "oscillate"
     )
-
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 def coil_circuits(

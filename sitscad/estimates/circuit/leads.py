@@ -9,8 +9,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.winding.losses import Strip
 from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
@@ -30,8 +30,6 @@ from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
-
-Array = NDArray[np.float64]
 
 FLATTENED = 10e-6
 """Arcs of the leads become chords within this distance (m)."""

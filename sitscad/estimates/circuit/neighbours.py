@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
@@ -19,8 +19,6 @@ from sitscad.physics.inductance.side_by_side import SideBySide, spirals_side_by_
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import ReadoutSpec
-
-Array = NDArray[np.float64]
 
 Placed = tuple[Coil, WindingGeometry]
 """A coil and its winding about its own centre."""
@@ -104,8 +102,6 @@ def side_by_side(one: Placed, other: Placed) -> SideBySide:
         return spirals_side_by_side(a.spirals, b.spirals, displacement)
     return tracks_side_by_side(a.drawn, b.drawn, displacement)
 
-
-ComplexArray = NDArray[np.complex128]
 
 Circuit = Callable[[Array], tuple[Array, Array]]
 """Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.circuit.leads import LeadEstimate
 from sitscad.estimates.circuit.neighbours import Circuit
 from sitscad.estimates.states.assembly import NoReflection, Reflection
@@ -21,8 +21,6 @@ from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
-
-Array = NDArray[np.float64]
 
 E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)
 """Preferred values of a decade (IEC 60063)."""

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import compliance, pushed, slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
@@ -17,7 +18,6 @@ from sitscad.mechanics.pad import Pad
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
-Array = NDArray[np.float64]
 
 @record(eq=False)
 class Bench:

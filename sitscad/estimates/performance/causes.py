@@ -8,8 +8,8 @@ from dataclasses import field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.manufacture import Units
@@ -19,8 +19,6 @@ from sitscad.record import record
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 WARMER = 10.0
 """Kelvin by which the sensor is warmed to see what copper and other metal do."""

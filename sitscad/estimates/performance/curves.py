@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.manufacture import manufacturing_scatter, readings_of, together
 from sitscad.estimates.performance.points import Felt
@@ -13,8 +13,6 @@ from sitscad.estimates.response.working_range import held_shear
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.state import REST
-
-Array = NDArray[np.float64]
 
 STEPS, LINES = 15, 9
 """Loads along a curve, and lines of constant load in the map of the working range."""

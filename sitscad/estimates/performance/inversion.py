@@ -8,14 +8,12 @@ from functools import cached_property
 from itertools import chain, islice, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.values import AXES, Loads
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 GRID = {1: 13, 2: 8, 3: 5}
 """Points along each axis of the grid that the map is fitted to, by how many axes there are."""

@@ -12,8 +12,8 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.data import is_unverified
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
@@ -26,8 +26,6 @@ from sitscad.scene.column import WRITTEN, placement, plate_tolerance
 from sitscad.scene.column import Tolerance as Band
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 GLUE, OFFSET_X, OFFSET_Y = pressing.GLUE, "target beside, x", "target beside, y"
 TILT_X, TILT_Y, YAW = "target tilted about x", "target tilted about y", "target turned"

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
@@ -31,8 +32,6 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 LIMITS = 3.0
 """Standard deviations of manufacture between which a coil before assembly counts as sound."""

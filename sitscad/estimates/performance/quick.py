@@ -14,8 +14,8 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.points import Felt, can_feel
 from sitscad.estimates.response.pad import soft_pad
@@ -31,9 +31,6 @@ from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 TURNS, LATEST = 4, 1.3
 """How often the frequency is put in again, and the angle (rad) that it is late by at most."""

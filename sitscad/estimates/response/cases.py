@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import (
     GIVES_WAY,
@@ -27,7 +27,6 @@ from sitscad.mechanics.grasper import tip_force
 from sitscad.record import record
 from sitscad.spec.sensor import LoadCase, SensorSpec
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 ALL = "all"

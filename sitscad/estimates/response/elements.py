@@ -8,13 +8,12 @@ from importlib import import_module
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.mechanics.elements import Pad as Elements
 from sitscad.mechanics.elements import Solid, fanned
 from sitscad.mechanics.pad import Pad
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 DEGREE, CELLS = 3, 2
 """Of the elements: within 2 % of finer ones (4 % of flat pads pressed by more than 30 %)."""

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
@@ -35,8 +36,6 @@ from sitscad.record import record
 from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 
 

@@ -7,13 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.states.pressing import loaded_face, rests_on_pad, surround
 from sitscad.mechanics.elastomer import Surround, shear_strain
 from sitscad.mechanics.pad import Pad
 from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
 """Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""

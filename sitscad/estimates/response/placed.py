@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.layout.board import Coil
 from sitscad.physics.eddy.coil_potential import FINE, ROOM
@@ -18,8 +18,6 @@ from sitscad.scene.bodies import target as target_body
 from sitscad.scene.bodies import target_gap
 from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 NEARER, FARTHER = 1.5, 1.3
 """Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""

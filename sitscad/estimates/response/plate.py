@@ -10,8 +10,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.response.placed import Cover, tabled
 from sitscad.estimates.states.assembly import metal_behind
 from sitscad.estimates.states.window import Missing, missing_parts
@@ -33,9 +33,6 @@ from sitscad.record import record
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LEAST_CONDUCTIVITY = 1e-3
 """Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""

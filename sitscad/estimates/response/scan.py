@@ -8,11 +8,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.polynomials import chebyshev_points, evaluated
 from sitscad.record import record
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 Spectrum = Callable[[Array], NDArray[np.generic]]
 

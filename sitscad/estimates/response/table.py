@@ -9,16 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.pad import HELD_TILT
 from sitscad.physics.polynomials import Exponents, exponents, monomials, spread
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")
 """What the table is asked for, in its order."""

@@ -7,16 +7,13 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.neighbours import idle_load
 from sitscad.estimates.circuit.tank import Tank
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.physics.resonator import LOWEST_SHARE, Network, oscillate
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 Impedances = Callable[[Array], ComplexArray]
 """Inductance matrices (H, complex: the imaginary part times -omega is a resistance) of all coils between their

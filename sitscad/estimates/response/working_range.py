@@ -7,8 +7,8 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -17,8 +17,6 @@ from sitscad.physics.polynomials import spread
 from sitscad.record import record
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 SLIP = 0.42
 """Shear over normal at slip on tissue (Jones, thesis, 4.4)."""

@@ -8,8 +8,8 @@ from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.states.pressing import (
     BESIDE_PAD,
     GLUE,
@@ -31,9 +31,6 @@ from sitscad.scene.bodies import metal_face, room_behind, shield_span, target, t
 from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @record

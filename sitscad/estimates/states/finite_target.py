@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import skin_depth
@@ -34,8 +35,6 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.places import footprint
 from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
 
 FREQUENCY = 5e6
 """The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""

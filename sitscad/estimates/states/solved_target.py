@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.response.placed import Placed, at_rest
 from sitscad.estimates.response.plate import (
     LOSSY,
@@ -21,9 +21,6 @@ from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.sensor import SensorSpec
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LOSS = 0.02
 """Relative error of the loss in a target (discs and foils of finite elements: tests/physics/test_eddy_target.py)."""

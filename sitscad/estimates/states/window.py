@@ -15,8 +15,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.states.assembly import LOSSLESS, NoReflection, Reflection, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
@@ -32,9 +32,6 @@ from sitscad.scene.bodies import metal_face, target_gap
 from sitscad.scene.jaws import axis, section
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 ERROR, PER_DEPTH = 0.06, 0.5
 """How far off the missing part of the inductance may be, of itself, and what is added for every skin depth over the

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.layout.board import Coil
 from sitscad.physics.capacitance import Slab, strip_layers, turn_capacitance, winding_capacitance, winding_voltages
 from sitscad.physics.constants import EPSILON0
@@ -16,8 +16,6 @@ from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
-
-Array = NDArray[np.float64]
 
 USUAL_PERMITTIVITY = 3.4
 """Relative permittivity of polyimide, where a layer of the stack-up states none."""

@@ -13,9 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sitscad.arrays import Array
 from sitscad.estimates.circuit.neighbours import inductance_matrix, rings_beside_each_other
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.states.assembly import Assembly
@@ -161,9 +159,6 @@ def _bent(spec: CoilSpec, layers: int) -> float:
         return ALONE
     few, many = CROSSING[nearest_sides(CROSSING, spec.outline.sides)[0]]
     return few if min(spec.layer_turns) < FEW else many
-
-
-Array = NDArray[np.float64]
 
 
 @record(eq=False)

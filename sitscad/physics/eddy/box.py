@@ -16,6 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
 from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, LineIntegrals, graded_line
@@ -25,9 +26,6 @@ from sitscad.physics.eddy.surface import made_definite
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Index = NDArray[np.intp]
 Parity = tuple[int, int, int]
 
 ACROSS = ((1, 2), (0, 2), (0, 1))

@@ -16,16 +16,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import interpolation
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Table = NDArray[np.complex64]
-Index = NDArray[np.intp]
 Returned = Callable[[Array], Array]
 
 FINE, ROOM = 0.36, 3.6

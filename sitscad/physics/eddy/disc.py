@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, graded_line, interpolation
 from sitscad.physics.eddy.interior import of_vacuum
@@ -21,10 +22,6 @@ from sitscad.physics.eddy.surface import made_definite
 from sitscad.physics.eddy.toroidal import toroidal
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Index = NDArray[np.intp]
 
 POINTS = 3
 """Gauss points of a piece of the meridian."""

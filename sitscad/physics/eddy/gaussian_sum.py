@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 STEP = 0.45
 """Step in ln s: 1/R is then right to 2e-5 of itself (the error falls like exp(-pi^2 / 2 step))."""

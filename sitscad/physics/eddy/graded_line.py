@@ -11,14 +11,11 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.eddy.gaussian_sum import repeated_integrals
 from sitscad.physics.special.legendre import gauss, legendre
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 RATIO, FINER, DEGREE = 1.7, 4, 3
 """Growth of knot distances from the ends inwards, nodes for each of them, degree of the splines."""

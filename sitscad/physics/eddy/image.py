@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.folding import Folding, by_axis, folding, inverse_distance, signs
 from sitscad.physics.eddy.surface import CurrentClass, Surface
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LEAST = 2e-4
 """Coupling with the image, in parts of a current's own energy, below which a combination is left out. What that leaves

@@ -18,13 +18,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.eddy.skin import Skin
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Index = NDArray[np.intp]
 Grams = tuple[Array, Array]
 
 CONSTANT = 1e-6

@@ -11,17 +11,14 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.eddy.coil_potential import CoilPotential
 from sitscad.physics.eddy.image import ImageModes, Mirror, combined
 from sitscad.physics.eddy.interior import through_magnet
 from sitscad.physics.eddy.skin import Skin
 from sitscad.physics.eddy.surface import CurrentClass, Surface
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 

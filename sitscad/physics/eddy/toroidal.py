@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sitscad.arrays import Array
 
 NEAR, BEYOND = 0.3, 70
 """Argument's acosh up to which the recursion is stable upwards; orders beyond the highest from which it starts

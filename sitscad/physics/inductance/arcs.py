@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Rule = tuple[Array, Array]
 Method = Callable[..., float]
 

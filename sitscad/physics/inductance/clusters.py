@@ -12,14 +12,12 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.heights import height_nodes, nodes_enough
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Points = tuple[Array, Array]
 
 LEAF = 250

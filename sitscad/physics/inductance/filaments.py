@@ -7,15 +7,12 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import strand_clearance
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FAR = 12.0
 """Distance, in lengths of the longer filament, from which a pair of parallel ones is summed by Gauss points."""

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.polynomials import chebyshev_points, shares
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 RIGHT = math.log(3e-8)
 """Logarithm of what the polynomial in the squared height may be off by."""

@@ -15,9 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.special.legendre import gauss
-
-Array = NDArray[np.float64]
 
 SERIES_FROM = 4.0
 """Distance, in sums of the half diagonals, from which the series (to 10th order, error below 1e-7) is used."""

@@ -11,13 +11,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.track_strands import Pairs, Track
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 DIGITS = 9
 """Decimal places, of the coil's size, to which pieces that lie alike agree."""

@@ -9,13 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.inductance.mean_distance import strand_clearance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 PASSING = 2.0
 """Azimuths for every pitch by which crossing layers pass each other, over how near they do."""

@@ -11,17 +11,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.clusters import Plans, neumann_sum
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.track_strands import Track
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LONG = 1.5
 """Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import inclined_integral, parallel_filaments
 from sitscad.physics.inductance.track_strands import (
@@ -24,9 +24,6 @@ from sitscad.physics.inductance.track_strands import (
     directions,
     distant_bundle,
 )
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 NEAR = 3.0
 """Distance, in widths, up to which a pair of straight strands gets the finer set of strands."""

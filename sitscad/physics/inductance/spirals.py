@@ -11,15 +11,12 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-
 
 CROSSING_STRANDS = 3
 """Most strands of layers that cross: the clearance of more is so small that each pair would need points of its own."""

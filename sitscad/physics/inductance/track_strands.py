@@ -12,12 +12,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FLOOR = 1e-24
 """Least squared distance over the squared size of the tracks: strands that meet do so without a division by zero."""

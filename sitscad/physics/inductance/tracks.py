@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.arcs import CLEAR, arc_distances, arc_side_distances, arcs_with_arcs, arcs_with_sides
 from sitscad.physics.inductance.heights import height_nodes, nodes_enough
@@ -32,7 +32,6 @@ from sitscad.record import record
 
 __all__ = ["Bend", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
 
-Array = NDArray[np.float64]
 Layers = tuple[int, int, float]
 """Numbers of two layers, and how often their pair counts."""
 

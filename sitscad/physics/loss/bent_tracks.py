@@ -13,8 +13,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined, losses, mode_system
 from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
@@ -23,9 +23,6 @@ from sitscad.physics.loss.proximity import arc_field, smooth_rings
 from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 BLOCK = math.radians(30.0)
 """Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""

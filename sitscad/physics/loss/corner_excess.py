@@ -12,12 +12,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
 """Angles by which a track turns at the corners of octagons, hexagons and squares, and none."""

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import (
@@ -32,9 +32,6 @@ from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LEAST_TURN = 1e-3
 """Angle (rad) between straight pieces from which on there is a corner."""

@@ -12,14 +12,12 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.loss.track_modes import Cut, ModeSet, local_points, mode_conductances, projection
 from sitscad.physics.special.legendre import gauss, legendre
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 TRUSTED = 1e-3
 """Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""

@@ -16,13 +16,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
 from sitscad.physics.special.legendre import gauss, legendre
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 AT_ONCE = 16_000
 """Distances of points that are worked on at once: as many as stay near the processor."""

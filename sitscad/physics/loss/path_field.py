@@ -14,12 +14,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-Index = NDArray[np.intp]
 
 AT_ONCE = 60_000
 """Points and filaments that are worked on at once: as many as stay near the processor."""

@@ -14,8 +14,8 @@ from functools import lru_cache
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0, skin_depth
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.inductance.spirals import SpiralLayer
@@ -34,8 +34,6 @@ from sitscad.physics.loss.track_modes import (
 from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 HIGHEST = 10e6
 """Frequency (Hz) up to which the stated tolerances are kept; the converter's sensors run no higher."""

@@ -7,12 +7,10 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.special.legendre import gauss, legendre, legendre_integrals
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 FIELD_POINTS = 3
 """Points across a track at which the field of distant currents is taken at most: it is smooth. Beside a bend it is less

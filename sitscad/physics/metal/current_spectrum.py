@@ -11,16 +11,13 @@ from dataclasses import field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.special.bessel import bessel_orders, j0, j1
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LEAST_HARMONICS, MOST_HARMONICS = 3, 8
 """Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""

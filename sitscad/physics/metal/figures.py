@@ -10,13 +10,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-ComplexArray = NDArray[np.complex128]
 
 LEAST_ROW = 4
 """Places from which on a row is summed in closed form, which costs as much as three of them."""

@@ -20,13 +20,12 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
 
-Array = NDArray[np.float64]
 Source = tuple[Array, Array, Array]
 
 MARGIN = 3.0

@@ -8,12 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.corner_excess import Loops
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SAME = 1e-9
 """How far corners (m), and directions (rad), may be from an image's to be its: rounding alone."""

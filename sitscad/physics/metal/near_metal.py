@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem
 from sitscad.physics.loss.proximity import WindingCut
@@ -26,9 +27,6 @@ from sitscad.physics.metal.current_spectrum import wave_numbers
 from sitscad.physics.metal.half_spaces import Plate, Reflector, returned_waves
 from sitscad.physics.special.bessel import j1
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 STEPS = 5
 """Steps of the block Krylov run, each adding up to three vectors."""

@@ -13,13 +13,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.record import record
-
-Array = NDArray[np.float64]
 
 LEAST, MOST = 8, 28
 """Panels along a side of the opening, at least and at most."""

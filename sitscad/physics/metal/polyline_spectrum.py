@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import Loops
@@ -23,9 +23,6 @@ from sitscad.physics.metal.figures import figures
 from sitscad.physics.metal.images import Image, images
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 CHORD = math.radians(20.0)
 """Angle that a chord of an arc spans at most."""

@@ -8,9 +8,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sitscad.arrays import Array
 
 
 def legendre(order: int, x: Array) -> Array:
