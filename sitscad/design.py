@@ -12,9 +12,9 @@ from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec, without_text
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from sitscad.arrays import Array
     from sitscad.estimates import Estimates
     from sitscad.estimates.performance.curves import Curves
     from sitscad.estimates.performance.manufacture import Scatter
@@ -297,7 +297,7 @@ def respond(
     wanted = 3 if poses is None else 6
     if rows.ndim == 0 or rows.shape[-1] != wanted:
         raise ValueError(f"rows of {wanted} numbers are wanted, not an array of shape {rows.shape}")
-    flat: NDArray[np.float64] = rows.reshape(-1, wanted)
+    flat: Array = rows.reshape(-1, wanted)
     if poses is None:
         level = np.full(len(flat), is_held(rotation or USUAL_ROTATION))
         return model.under(flat, level, frequency, tolerance)

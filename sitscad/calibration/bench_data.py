@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.calibration.points import Points, noisier
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
@@ -246,7 +245,7 @@ FEWEST = 3
 """Points beside the tare, at least."""
 
 
-def _require_enough(table: Table, moved: Array, at_rest: NDArray[np.bool_], motion: tuple[str, ...]) -> None:
+def _require_enough(table: Table, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
     """Raises BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():

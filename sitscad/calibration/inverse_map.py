@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.calibration.least_squares import ridge
 from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
@@ -81,7 +81,7 @@ class InverseMap:
         bottom = 1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T
         return np.asarray(self.full_scale * top / bottom)
 
-    def holds(self, readings: ArrayLike, tare: ArrayLike) -> NDArray[np.bool_]:
+    def holds(self, readings: ArrayLike, tare: ArrayLike) -> Flags:
         """Whether readings (n, coils) are such as the map was made for, (n,)."""
         mixed = self.mixed(readings, tare)
         return np.all((mixed >= self.low - BEYOND) & (mixed <= self.high + BEYOND), axis=1)

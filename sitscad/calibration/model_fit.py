@@ -6,9 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.calibration.least_squares import Fitted, NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
@@ -122,7 +121,7 @@ def _first(problem: _Problem, values: Array) -> Fitted:
     return min(tried, key=lambda one: (not one.settled, one.cost))
 
 
-def _errors(values: Array, sigma: Array, chosen: NDArray[np.bool_]) -> Array:
+def _errors(values: Array, sigma: Array, chosen: Flags) -> Array:
     errors = np.zeros(len(sigma))
     errors[chosen] = values * sigma[chosen]
     return errors
@@ -154,7 +153,7 @@ class _Problem:
     aim: Array
     white: Array
     sigma: Array
-    chosen: NDArray[np.bool_]
+    chosen: Flags
     excess: float
 
     def residuals(self, values: Array) -> Array:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.record import record
@@ -37,7 +36,7 @@ class Points:
     loads: Array | None
     poses: Array | None
     frequency: Array
-    at_rest: NDArray[np.bool_]
+    at_rest: Flags
     noisier: float = 1.0
 
     def __len__(self) -> int:
@@ -55,7 +54,7 @@ class Points:
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
         return replace(self, frequency=self.frequency * self.rest / tares[number])
 
-    def part(self, chosen: NDArray[np.bool_] | Array) -> Points:
+    def part(self, chosen: Flags | Array) -> Points:
         """Some of the points."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
@@ -145,7 +144,7 @@ def load_errors(sensors: Sensors, loads: Array) -> Array:
     return np.asarray(np.hypot(usual("force") * size, LEAST_LOAD))
 
 
-def tared(values: Array, at_rest: NDArray[np.bool_]) -> Array:
+def tared(values: Array, at_rest: Flags) -> Array:
     """Values (n, ...) less their mean at rest, but for those at rest, which are that mean."""
     rest = values[at_rest].mean(axis=0)
     found = values - rest

@@ -10,9 +10,8 @@ from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
@@ -257,7 +256,7 @@ class Sensors:
         travel[:, [0, 1, 3, 4]] *= np.exp(more)
         return self.placed(errors, travel)
 
-    def gives_way(self, errors: Array, loads: Array) -> NDArray[np.bool_]:
+    def gives_way(self, errors: Array, loads: Array) -> Flags:
         """Whether one sensor's pad gives way sideways under each of the loads (n, 3; N): its pose is none then."""
         off = named(self.known, errors)
         notes = pushed(self._own(off), loads, np.full(len(loads), self.is_held))[1]

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely import Polygon, STRtree
 from shapely.geometry.base import BaseGeometry
 
+from sitscad.arrays import Array
 from sitscad.extraction.artwork import Artwork, Flash, Hole, read_artwork
 from sitscad.extraction.intent import Mark, read_marks
 from sitscad.record import record
@@ -204,7 +204,7 @@ class _LayerTree:
         """The numbers of the pieces within a distance (m) of a shape."""
         return sorted(self._numbers[i] for i in self._tree.query(shape, predicate="dwithin", distance=distance))
 
-    def under(self, points: NDArray[np.float64], distance: float) -> list[list[int]]:
+    def under(self, points: Array, distance: float) -> list[list[int]]:
         """The numbers of the pieces within a distance (m) of each of many points (n, 2).
 
         A coil is one piece with thousands of corners: its edges are indexed once, not walked for every point.

@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from sitscad.arrays import Flags
 from sitscad.extraction.artwork import ExtractionError, file_functions
 from sitscad.extraction.plotted import COLUMNS, REGION, Plotted, compare_coupon, drilled, plotted, shown
 from sitscad.record import record
@@ -321,7 +322,7 @@ def _cut_bridges(
             yield f"{where}: the cut goes into the bridge at {shown_place(begin)} of the board"
 
 
-def _inside(objects: Plotted, box: Box, move: Place) -> NDArray[np.bool_]:
+def _inside(objects: Plotted, box: Box, move: Place) -> Flags:
     """Which objects begin and end in a box that was moved."""
     ends = objects.boxes_of_ends()
     (dx, dy), (x0, y0, x1, y1) = move, box

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from shapely import Point, box
 from shapely.geometry.base import BaseGeometry
 
+from sitscad.arrays import Flags
 from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, ExtractionError, Flash, Hole, area_of
 from sitscad.extraction.differences import Difference, Kind, compare
 from sitscad.extraction.intent import Mark, Source
@@ -61,7 +62,7 @@ class Plotted:
         round_it = np.stack([x0 + i - radius, y0 + j - radius, x0 + i + radius, y0 + j + radius], axis=1)
         return np.where((mode > 1)[:, None], round_it, self.boxes_of_ends())
 
-    def chosen(self, mask: NDArray[np.bool_]) -> Plotted:
+    def chosen(self, mask: Flags) -> Plotted:
         """Some of the objects."""
         return Plotted(self.objects[mask])
 

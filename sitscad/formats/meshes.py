@@ -14,8 +14,8 @@ from io import BytesIO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.parts.mesh import NotManifold, TriangleMesh, made, seen
 from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
@@ -119,7 +119,7 @@ def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     scene = trimesh.Scene(base_frame=spec.name)
     for solid, triangles in zip(solids, seen(solids), strict=True):
         # A mesh with its colour, turned so that y is up
-        corners: NDArray[np.float64] = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3
+        corners: Array = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3
         turned = np.column_stack([corners[:, 0], corners[:, 2], -corners[:, 1]])
         faces = np.arange(len(turned)).reshape(-1, 3)
         alpha = SEE_THROUGH.get(solid.role, 1.0)

@@ -12,13 +12,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Flags, Index
 from sitscad.geometry.path import Arc, Segment
 from sitscad.record import record
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 TWO_PI = 2.0 * np.pi
 _ANGLE_SLACK = 1e-9
@@ -30,24 +27,24 @@ class Primitives:
     sweep, for lines a sweep of 0 and a radius of 0. A line whose ends agree is a point.
     """
 
-    start: Floats
-    end: Floats
-    centre: Floats
-    radius: Floats
-    angle: Floats
-    sweep: Floats
+    start: Array
+    end: Array
+    centre: Array
+    radius: Array
+    angle: Array
+    sweep: Array
 
     def __len__(self) -> int:
         return len(self.radius)
 
-    def take(self, index: Indices) -> Primitives:
+    def take(self, index: Index) -> Primitives:
         """The pieces with these indices."""
         return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
 
-    def trimmed(self, first: Floats, last: Floats) -> Primitives:
+    def trimmed(self, first: Array, last: Array) -> Primitives:
         """The pieces between two fractions (0 to 1) of their length, piece by piece."""
 
-        def at(fraction: Floats) -> Floats:
+        def at(fraction: Array) -> Array:
             straight = self.start + fraction[:, None] * (self.end - self.start)
             angle = self.angle + fraction * self.sweep
             on_arc = self.centre + self.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -57,10 +54,10 @@ class Primitives:
         return Primitives(at(first), at(last), self.centre, self.radius, angle, sweep)
 
     @property
-    def tangents(self) -> tuple[Floats, Floats]:
+    def tangents(self) -> tuple[Array, Array]:
         """Unit vectors (n, 2) along each piece where it starts and where it ends; zero for a point."""
 
-        def at(point: Floats) -> Floats:
+        def at(point: Array) -> Array:
             out = point - self.centre
             turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
             along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
@@ -70,7 +67,7 @@ class Primitives:
         return at(self.start), at(self.end)
 
     @cached_property
-    def boxes(self) -> Floats:
+    def boxes(self) -> Array:
         """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
         if not np.any(self.radius > 0.0):
@@ -118,13 +115,13 @@ def joined(parts: Sequence[Primitives]) -> Primitives:
     return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
-def within_sweep(angle: Floats | float, start: Floats, sweep: Floats) -> NDArray[np.bool_]:
+def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
     """Whether a direction (rad) lies on arcs that begin at `start` and turn by the signed `sweep`."""
     along = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
     return (along <= np.abs(sweep) + _ANGLE_SLACK) | (along >= TWO_PI - _ANGLE_SLACK)
 
 
-def distances(one: Primitives, other: Primitives) -> Floats:
+def distances(one: Primitives, other: Primitives) -> Array:
     """Smallest distance (n,) between the centre lines of pieces k of `one` and of `other`; 0 where they cross."""
     result = np.minimum(
         np.minimum(to_points(other, one.start), to_points(other, one.end)),
@@ -143,7 +140,7 @@ def distances(one: Primitives, other: Primitives) -> Floats:
     return result
 
 
-def to_points(pieces: Primitives, points: Floats) -> Floats:
+def to_points(pieces: Primitives, points: Array) -> Array:
     """Distance (n,) from piece k to point k of (n, 2)."""
     result = np.empty(len(pieces))
     round_ = pieces.radius > 0.0
@@ -155,7 +152,7 @@ def to_points(pieces: Primitives, points: Floats) -> Floats:
     return result
 
 
-def _lines_to_points(lines: Primitives, points: Floats) -> Floats:
+def _lines_to_points(lines: Primitives, points: Array) -> Array:
     along = lines.end - lines.start
     square = _dot(along, along)
     offset = points - lines.start
@@ -163,7 +160,7 @@ def _lines_to_points(lines: Primitives, points: Floats) -> Floats:
     return np.asarray(np.hypot(*(offset - t[:, None] * along).T))
 
 
-def _arcs_to_points(arcs: Primitives, points: Floats) -> Floats:
+def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
     """Distances (n,; m) of points from arcs, one to one."""
     out = points - arcs.centre
     on = _faces(arcs, out)
@@ -175,8 +172,8 @@ def _arcs_to_points(arcs: Primitives, points: Floats) -> Floats:
 
 
 def nearest_pairs(
-    boxes: Floats, reach: Floats, others: Floats | None = None, other_reach: Floats | None = None
-) -> Indices:
+    boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None
+) -> Index:
     """Index pairs (m, 2) whose boxes, grown by `reach` each, touch; within one set (i < j), or between two sets."""
     same = others is None
     second = boxes if same else others
@@ -208,7 +205,7 @@ _BLOCK, _FEW = 128, 500_000
 """Boxes that are compared at once, and pairs of boxes up to which all are."""
 
 
-def _touch(boxes: Floats, others: Floats) -> NDArray[np.bool_]:
+def _touch(boxes: Array, others: Array) -> Flags:
     """Which boxes (n, 4) touch which others (m, 4): (n, m)."""
     left, low, right, high = boxes.T[:, :, None]
     other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
@@ -219,7 +216,7 @@ def _touch(boxes: Floats, others: Floats) -> NDArray[np.bool_]:
     return np.asarray(found)
 
 
-def _blocks(boxes: Floats) -> list[Indices]:
+def _blocks(boxes: Array) -> list[Index]:
     """Numbers of boxes that lie together: by the field of a grid that their middles are in."""
     middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
     low, high = middle.min(axis=0), middle.max(axis=0)
@@ -229,12 +226,12 @@ def _blocks(boxes: Floats) -> list[Indices]:
     return [order[start : start + _BLOCK] for start in range(0, len(order), _BLOCK)]
 
 
-def _around(boxes: Floats) -> Floats:
+def _around(boxes: Array) -> Array:
     """The box round all of some (n, 4)."""
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
-def _line_line(one: Primitives, other: Primitives) -> Floats:
+def _line_line(one: Primitives, other: Primitives) -> Array:
     """0 where two segments cross, infinite elsewhere."""
     r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
     cross = _cross(r, s)
@@ -246,7 +243,7 @@ def _line_line(one: Primitives, other: Primitives) -> Floats:
     return np.where(hit, 0.0, np.inf)
 
 
-def _line_arc(line: Primitives, arc: Primitives) -> Floats:
+def _line_arc(line: Primitives, arc: Primitives) -> Array:
     """Distance at the foot of the perpendicular from the arc's centre; 0 where line and arc cross; else infinite."""
     along = line.end - line.start
     length = np.hypot(along[:, 0], along[:, 1])
@@ -266,7 +263,7 @@ def _line_arc(line: Primitives, arc: Primitives) -> Floats:
     return result
 
 
-def _arc_arc(one: Primitives, other: Primitives) -> Floats:
+def _arc_arc(one: Primitives, other: Primitives) -> Array:
     """Distance along the line through both centres; 0 where the arcs cross; else infinite."""
     axis = other.centre - one.centre
     apart = np.hypot(axis[:, 0], axis[:, 1])
@@ -284,7 +281,7 @@ def _arc_arc(one: Primitives, other: Primitives) -> Floats:
     return result
 
 
-def _arcs_cross(one: Primitives, other: Primitives, apart: Floats, unit: Floats) -> NDArray[np.bool_]:
+def _arcs_cross(one: Primitives, other: Primitives, apart: Array, unit: Array) -> Flags:
     """Whether arcs cross whose circles do; `apart` (m) and `unit` lead from one centre to the other."""
     at = (apart**2 + one.radius**2 - other.radius**2) / (2.0 * apart)
     half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
@@ -296,13 +293,13 @@ def _arcs_cross(one: Primitives, other: Primitives, apart: Floats, unit: Floats)
     return crossed
 
 
-def _faces(arc: Primitives, direction: Floats) -> NDArray[np.bool_]:
+def _faces(arc: Primitives, direction: Array) -> Flags:
     return within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
+def _dot(a: Array, b: Array) -> Array:
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
+def _cross(a: Array, b: Array) -> Array:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -17,11 +17,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from sitscad.arrays import Array, Index
 from sitscad.finding import Shortfall
 from sitscad.geometry.path import Line, Path, Point, Region, Segment, closed_polygon
 from sitscad.geometry.primitives import (
-    Floats,
-    Indices,
     Primitives,
     Row,
     distances,
@@ -440,7 +439,7 @@ class _Surroundings:
         short = {k for k, piece in met if not self._is_joined(piece, tries[k].track, tries[k].leg)}
         return [k not in short for k in range(len(tries))]
 
-    def _farther_on(self, tries: Sequence[_Try], tried: Indices, pieces: Indices) -> tuple[Floats, Floats]:
+    def _farther_on(self, tries: Sequence[_Try], tried: Index, pieces: Index) -> tuple[Array, Array]:
         """Which part (two fractions) of each piece counts: all of it, but of the outline's own track only what lies
         so far along it that it has come back, not bent.
         """

@@ -23,9 +23,8 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Index
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
 from sitscad.layout.clearance import Breadth, Hole, Track, hole_distance, hole_keep_out, joined_hole
@@ -37,7 +36,7 @@ from sitscad.spec.sensor import SensorSpec
 FLATTENED = 1e-6
 """Arcs become chords within this distance (m)."""
 
-Values = TypeVar("Values", float, NDArray[np.float64])
+Values = TypeVar("Values", float, Array)
 
 WEIGHT = 10.0
 """A closing arc counts so many times its length: it moves the inductance by several per cent a quarter turn, while a
@@ -58,12 +57,12 @@ def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
     return sense * (sweep_b - sweep_a) / TWO_PI
 
 
-def closing_cost(turns: Values, radius: float) -> NDArray[np.float64]:
+def closing_cost(turns: Values, radius: float) -> Array:
     """What a closing arc of some turns on a ring of some radius (m) costs, as a length (m) of lead."""
     return WEIGHT * TWO_PI * radius * counted(turns)
 
 
-def counted(turns: Values) -> NDArray[np.float64]:
+def counted(turns: Values) -> Array:
     """The turns that closing arcs count for: less than they are where they run on."""
     return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
@@ -288,7 +287,7 @@ class BranchTable:
     branches: tuple[Branch, ...]
     cost: Array
     round: Array
-    layer: NDArray[np.intp]
+    layer: Index
     low: Array
     sweep: Array
     centre: Array
@@ -296,7 +295,7 @@ class BranchTable:
     beside: Array
     starts: Array
     steps: Array
-    owner: NDArray[np.intp]
+    owner: Index
 
     def beside_branch(self, other: BranchTable, row: int) -> int:
         """The set of branches of this table that keep their distance from one branch of another; kept with that."""

@@ -7,12 +7,10 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Flags, Index
 from sitscad.geometry.path import Path, Point
 from sitscad.geometry.primitives import (
-    Floats,
-    Indices,
     Primitives,
     distances,
     from_rows,
@@ -73,7 +71,7 @@ class Track:
         return from_rows([row for row, _ in path_rows(self.path)])
 
     @cached_property
-    def boxes(self) -> Floats:
+    def boxes(self) -> Array:
         """Bounding boxes (n, 4) of the segments' centre lines."""
         return self.pieces.boxes
 
@@ -97,8 +95,8 @@ class Copper:
     """The pieces of many tracks as one table: boxes (n, 4; m) of their centre lines, and half their widths (n; m)."""
 
     pieces: Primitives
-    boxes: Floats
-    half_width: Floats
+    boxes: Array
+    half_width: Array
 
     @classmethod
     def of(cls, tracks: Sequence[Track]) -> Copper:
@@ -118,7 +116,7 @@ class Obstacles:
         self._tracks: dict[int, list[Track]] = {}
         self._holes: list[Hole] = []
         self._copper: dict[int, Copper] = {}
-        self._kept: tuple[Floats, Floats] | None = None
+        self._kept: tuple[Array, Array] | None = None
 
     def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
         """Put tracks and holes on the board."""
@@ -137,7 +135,7 @@ class Obstacles:
         """Whether all of these keep their distance from what is there (not from one another)."""
         return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
-    def admits_each(self, tracks: Sequence[Track]) -> NDArray[np.bool_]:
+    def admits_each(self, tracks: Sequence[Track]) -> Flags:
         """Of tracks on one layer whether each keeps its distances: as `admits`, all of them at once."""
         own = Copper.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
@@ -182,14 +180,14 @@ class Obstacles:
             return False
         return track.layer not in self._tracks or not bool(self._touching(own, self._on(track.layer)).size)
 
-    def _kept_by_holes(self) -> tuple[Floats, Floats]:
+    def _kept_by_holes(self) -> tuple[Array, Array]:
         """Centres of the holes (n, 2), and what each keeps from its centre to copper (n) (m)."""
         if self._kept is None:
             keep = [hole_keep_out(hole, self._rules, self._spacing) for hole in self._holes]
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
 
-    def _touching(self, track: Copper, other: Copper) -> Indices:
+    def _touching(self, track: Copper, other: Copper) -> Index:
         """Which pieces of copper come nearer to other copper than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
@@ -199,7 +197,7 @@ class Obstacles:
         return pairs[gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK, 0]
 
 
-def _meetings(copper: Copper, centres: Floats, keep: Floats) -> Indices:
+def _meetings(copper: Copper, centres: Array, keep: Array) -> Index:
     """Pairs (m, 2) of the copper's pieces and some centres that are nearer to each other than the centres' `keep`."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]

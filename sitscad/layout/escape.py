@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.geometry.path import TWO_PI, Point, polyline
 from sitscad.layout.branches import (
     Branch,
@@ -220,7 +220,7 @@ class _Search:
         self._single: dict[int, Obstacles] = {}
         self._barred: dict[int, int] = {}
         self._refused: dict[int, int] = {}
-        self._closed: dict[int, NDArray[np.float64]] = {}
+        self._closed: dict[int, Array] = {}
         self._asked: list[Sequence[BranchTable]] = []
         self._searches = searches
         self._total = self._left = TRIALS

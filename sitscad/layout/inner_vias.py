@@ -12,9 +12,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags, Index
 from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import ALONG, Hole, hole_distance, hole_keep_out
@@ -228,7 +227,7 @@ class _StubRoom:
         return not np.any(_nearer(turns[beside], points[~off], self.asked) & (way >= ALONG * self.asked))
 
 
-def _beside(points: Array, others: Array, reach: float) -> NDArray[np.intp]:
+def _beside(points: Array, others: Array, reach: float) -> Index:
     """Which points lie in the box round others, grown by a reach (m): only they can be as near as that."""
     if not len(others):
         return np.empty(0, dtype=np.intp)
@@ -237,7 +236,7 @@ def _beside(points: Array, others: Array, reach: float) -> NDArray[np.intp]:
     return np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
 
 
-def _nearer(one: Array, other: Array, distance: float) -> NDArray[np.bool_]:
+def _nearer(one: Array, other: Array, distance: float) -> Flags:
     """Which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
     squares = np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1])
     return np.asarray(squares < (distance - ROUNDING) ** 2)
@@ -375,14 +374,14 @@ def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -
     return search(0, [(1 << size) - 1 for size in sizes]), trials < TRIALS
 
 
-def _sets(table: NDArray[np.bool_]) -> list[int]:
+def _sets(table: Flags) -> list[int]:
     """Rows of a table as sets of columns, one bit each."""
     return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
 
 
 def _all_apart(
     first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Whether every candidate of one join leaves every one of another its distance (n, m)."""
     hole = first[0].hole
     holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
@@ -392,7 +391,7 @@ def _all_apart(
     return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
 
 
-def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> NDArray[np.bool_]:
+def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
     """Whether the stubs of every join pass every hole at a distance of at least `keep` (m): (joins, holes)."""
     rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
     table = np.array(rows)

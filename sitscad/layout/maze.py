@@ -16,9 +16,8 @@ from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Flags
+from sitscad.arrays import Array, Flags
 from sitscad.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
@@ -105,8 +104,6 @@ def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
     return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
 
 
-Floats = NDArray[np.float64]
-
 EXITS = 24
 MARGIN = 2e-6
 """Kept beyond the rules (m), for what the points along a way do not see."""
@@ -125,7 +122,7 @@ class Ground:
     breadth: Breadth
     tail_half_width: float
 
-    def limits(self, x: Floats) -> tuple[Floats, Floats]:
+    def limits(self, x: Array) -> tuple[Array, Array]:
         """The lower and the upper edge (m) of the board at each x: the body's, then tapering to the tail's."""
         along = np.clip((x - self.front) / max(self.tail_start - self.front, 1e-9), 0.0, 1.0)
         low, high = self.breadth.low, self.breadth.high
@@ -149,12 +146,12 @@ class Lattice:
         return max(self.bus.pitch / 2, math.sqrt(area / 20_000))
 
     @cached_property
-    def xs(self) -> Floats:
+    def xs(self) -> Array:
         """Columns (m)."""
         return self.start + self.step * np.arange(math.ceil((self.end - self.start) / self.step) + 1.0)
 
     @cached_property
-    def ys(self) -> Floats:
+    def ys(self) -> Array:
         """Rows (m)."""
         below, above = (math.floor(reach / self.step) for reach in (-self.breadth.low, self.breadth.high))
         return self.step * np.arange(-below, above + 1.0)
@@ -165,7 +162,7 @@ class Lattice:
         return 2 * len(self.xs) - 1, 2 * len(self.ys) - 1
 
     @cached_property
-    def points(self) -> Floats:
+    def points(self) -> Array:
         """All nodes and the places halfway between them (n, 2), rows of one column after the other (m)."""
         columns, rows = (
             first + self.step / 2 * np.arange(count)
@@ -174,11 +171,11 @@ class Lattice:
         return np.column_stack([grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij")])
 
     @cached_property
-    def outside(self) -> dict[CoilPlacement, Floats]:
+    def outside(self) -> dict[CoilPlacement, Array]:
         """Distance (m) of all these points from every coil's outer copper edge, negative inside."""
         return {placement: self.from_coil(placement, self.points) for placement in self.spec.array.placements}
 
-    def from_coil(self, placement: CoilPlacement, points: Floats) -> Floats:
+    def from_coil(self, placement: CoilPlacement, points: Array) -> Array:
         """Distance (m) of points (n, 2) from a coil's outer copper edge, negative inside; never more than the true."""
         away = points - np.array(placement.centre)
         if self.spec.coil.outline.is_round:
@@ -186,7 +183,7 @@ class Lattice:
         normals, distances = self._sides(placement)
         return np.asarray((away @ normals - distances).max(axis=1))
 
-    def _sides(self, placement: CoilPlacement) -> tuple[Floats, Floats]:
+    def _sides(self, placement: CoilPlacement) -> tuple[Array, Array]:
         """Outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre."""
         if placement.rotation not in self._known_sides:
             boundary = Ring(self.spec.coil, placement, 0.0).boundary.rotated(placement.rotation)
@@ -197,10 +194,10 @@ class Lattice:
         return self._known_sides[placement.rotation]
 
     @cached_property
-    def _known_sides(self) -> dict[float, tuple[Floats, Floats]]:
+    def _known_sides(self) -> dict[float, tuple[Array, Array]]:
         return {}
 
-    def around(self, low: Floats, high: Floats) -> tuple[slice, slice]:
+    def around(self, low: Array, high: Array) -> tuple[slice, slice]:
         """The columns and rows between two corners of a rectangle."""
         i, j = np.searchsorted(self.xs, [low[0], high[0]]), np.searchsorted(self.ys, [low[1], high[1]])
         return slice(int(i[0]), int(i[1])), slice(int(j[0]), int(j[1]))
@@ -214,7 +211,7 @@ class Maze:
     bus: Bus
     ground: Ground
     holes: list[Hole] = field(default_factory=list)
-    _chords: Floats = field(default_factory=lambda: np.empty((0, 5)))
+    _chords: Array = field(default_factory=lambda: np.empty((0, 5)))
 
     def __post_init__(self) -> None:
         """Nothing is taken yet."""
@@ -237,7 +234,7 @@ class Maze:
                 # a way over the lattice must not step across a thin track
                 self._take(np.array(a), np.array(b), max(need, STRIDE * self.step))
 
-    def _take(self, a: Floats, b: Floats, need: float) -> None:
+    def _take(self, a: Array, b: Array, need: float) -> None:
         """Nodes nearer than `need` (m) to the stretch from a to b are free no more."""
         columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
         x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
@@ -311,7 +308,7 @@ class Maze:
             here = low
         return way
 
-    def _clear(self, points: Floats, own: CoilPlacement | None, but: CoilPlacement | None = None) -> NDArray[np.bool_]:
+    def _clear(self, points: Array, own: CoilPlacement | None, but: CoilPlacement | None = None) -> Flags:
         """Whether a track's centre line may pass through each point (n, 2), for the pair of the coil `own`."""
         clear = self._inside(points)
         for placement in self.spec.array.placements:
@@ -322,7 +319,7 @@ class Maze:
             clear &= away >= self._keep_out(hole)
         return clear & self._off_tracks(points)
 
-    def _inside(self, points: Floats) -> Flags:
+    def _inside(self, points: Array) -> Flags:
         """Whether points lie before the tail and keep a track's distance from the edge of the board."""
         edge = self.spec.fpc.rules.copper_to_edge + self.bus.width / 2
         x, y = points[:, 0], points[:, 1]
@@ -333,7 +330,7 @@ class Maze:
         beside = (y >= body.low + aside) & (y <= body.high - aside) & (x < self.ground.front)
         return (on_taper | beside) & (x <= self.ground.tail_start + 1e-9)
 
-    def _off_tracks(self, points: Floats) -> Flags:
+    def _off_tracks(self, points: Array) -> Flags:
         """Whether points keep the spacing from all tracks on the pair's layers, arcs taken as chords within `CHORD`."""
         if not len(self._chords):
             return np.ones(len(points), dtype=bool)
@@ -345,14 +342,14 @@ class Maze:
         return np.asarray((away >= need[near]).all(axis=1))
 
 
-def _from_stretch(x: Floats, y: Floats, ax: Any, ay: Any, bx: Any, by: Any) -> Floats:
+def _from_stretch(x: Array, y: Array, ax: Any, ay: Any, bx: Any, by: Any) -> Array:
     """Distance (m) of points from the stretch between a and b; all are broadcast."""
     dx, dy = bx - ax, by - ay
     share = np.clip(((x - ax) * dx + (y - ay) * dy) / np.maximum(dx * dx + dy * dy, 1e-30), 0.0, 1.0)
     return np.asarray(np.hypot(x - ax - share * dx, y - ay - share * dy))
 
 
-def _between(one: Point, other: Point, step: float) -> Floats:
+def _between(one: Point, other: Point, step: float) -> Array:
     count = max(2, math.ceil(one.distance(other) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
     return np.array([one]) + t * (np.array([other]) - np.array([one]))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.geometry.path import Path
 from sitscad.layout.board import Layout
 from sitscad.parts.mesh import manifold, seen, tessellate
@@ -57,7 +58,7 @@ class Shown:
     """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), its colour, and whether it is one of those that clash."""
 
     name: str
-    vertices: NDArray[np.float64]
+    vertices: Array
     triangles: NDArray[np.int64]
     colour: str
     clashes: bool = False

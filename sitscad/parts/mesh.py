@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.parts.solid import PartsError, Solid, require
 from sitscad.record import record
 
@@ -30,7 +31,7 @@ class TriangleMesh:
     """Vertices (n, 3) in millimetres as float64 and triangles (m, 3) as indices, outward by the right-hand rule."""
 
     name: str
-    vertices: NDArray[np.float64]
+    vertices: Array
     triangles: NDArray[np.int64]
 
     def on_bed(self) -> TriangleMesh:

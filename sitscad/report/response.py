@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.measures import NONE, quantity
 from sitscad.report.numbers import felt_blocks, table
@@ -96,7 +96,7 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
     from sitscad.estimates.response.values import POSE_NAMES
 
     coils = response.coils
-    found: dict[str, NDArray[np.float64]] = {}
+    found: dict[str, Array] = {}
     for name, value in response.arrays().items():
         if name == "pose":
             found |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}

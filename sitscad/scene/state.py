@@ -13,9 +13,8 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.record import record
 from sitscad.units import UnitError, parse_quantity
 
@@ -174,7 +173,7 @@ class Motions:
 
     poses: Array
     loads: Array
-    held: NDArray[np.bool_]
+    held: Flags
     cases: Names = ()
     passed_over: Names = ()
 
@@ -312,7 +311,7 @@ def _range(name: str, text: str) -> Array:
     return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(count))
 
 
-def _from_file(name: str, names: Names) -> tuple[Array, NDArray[np.bool_], Names]:
+def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
     """The rows of a CSV file (n, names), which of them have their rotation held, and what is passed over, in words;
     MotionError with the row.
     """

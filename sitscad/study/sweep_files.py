@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.checks import all_rules
 from sitscad.report.findings import to_json
 from sitscad.study.evaluation import FAILS
@@ -212,7 +211,7 @@ def _borders(middles: Array) -> Array:
     return np.concatenate([[2.0 * middles[0] - between[0]], between, [2.0 * middles[-1] - between[-1]]])
 
 
-def _edge(axes: Any, refused: NDArray[np.bool_], xs: Array, ys: Array, rule: str, colour: str) -> None:
+def _edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
     """The border of the cells that a rule refuses, along the cells; nothing is said of what lies between designs."""
     inside = np.pad(refused, 1)
     lines: list[tuple[list[float], list[float]]] = []

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Index
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of, um
 from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
@@ -18,7 +18,7 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.geometry.path import Line, Point
-from sitscad.geometry.primitives import Floats, Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.moves import wider
 from sitscad.remedy.search import Left, first_that_mends, setting, tried
@@ -167,7 +167,7 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 # -------------------------------------------------------------------------------------------------------------- words
 
 
-def _edge_complaint(design: Design, what: str, gap: float, point: Floats, layer: int, item: Item) -> Violation:
+def _edge_complaint(design: Design, what: str, gap: float, point: Array, layer: int, item: Item) -> Violation:
     """The complaint for copper of an item that lies a gap (m) from the board's edge."""
     rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
     tail = design.spec.fpc.tail
@@ -270,7 +270,7 @@ def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitive
     return opening.take(_others(len(opening), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
 
 
-def _others(count: int, taken: NDArray[np.intp]) -> NDArray[np.intp]:
+def _others(count: int, taken: Index) -> Index:
     """The numbers below a count that are not taken; numpy's own set functions load its masked arrays first."""
     free = np.ones(count, dtype=bool)
     free[taken] = False
@@ -329,7 +329,7 @@ def _lies_on(design: Design, side: str) -> str:
     return f", and the target of {target.material.name} lies on them, a short from turn to turn"
 
 
-def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Floats]]:
+def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Array]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
     copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)

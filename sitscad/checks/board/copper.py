@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from sitscad.geometry.primitives import (
-    Floats,
-    Indices,
     Primitives,
     Row,
     distances,
@@ -27,7 +25,7 @@ from sitscad.layout.clearance import ALONG
 from sitscad.record import record
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from sitscad.arrays import Array, Flags, Index
 
 DETOUR = 1.5
 """A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""
@@ -68,14 +66,14 @@ class Copper:
     both ends of a piece, ``reach`` what a contact adds to the way that counts as joined; ``item`` numbers ``items``.
     """
 
-    layer: Indices
+    layer: Index
     pieces: Primitives
-    half: Floats
-    chain: Indices
-    first: Floats
-    last: Floats
-    reach: Floats
-    item: Indices
+    half: Array
+    chain: Index
+    first: Array
+    last: Array
+    reach: Array
+    item: Index
     items: tuple[Item, ...]
 
 
@@ -188,7 +186,7 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
 
 
-def _pairs(copper: Copper, clearance: float, chosen: NDArray[np.bool_] | None = None) -> tuple[Indices, Indices]:
+def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tuple[Index, Index]:
     """Index pairs of pieces on one layer whose boxes come within the clearance of one another; with `chosen` those of
     a chosen piece and one that is not.
     """
@@ -207,8 +205,8 @@ def _pairs(copper: Copper, clearance: float, chosen: NDArray[np.bool_] | None = 
 
 
 def _gaps(
-    copper: Copper, i: Indices, j: Indices, asked: Floats, half: Floats | None = None, along: float = ALONG
-) -> Floats:
+    copper: Copper, i: Index, j: Index, asked: Array, half: Array | None = None, along: float = ALONG
+) -> Array:
     """Copper to copper (m) of pairs of pieces, without what is joined along one conductor; infinite where all is."""
     half = copper.half if half is None else half
     widths = half[i] + half[j]
@@ -231,7 +229,7 @@ def _gaps(
     return gap
 
 
-def _trimmed(copper: Copper, earlier: Indices, later: Indices, cut: Floats, other_cut: Floats) -> Floats:
+def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut: Array) -> Array:
     """Distance between pieces with `cut` (m) taken off the end of the earlier, `other_cut` off the start of the later;
     infinite where nothing is left of one.
     """
@@ -249,7 +247,7 @@ def _trimmed(copper: Copper, earlier: Indices, later: Indices, cut: Floats, othe
 
 
 def _worst_by_items(
-    copper: Copper, i: Indices, j: Indices, gap: Floats, half: Floats, asked: Floats
+    copper: Copper, i: Index, j: Index, gap: Array, half: Array, asked: Array
 ) -> Iterator[Nearness]:
     """One result a pair of items and layer, the worst of all first."""
     seen: set[tuple[int, int, int]] = set()
@@ -276,7 +274,7 @@ def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
     return float(points[nearest, 0]), float(points[nearest, 1])
 
 
-def _touches_own_winding(copper: Copper, i: Indices, j: Indices) -> NDArray[np.bool_]:
+def _touches_own_winding(copper: Copper, i: Index, j: Index) -> Flags:
     """Pairs of tracks of one conductor of which one at least is a turn."""
     track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
     turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)

@@ -12,6 +12,7 @@ from itertools import islice, pairwise
 
 import numpy as np
 
+from sitscad.arrays import Array
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of
 from sitscad.checks.board.copper import Copper, conductor_notches
 from sitscad.checks.board.fabrication import gap_asked_by
@@ -19,7 +20,7 @@ from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
 from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.geometry.path import Path, Point, Segment
-from sitscad.geometry.primitives import Floats, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.record import record
 from sitscad.remedy.moves import other_ends
@@ -354,7 +355,7 @@ def _graph(design: Design) -> TrackGraph:
 # ------------------------------------------------------------------------------------------------------------- corners
 
 
-def _corners(copper: Copper) -> Iterator[tuple[int, int, Floats, float]]:
+def _corners(copper: Copper) -> Iterator[tuple[int, int, Array, float]]:
     """Pairs of pieces of tracks that meet at an acute angle: their numbers, where (m), and the angle (rad)."""
     tracks = np.flatnonzero(np.array([isinstance(copper.items[k], Trace) for k in copper.item], dtype=bool))
     pieces = copper.pieces.take(tracks)
@@ -373,7 +374,7 @@ def _corners(copper: Copper) -> Iterator[tuple[int, int, Floats, float]]:
             yield int(number[a[k]]), int(number[b[k]]), points[a[k]], angle
 
 
-def _is_covered(design: Design, point: Floats, layer: int) -> bool:
+def _is_covered(design: Design, point: Array, layer: int) -> bool:
     x, y = float(point[0]), float(point[1])
     return any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias) or any(
         pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2

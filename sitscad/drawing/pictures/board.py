@@ -18,8 +18,8 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array, Flags
 from sitscad.drawing.frame import CHAIN, View
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
@@ -323,7 +323,7 @@ COLUMNS = 96
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 """The bit of every dot of a braille letter, by row and column (Unicode, chapter 21.1)."""
 
-Points = NDArray[np.float64]
+Points = Array
 
 
 def dot_picture(layout: Layout, marks: Iterable[Mark] = (), columns: int = COLUMNS) -> str:
@@ -362,7 +362,7 @@ def _along(corners: Points, step: float) -> Points:
     return np.column_stack([np.interp(at, way, corners[:, axis]) for axis in (0, 1)])
 
 
-def _letters(drawn: NDArray[np.bool_]) -> list[str]:
+def _letters(drawn: Flags) -> list[str]:
     """Rows of braille letters for a raster whose sides are multiples of 4 and 2."""
     codes = np.full((drawn.shape[0] // 4, drawn.shape[1] // 2), 0x2800)
     for row, bits in enumerate(_DOTS):

@@ -15,7 +15,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.drawing.sheet import Group, Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, closed_polygon, polyline
@@ -191,7 +191,7 @@ def _junctions(labels: Indices) -> set[Corner]:
     return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
 
 
-def _loops(area: NDArray[np.bool_]) -> list[list[Corner]]:
+def _loops(area: Flags) -> list[list[Corner]]:
     # the sides of a padded raster's points that bound an area, directed: from each corner to the next ones
     following: dict[Corner, list[Corner]] = {}
     rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))

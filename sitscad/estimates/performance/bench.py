@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import compliance, pushed, slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
@@ -80,7 +79,7 @@ class Bench:
         found[lost] = straight(pad, loads[lost])
         return found
 
-    def is_held(self, loads: Array) -> NDArray[np.bool_]:
+    def is_held(self, loads: Array) -> Flags:
         """Whether the pad holds a level target under each of (n, 3) loads: it gives way sideways under the others."""
         return ~np.isnan(self.pad.pose(loads, is_held=True)[:, 0])
 

@@ -12,9 +12,8 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
@@ -76,7 +75,7 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> Course
     return Course(loads, found, float(loads[max(firsts[cause] - 1, 0), column]), cause)
 
 
-def _wrong(bench: Bench, found: Response) -> dict[str, NDArray[np.bool_]]:
+def _wrong(bench: Bench, found: Response) -> dict[str, Flags]:
     """By cause, the points at which the axis has ended."""
     converter = bench.spec.readout.device
     least, most = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")

@@ -6,9 +6,8 @@ import math
 from importlib import import_module
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.mechanics.elements import Pad as Elements
 from sitscad.mechanics.elements import Solid, fanned
@@ -32,7 +31,7 @@ def require_elements() -> None:
         raise NoResponse(f"finite elements need ngsolve: pip install 'sitscad[fe]' ({error})") from error
 
 
-def pushed_by_elements(spec: SensorSpec, loads: Array, held: NDArray[np.bool_]) -> tuple[Array, tuple[str, ...]]:
+def pushed_by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Array, tuple[str, ...]]:
     """Poses (n, 6; m, rad) under loads (n, 3; N: normal, shear along x, along y), and what there is to say of each.
 
     A load lies in the plane of one shear force. Raises NoResponse without the solver, for pads that the meshes do not

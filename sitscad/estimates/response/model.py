@@ -8,9 +8,8 @@ from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
@@ -155,7 +154,7 @@ class ResponseModel:
         )
 
     def under(
-        self, loads: Array, held: NDArray[np.bool_] | None = None, frequency: float | None = None,
+        self, loads: Array, held: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
     ) -> Response:
         """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it is
@@ -323,7 +322,7 @@ def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
     return found
 
 
-def _by_elements(spec: SensorSpec, loads: Array, held: NDArray[np.bool_]) -> tuple[Array, tuple[str, ...]]:
+def _by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Array, tuple[str, ...]]:
     """Poses and notes by finite elements, whose solver is loaded for nothing else."""
     from sitscad.estimates.response.elements import pushed_by_elements
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.estimates.states.pressing import loaded_face, rests_on_pad, surround
 from sitscad.mechanics.elastomer import Surround, shear_strain
 from sitscad.mechanics.pad import Pad
@@ -44,7 +43,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
 
 
 def pushed(
-    spec: SensorSpec, loads: Array, held: NDArray[np.bool_] | None = None, modulus: float = 1.0
+    spec: SensorSpec, loads: Array, held: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
     """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N);
     and what there is to say of each, nothing as a rule.

@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import skin_depth
@@ -108,9 +107,9 @@ class TargetChanges:
     """
 
     frequencies: Array
-    changes: Mapping[str, NDArray[np.complex128]]
+    changes: Mapping[str, ComplexArray]
     errors: Mapping[str, Array]
-    like: Callable[[Array], NDArray[np.complex128]]
+    like: Callable[[Array], ComplexArray]
     part: float = 1.0
 
     def holds_at(self, low: float, high: float) -> bool:
@@ -269,7 +268,7 @@ def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
     ]
 
 
-def _places(spec: SensorSpec, target: Target) -> tuple[Array, NDArray[np.intp]]:
+def _places(spec: SensorSpec, target: Target) -> tuple[Array, Index]:
     """The distinct places (n, 2; m) of coils seen from the target, mirrored ones as one; and which is each coil's."""
     plate = footprint(spec, target)
     places = np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements])
@@ -383,7 +382,7 @@ def like_a_conductor(target: Target, distance: float) -> float:
 
 def _shortened(
     spec: SensorSpec, target: Target, heights: Sequence[float]
-) -> tuple[CoaxialRings, Target, tuple[Array, NDArray[np.intp]]]:
+) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
     """Rings, target and places that stand for an elongated coil: one as long as it is wide, the target shorter by what
     the coil is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all
     along. As they are for other coils.

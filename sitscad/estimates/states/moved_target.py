@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import ComplexArray
 from sitscad.estimates.states.assembly import assemble, warmed
 from sitscad.estimates.states.finite_target import shares_of_change
 from sitscad.estimates.states.window import through_window
@@ -62,7 +62,7 @@ def moved_changes(
 def target_effects(
     layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float, is_solved: bool = False,
     is_rough: bool = False,
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """What the target changes of every coil's inductance (H, complex) when it has moved by (x, y) and by a height (m)
     from rest: (heights, moves, coils). As in `moved_changes`, the loss in the target only where it is solved; every
     height is solved for all moves at once.
@@ -99,7 +99,7 @@ def target_effects(
 
 def _solved_effects(
     spec: SensorSpec, layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """`target_effects` by the response's own solution of the target, which is loaded for nothing else."""
     from sitscad.estimates.states.solved_target import own_changes
 

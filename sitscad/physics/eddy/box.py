@@ -14,9 +14,8 @@ from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray, Index
+from sitscad.arrays import Array, ComplexArray, Flags, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
 from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, LineIntegrals, graded_line
@@ -234,7 +233,7 @@ def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
     return number[-1], number[:, -1], number[:, :, -1]
 
 
-def _on_surface(sizes: Sequence[int]) -> NDArray[np.bool_]:
+def _on_surface(sizes: Sequence[int]) -> Flags:
     kept = np.zeros(sizes, dtype=bool)
     kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
     return kept

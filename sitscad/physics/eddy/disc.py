@@ -11,9 +11,8 @@ import math
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, graded_line, interpolation
 from sitscad.physics.eddy.interior import of_vacuum
@@ -46,7 +45,7 @@ class Meridian:
     places: Array
     weights: Array
     depth: Array
-    on_face: NDArray[np.bool_]
+    on_face: Flags
 
     @property
     def lengths(self) -> Array:

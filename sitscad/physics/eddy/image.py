@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.folding import Folding, by_axis, folding, inverse_distance, signs
 from sitscad.physics.eddy.surface import CurrentClass, Surface
@@ -175,7 +174,7 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
     return np.asarray(np.linalg.qr(found @ right[:, _is_kept(size)])[0])
 
 
-def _is_kept(size: Array) -> NDArray[np.bool_]:
+def _is_kept(size: Array) -> Flags:
     # Squared values (H2 m-2) of what matters.
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
 

@@ -10,9 +10,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.physics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
@@ -162,7 +161,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
     return total
 
 
-def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[NDArray[np.bool_], ...]:
+def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
     """Whether each pair is far, and to which one of METHODS the others go."""
     a, b = one.arcs[pairs.first], other.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])

@@ -13,9 +13,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.special.legendre import gauss
 
 SERIES_FROM = 4.0
@@ -100,7 +99,7 @@ def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
     return clearance
 
 
-def _series(zeta: NDArray[np.complex128], w: tuple[float, float], t: tuple[float, float]) -> Array:
+def _series(zeta: ComplexArray, w: tuple[float, float], t: tuple[float, float]) -> Array:
     """<Re ln(zeta + xi)> (lengths in m) with xi = x - x' + i (z - z'): only even moments of xi survive."""
     moments = _even_moments(w, t)
     inverse = 1.0 / (zeta * zeta)

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.mean_distance import strand_clearance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.special.elliptic import coaxial_rings
@@ -75,7 +74,7 @@ class MeanRings:
 
     radii: Array
     parts: Array
-    layer: NDArray[np.intp]
+    layer: Index
 
 
 def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:

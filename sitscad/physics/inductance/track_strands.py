@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
 from sitscad.physics.special.legendre import gauss
 from sitscad.record import record
@@ -70,7 +69,7 @@ class Pairs:
     second: Index
     times: Array
 
-    def where(self, chosen: NDArray[np.bool_] | slice) -> Pairs:
+    def where(self, chosen: Flags | slice) -> Pairs:
         """Some of the pairs (numbers, no unit)."""
         return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
 

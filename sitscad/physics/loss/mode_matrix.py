@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
 from sitscad.physics.special.legendre import gauss, legendre
@@ -127,7 +127,7 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
                       -far.reshape(count * low.size, -1), root * scale)  # fmt: skip
 
 
-def _neighbours(cut: Cut, modes: ModeSet, near: NDArray[np.bool_]) -> tuple[Index, Index, Array, Index]:
+def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
     """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block of
     each way and where it begins. Where few lie alike, every pair has its own block.
     """

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 
@@ -52,7 +52,7 @@ class Filaments:
     own: Index
     block: Index
 
-    def some(self, chosen: NDArray[np.bool_]) -> Filaments:
+    def some(self, chosen: Flags) -> Filaments:
         """Some of them (no unit), none of which is a cut's own."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clear[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])  # fmt: skip

@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, Flags, Index
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.corner_excess import Loops
 from sitscad.record import record
@@ -34,7 +33,7 @@ class Image:
     offset: Array
     sense: float
 
-    def directions(self, angle: Array) -> tuple[NDArray[np.intp], NDArray[np.bool_]] | None:
+    def directions(self, angle: Array) -> tuple[Index, Flags] | None:
         """For directions (rows, n; rad) over half a turn: where among them those are that the other track has to be
         seen from, and which of these are opposite to one of them. None where they are not among them.
         """
@@ -50,7 +49,7 @@ class Image:
             return None
         return found, np.asarray(halves[0] % 2.0 != 0.0)
 
-    def waves(self, other: ComplexArray, wave: Array, found: NDArray[np.intp], opposite: NDArray[np.bool_],
+    def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
               ) -> ComplexArray:  # fmt: skip
         """The track's waves (2, rows, n) at `wave` (2, rows, n; 1/m), of the other's."""
         seen = other[..., found]

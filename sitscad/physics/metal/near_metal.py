@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem
 from sitscad.physics.loss.proximity import WindingCut
@@ -201,7 +201,7 @@ class _Reduced:
         return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
 
     @cached_property
-    def _products(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    def _products(self) -> tuple[Index, Index, Array]:
         """Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
         with up, down with down.
         """
