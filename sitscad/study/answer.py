@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -124,9 +124,11 @@ def _rank_correlation(pairs: Array) -> float | None:
     return round(float(spearmanr(pairs[:, 0], pairs[:, 1]).statistic), 6)
 
 
-def front(asked: Asked, found: Found) -> list[Point]:
-    """The designs judged in full that keep everything and that no other one beats, the best by the first goal first."""
-    good = _passing(asked, found)
+def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
+    """The designs judged in full that keep everything and that no other one beats, the best by the first goal first; as
+    if some had not been found.
+    """
+    good = [point for point in _passing(asked, found) if point not in but]
     ranks = ranked([costs(asked, found.full[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
     return sorted(first, key=lambda point: (_goals(asked.goals, found.full[point]), point))
@@ -144,15 +146,15 @@ NEAR = 0.1
 """Part of the ranges of the varied keys, on average, by which designs of one goal have to differ."""
 
 
-def kept_points(asked: Asked, found: Found) -> list[Point]:
-    """The designs that are kept: of one goal the best that differ, of several those that leave most of the front
-    covered (greedy hypervolume).
+def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
+    """The designs that are kept, but for some: of one goal the best that differ, of several those that cover most of
+    the front (greedy hypervolume).
     """
     if len(asked.goals) == 1:
-        good = _passing(asked, found)
+        good = [point for point in _passing(asked, found) if point not in but]
         order = sorted(good, key=lambda point: (_goals(asked.goals, found.full[point]), point))
         return _apart(asked, order)
-    points = front(asked, found)
+    points = front(asked, found, but)
     return _by_hypervolume(np.array([_goals(asked.goals, found.full[point]) for point in points]), points, asked.keep)
 
 

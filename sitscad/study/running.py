@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from heapq import nsmallest
 from statistics import NormalDist
 from typing import Any
+
+import numpy as np
 
 from sitscad.checks import all_rules
 from sitscad.policy import stands_for
@@ -130,6 +133,7 @@ class Run:
     def __init__(self, asked: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
         self._asked, self._workers, self._archive = asked, workers, archive
         self._progress = progress or (lambda state: None)
+        self._costs: dict[Point, Costs] = {}
         total = min(asked.evaluations, asked.space.size)
         self._told = {level: _Tally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
         self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)))
@@ -155,6 +159,7 @@ class Run:
             assert one is not None
             if point not in kept:
                 kept[point] = one
+                self._costs[point] = costs(self._asked, one)
         return [kept[point] for point in points]
 
     def search(self) -> None:
@@ -179,19 +184,18 @@ class Run:
         near = [point for point in self.best(LEAST_FULL) if point in new and point not in self.found.full]
         hopeful = [point for point in near if not violations(self._asked, self.found.screened[point])]
         self.evaluate(hopeful[:MOST_AT_ONCE], FULL)
-        return [costs(self._asked, self.found.of(point)) for point in points]
+        return [self._costs[point] for point in points]
 
     def best(self, count: int) -> list[Point]:
         """The points that cost least by the best that is known, front by front; behind them those that break least."""
-        points = list(self.found.screened)
-        known = [costs(self._asked, self.found.of(point)) for point in points]
-        good = [k for k, cost in enumerate(known) if cost.violation <= 0.0]
-        bad = sorted((k for k, cost in enumerate(known) if cost.violation > 0.0), key=lambda k: known[k].violation)
+        good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
         if len(good) > MOST_RANKED:
-            good = sorted(good, key=lambda k: known[k].goals[0] or 0.0)[:MOST_RANKED]
-        ranks = ranked([known[k] for k in good])
-        order = sorted(range(len(good)), key=lambda k: (int(ranks[k]), k))
-        return [points[k] for k in [*(good[k] for k in order), *bad][:count]]
+            good = sorted(good, key=lambda point: self._costs[point].goals)[:MOST_RANKED]
+        ranks = ranked([self._costs[point] for point in good], count)
+        order = [good[k] for k in np.argsort(ranks, kind="stable")]
+        bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)
+        left = max(0, count - len(order))
+        return [*order[:count], *nsmallest(left, bad, key=lambda point: self._costs[point].violation)]
 
     def units(self, point: Point, count: int = DRAWS) -> list[UnitJudged]:
         """Units of a design as manufacture makes them, each judged."""

@@ -146,9 +146,9 @@ def _best(known: dict[Point, Costs], size: int) -> list[Point]:
     return [points[k] for k in np.argsort(ranks, kind="stable")[:size]]
 
 
-def ranked(costs: Sequence[Costs]) -> NDArray[np.int64]:
+def ranked(costs: Sequence[Costs], wanted: int | None = None) -> NDArray[np.int64]:
     """The front that each point is on, from 0: those that keep what is required by their goals, all others behind
-    these by their violation.
+    these by their violation. Once `wanted` points have their front, the others of those share the next one.
     """
     goals, violations = _figures(costs)
     ranks = np.full(len(costs), -1, dtype=np.int64)
@@ -157,6 +157,8 @@ def ranked(costs: Sequence[Costs]) -> NDArray[np.int64]:
         no_worse = np.all(goals[good, None] <= goals[None, good], axis=2)
         better = no_worse & np.any(goals[good, None] < goals[None, good], axis=2)
         first = ~better.any(axis=0)
+        if wanted is not None and np.count_nonzero(ranks >= 0) >= wanted:
+            first[:] = True
         ranks[good[first]] = front
         good, front = good[~first], front + 1
     bad = np.flatnonzero(ranks < 0)

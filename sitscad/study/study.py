@@ -109,9 +109,7 @@ class Study:
         with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
             run = Run(asked, workers, archive, progress)
             run.search()
-            points = answer.kept_points(asked, run.found)
-            kept = tuple(_kept(asked, run, point, draws) for point in points)
-        kept = tuple(one for one in kept if _is_kept(asked, one))
+            kept = _all_kept(asked, run, draws)
         found = run.found
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
@@ -119,6 +117,19 @@ class Study:
             tuple(answer.front(asked, found)), kept,
             tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)),
         )
+
+
+def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[Kept, ...]:
+    """The designs that are kept; where the units of one have too small a yield, the next one is looked at, until as
+    many fell as there are to be kept.
+    """
+    fallen: set[Point] = set()
+    while True:
+        found = [_kept(asked, run, point, draws) for point in answer.kept_points(asked, run.found, fallen)]
+        kept = tuple(one for one in found if _is_kept(asked, one))
+        if len(kept) == len(found) or len(fallen) >= asked.keep:
+            return kept
+        fallen |= {one.point for one in found if not _is_kept(asked, one)}
 
 
 def _kept(asked: Asked, run: Run, point: Point, draws: int) -> Kept:
