@@ -79,7 +79,8 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
     yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
-    feeling = _kept(before, "feeling", (design.bare.spec, contents.checked.is_orderable), lambda: _feeling(contents))
+    made_of = design.bare.spec, contents.checked.is_orderable
+    feeling = _kept(before, "feeling", made_of, lambda: _feeling(design.bare))
     files |= feeling
     if feeling:
         points = json.loads(feeling[DATA_SHEET])["performance"]
@@ -87,6 +88,8 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     if serves and spec.mount is not None:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
+    if serves and feeling:
+        files |= _kept(before, "calibration", made_of, lambda: _calibration(contents))
     contents = Contents(design, policy)  # with hints, which cost as much as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
@@ -98,16 +101,16 @@ def _kept(before: Before, name: str, made_of: object, make: Any) -> dict[str, by
     return before.files[name][1]
 
 
-def _feeling(contents: Contents) -> dict[str, bytes]:
+def _feeling(design: Design) -> dict[str, bytes]:
     from sitscad.papers.datasheet import figures_for_programs
 
-    design = contents.design.bare
-    if not design.performance:
-        return {}
-    found = drawn_calibration(design, bool(contents.forced))
-    return {DATA_SHEET: figures_for_programs(design.response, design.performance)} | {
-        name: content for name, content in found.items() if name == CALIBRATION
-    }
+    return {DATA_SHEET: figures_for_programs(design.response, design.performance)} if design.performance else {}
+
+
+def _calibration(contents: Contents) -> dict[str, bytes]:
+    """The map by which the pushed sensor's forces are read back: as much work again as what it feels."""
+    found = drawn_calibration(contents.design.bare, bool(contents.forced))
+    return {name: content for name, content in found.items() if name == CALIBRATION}
 
 
 def _solids(design: Design) -> dict[str, bytes]:
