@@ -225,3 +225,13 @@ def _plain(number: float, digits: int) -> str:
     if "." in text and "e" not in text:
         text = text.rstrip("0").rstrip(".")
     return text
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things in words, in the plural where there is not one."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def cell(value: float) -> str:
+    """A figure in a table for programs: ten digits, nothing where there is none."""
+    return f"{value + 0.0:.10g}" if math.isfinite(value) else ""

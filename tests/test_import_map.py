@@ -72,8 +72,8 @@ MAY_IMPORT = {
         "papers", "formats", "drawing", "estimates", "layout",
     },
     "cli": {
-        "", "watch", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates", "design",
-        "scene", "study",
+        "", "watch", "units", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates",
+        "design", "scene", "study",
     },
     "__main__": {"cli"},
     "__init__": {

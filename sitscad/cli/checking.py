@@ -16,7 +16,6 @@ from sitscad.cli.terminal import (
     Example,
     Names,
     baseline_of,
-    counted,
     layout_of,
     print_result,
     require_rule,
@@ -27,6 +26,7 @@ from sitscad.cli.terminal import (
     warn_of_unknown_specs,
 )
 from sitscad.finding import Severity
+from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad.inspection import Inspection, MendedSpec

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, counted, print_result, row_of, say, show_findings, spec_of
+from sitscad.cli.terminal import Example, print_result, row_of, say, show_findings, spec_of
+from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad.study.running import Progress as StudyProgress

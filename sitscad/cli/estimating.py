@@ -10,7 +10,8 @@ import sys
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, Tolerance, coloured, counted, exit_code_of, print_result, row_of, say, spec_of
+from sitscad.cli.terminal import Example, Tolerance, coloured, exit_code_of, print_result, row_of, say, spec_of
+from sitscad.units import counted
 
 
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")

@@ -15,6 +15,7 @@ import click
 
 import sitscad
 from sitscad.finding import Severity
+from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad import SensorSpec
@@ -143,11 +144,6 @@ def say(message: str) -> None:
 def print_result(text: str) -> None:
     """A result: to stdout, as it is."""
     click.echo(text, nl=not text.endswith("\n"), color=True)
-
-
-def counted(count: int, what: str) -> str:
-    """A number of things, in the plural where there is not one."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def coloured(stream: Any) -> bool:

@@ -68,7 +68,7 @@ from sitscad.report.section import section
 from sitscad.scene.state import FREE, in_words
 from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
+from sitscad.units import counted, show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -173,12 +173,12 @@ def _verdict(checked: CheckedSpec) -> str:
     """In green only what nothing at all was said of."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
-        kind, words = "bad", f"{_counted(len(checked.silenced), 'error')} silenced: do not order this"
+        kind, words = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
     elif errors:
-        kind, words = "bad", f"{_counted(errors, 'error')}: do not order this"
+        kind, words = "bad", f"{counted(errors, 'error')}: do not order this"
     elif warnings:
         weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
-        kind, words = "warned", f"No errors found, but {weak}{_counted(warnings, 'warning')} to settle"
+        kind, words = "warned", f"No errors found, but {weak}{counted(warnings, 'warning')} to settle"
     else:
         kind, words = "good", "No errors found"
     return f"<p class='verdict {kind}'>{words}</p>"
@@ -192,19 +192,19 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     """The name, the verdict and the signal."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
-    counts = [_counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
+    counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
     felt = "; ".join(headline(signals(estimates)))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
-    turns = f"{coil.turns_in_words} turns on {each}{_counted(len(coil.layers), 'layer')}"
-    coils = _counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
+    turns = f"{coil.turns_in_words} turns on {each}{counted(len(coil.layers), 'layer')}"
+    coils = counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
     what = (
         f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"
     skipped = len(checked.not_checked)
-    not_made = f"{_counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
+    not_made = f"{counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
     issue = f"<p class='soft'>{escape(spec.issue.words)}</p>" if spec.issue.rows else ""
     return (
         f"<header><h1>{escape(spec.name)}</h1>{issue}<p class='soft'>{escape(what)}</p>"
@@ -395,10 +395,6 @@ def _range(values: Iterable[float | None], unit: str) -> str:
         return low
     (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
     return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
-
-
-def _counted(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
 
 
 def _file_name(checked: CheckedSpec) -> str:

@@ -14,6 +14,7 @@ from sitscad.arrays import Array
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.measures import NONE, quantity
 from sitscad.report.numbers import felt_blocks, table
+from sitscad.units import cell
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -115,12 +116,8 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
     writer.writerow([*(["case"] if named else []), *columns, "notes"])
     for k in range(len(response)):
         case = [response.cases[k]] if named else []
-        writer.writerow([*case, *(_cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+        writer.writerow([*case, *(cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
     return text.getvalue()
-
-
-def _cell(value: float) -> str:
-    return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
 
 AXES = ("x", "y", "z")

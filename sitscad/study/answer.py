@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
 from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
@@ -19,8 +19,6 @@ from sitscad.study.running import Found, costs, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point
 from sitscad.study.spreads import Yield
-
-Array = NDArray[np.float64]
 
 
 @record

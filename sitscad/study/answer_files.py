@@ -15,8 +15,8 @@ from sitscad.study.measures import MEASURES
 from sitscad.study.space import Point
 from sitscad.study.spreads import Yield
 from sitscad.study.study import StudyAnswer
-from sitscad.study.sweep_files import cell, rule_titles, shown
-from sitscad.units import show
+from sitscad.study.sweep_files import rule_titles, shown
+from sitscad.units import cell, show
 from sitscad.version import __version__
 
 BY_YIELD = "yield by "

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.study.space import Point, Space
-
-Array = NDArray[np.float64]
 
 POPULATION = 64
 GENERATION = 256

@@ -12,8 +12,8 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sitscad.arrays import Array
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
@@ -27,8 +27,6 @@ from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.base import Base, Changes
 from sitscad.study.full import figures
-
-Array = NDArray[np.float64]
 
 DRAWS, SEED = 256, 20261124
 """Units of a kept design, and the seed of their draws: the same for every study."""

@@ -17,7 +17,7 @@ from sitscad.report.findings import to_json
 from sitscad.study.evaluation import FAILS
 from sitscad.study.measures import MEASURES
 from sitscad.study.sweeping import SweepTable
-from sitscad.units import show
+from sitscad.units import cell, show
 from sitscad.version import __version__
 
 
@@ -60,11 +60,6 @@ def sweep_csv(table: SweepTable) -> str:
         rules = " ".join(table.refused_by[k]), " ".join(table.warned_by[k])
         writer.writerow([*keys, *pairs, table.verdict[k], *rules])
     return text.getvalue()
-
-
-def cell(value: float) -> str:
-    """A figure in a table for programs: ten digits, nothing where there is none."""
-    return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
 
 def sweep_json(table: SweepTable) -> str:

@@ -15,7 +15,6 @@ from sitscad.checks.assembly.plates import (
     PROPORTIONS,
     carried,
     cut_to_board,
-    film,
     grown,
     lies,
     lowest,
@@ -30,7 +29,7 @@ from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
 from sitscad.layout.laser_sheet import CutPart, cut_parts, nests, sheet_needed
 from sitscad.remedy.search import Fix, Left
-from sitscad.scene.bodies import Body, elastomer, target
+from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part
 from sitscad.spec.plates import Cutting
@@ -53,7 +52,7 @@ UNBONDED = "what hangs over is neither bonded nor supported"
 def overhang(design: Design) -> Iterator[Verdict]:
     """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
     spec, body = design.spec, ground(design.layout)
-    pad, plate, round_it = elastomer(spec), target(spec), film(spec)
+    pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec)
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         yield TARGET_OVER_ELASTOMER.found(
             "elastomer.size", over, 0.0, "m", severity=_severity(plate, pad.outline()),

@@ -18,7 +18,7 @@ from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.remedy.moves import Plate, carrying, larger_target, resized
 from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
-from sitscad.scene.bodies import Body, elastomer, target
+from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.spec.places import footprint
 from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
@@ -33,11 +33,6 @@ def lowest(spec: SensorSpec) -> Body | None:
     return elastomer(spec) or target(spec)
 
 
-def film(spec: SensorSpec) -> float:
-    """The thickness (m) of the encapsulation, which stands round the plates too; 0 without one."""
-    return spec.encapsulation.thickness if spec.encapsulation is not None else 0.0
-
-
 def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
     """A box (x_min, y_min, x_max, y_max) with so much more (m) on every side."""
     return box[0] - by, box[1] - by, box[2] + by, box[3] + by
@@ -48,7 +43,7 @@ def lies(spec: SensorSpec, body: Path) -> bool:
     pad, plate, low = elastomer(spec), target(spec), lowest(spec)
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    return low is None or low.footprint.hangs_over(body) + film(spec) <= ROUNDING
+    return low is None or low.footprint.hangs_over(body) + film_thickness(spec) <= ROUNDING
 
 
 def carried(spec: SensorSpec) -> Iterator[Fix]:
@@ -80,14 +75,14 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
     """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
     here = lowest(spec)
     assert here is not None
-    box = grown(here.footprint.box, film(spec))
+    box = grown(here.footprint.box, film_thickness(spec))
     more = [max(0.0, body[k] - box[k], box[k + 2] - body[k + 2]) for k in (0, 1)]
     radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
 
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return here.footprint.hangs_over(larger) + film(spec) <= 0.0
+        return here.footprint.hangs_over(larger) + film_thickness(spec) <= 0.0
 
     beside = _least(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
@@ -108,12 +103,12 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
 def _cut(spec: SensorSpec, body: Path, grain: float) -> Iterator[Fix]:
     if spec.elastomer is None:
         if spec.target is not None:
-            for edits, plate in _fitting("target", spec, spec.target, body, film(spec), grain):
+            for edits, plate in _fitting("target", spec, spec.target, body, film_thickness(spec), grain):
                 yield Fix(edits, replace(spec, target=plate))
         return
     wanted = [*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), spec.elastomer]
     for pad in wanted:
-        for below, smaller in _fitting("elastomer", spec, pad, body, film(spec), grain):
+        for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec), grain):
             if smaller == spec.elastomer:
                 below = ()
             elif smaller == pad:

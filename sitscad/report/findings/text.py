@@ -18,6 +18,7 @@ from urllib.parse import quote
 from sitscad.finding import Finding, Ignored, Severity
 from sitscad.record import record
 from sitscad.report.findings.document import CheckedSpec, by_weight, excerpt, in_order
+from sitscad.units import counted
 
 INDENT = 6
 """Columns by which what belongs to a finding stands in from its first line."""
@@ -126,15 +127,15 @@ def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
     fixes = [[fix for fix in finding.fixes if not fix.brings] for spec in checked for finding in spec.findings]
     safe = sum(any(fix.is_safe for fix in found) for found in fixes)
     unsafe = sum(bool(found) for found in fixes) - safe
-    words = [f"for {_number(safe, 'finding')} by check --fix"] if safe else []
-    words += [f"for {_number(unsafe, 'finding')}{' more' if safe else ''} by --fix --unsafe-fixes"] if unsafe else []
+    words = [f"for {counted(safe, 'finding')} by check --fix"] if safe else []
+    words += [f"for {counted(unsafe, 'finding')}{' more' if safe else ''} by --fix --unsafe-fixes"] if unsafe else []
     return [f"fixes: {', '.join(words)}"] if words else []
 
 
 def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """How many errors, warnings and notes there are."""
     counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
-    words = [_number(count, severity.value) for severity, count in counts if count]
+    words = [counted(count, severity.value) for severity, count in counts if count]
     ok = all(spec.ok for spec in checked)
     said = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
     return f"{said}: {', '.join(words) or 'no findings'}" + (f" in {len(checked)} specs" if len(checked) > 1 else "")
@@ -143,7 +144,7 @@ def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
 def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
     """The verdict, and how many rules were not checked, in one line."""
     skipped = sum(len(spec.not_checked) for spec in checked)
-    return verdict(checked, colour) + (f"; {_number(skipped, 'rule')} not checked" if skipped else "")
+    return verdict(checked, colour) + (f"; {counted(skipped, 'rule')} not checked" if skipped else "")
 
 
 _COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
@@ -205,7 +206,7 @@ def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputO
     if not reasons:
         return []
     several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
-    return _dim(_folded(f"{name}not checked: {_number(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
+    return _dim(_folded(f"{name}not checked: {counted(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
 
 
 def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
@@ -289,7 +290,3 @@ def _in_runs(rules: list[str]) -> list[str]:
         else:
             runs.append([rule])
     return [text for run in runs for text in ([f"{run[0]}-{run[-1]}"] if len(run) > 2 else run)]
-
-
-def _number(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
