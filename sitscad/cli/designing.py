@@ -108,9 +108,12 @@ def _progress() -> Progress | None:
 @click.argument("study", type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: outputs/NAME-study).")
 @click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, whose workers evaluate instead: tcp://...")
 @click.option("--again", is_flag=True, help="Evaluate everything anew, whatever the archive has.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
-def design(study: str, output: str | None, jobs: int | None, again: bool, format_name: str) -> int:
+def design(
+    study: str, output: str | None, jobs: int | None, scheduler: str | None, again: bool, format_name: str
+) -> int:
     """Find the designs that meet STUDY best.
 
     STUDY is a file beside a spec that says what of it varies, what is to be small or large, and what is required
@@ -137,7 +140,12 @@ def design(study: str, output: str | None, jobs: int | None, again: bool, format
         show_findings([unreadable(study, error, "none")])
         return 2
     folder = output or os.path.join("outputs", f"{asked.name}-study")
-    answer = asked.run(folder=folder, jobs=jobs, again=again, progress=_study_progress())
+    executor = None
+    if scheduler is not None:
+        from sitscad.study.evaluating import cluster
+
+        executor, jobs = cluster(scheduler)
+    answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress())
     if answer.found.reused:
         say(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)

@@ -14,6 +14,7 @@ from functools import lru_cache
 from itertools import islice
 from typing import Any, Protocol, TypeVar
 
+from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -165,6 +166,23 @@ class Workers:
                 running.clear()
                 running.extend((task, self._submit(task)) for task in tasks)
         raise BrokenExecutor("processes ended without a word, again and again: too little memory, or ended by somebody")
+
+
+def cluster(address: str) -> tuple[Executor, int]:
+    """A client of the Dask scheduler at an address, and how many designs its workers evaluate at once.
+
+    Raises MissingExtra without Dask, OSError where nothing answers. The scheduler sends work of a dead worker to others.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtra(f"--scheduler needs dask ({error}): pip install 'sitscad[cluster]'") from error
+    client = Client(address, timeout=SECONDS_TO_ANSWER)
+    return client, max(1, sum(client.nthreads().values()))
+
+
+SECONDS_TO_ANSWER = 10
+"""How long a scheduler may take to answer."""
 
 
 def _processors() -> int:

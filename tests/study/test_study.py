@@ -150,6 +150,51 @@ def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
 
 
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tmp_path_factory, monkeypatch):
+    """A real scheduler and two workers, one of which is killed half-way."""
+    pytest.importorskip("distributed")
+    whole = tmp_path_factory.mktemp("whole")
+    for name in ("coil.yaml", "study.yaml"):
+        (whole / name).write_text((folder / name).read_text())
+    told = folder / "scheduler.json"
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+
+    def started(command, *more):
+        asked = [sys.executable, "-m", "dask", command, "--scheduler-file", str(told), "--no-dashboard", *more]
+        return subprocess.Popen(asked, env=env, cwd=folder, stderr=subprocess.DEVNULL)
+
+    scheduler = started("scheduler", "--port", "0", "--host", "127.0.0.1")
+    workers = []
+    try:
+        _until(told.exists)
+        workers += [started("worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
+        address = json.loads(told.read_text())["address"]
+        command = [sys.executable, "-m", "sitscad", "design", "study.yaml", "--scheduler", address, "-o", "out"]
+        process = subprocess.Popen(command, env=env, cwd=folder)
+        _until(lambda: (folder / "out" / ARCHIVE).exists() and len(_lines_of(folder / "out" / ARCHIVE)) > 3)
+        workers[0].send_signal(signal.SIGKILL)
+        assert process.wait(timeout=300) == 0
+    finally:
+        for one in (*workers, scheduler):
+            one.kill()
+            one.wait()
+    assert subprocess.run([*command[:5], "--jobs", "1", "-o", "out"], env=env, cwd=whole, check=False).returncode == 0
+    assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
+
+
+def _until(done, seconds=60.0):
+    for _ in range(int(seconds / 0.05)):
+        if done():
+            return
+        time.sleep(0.05)
+    raise TimeoutError
+
+
+def _lines_of(path):
+    return path.read_bytes().splitlines()
+
+
 def test_a_changed_study_uses_again_what_still_fits(folder):
     first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
     (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 13.5,").replace("2.5 uH", "2.6 uH"))
