@@ -171,7 +171,7 @@ class Workers:
 def cluster(address: str) -> tuple[Executor, int]:
     """A client of the Dask scheduler at an address, and how many designs its workers evaluate at once.
 
-    Raises MissingExtra without Dask, OSError where nothing answers. The scheduler sends work of a dead worker to others.
+    Raises MissingExtra without Dask, OSError where nothing answers. Work of a worker that dies goes to others.
     """
     try:
         from distributed import Client

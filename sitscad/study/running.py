@@ -201,19 +201,22 @@ class Run:
         """Units of a design as manufacture makes them, each judged."""
         base, changes, own = self._asked.base, self._asked.space.changes(point), dict(self._asked.spread)
         names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
-        key = base.key((*changes, ("units", [count, sorted(own.items()), list(names)])), "units")
-        said = self._archive.said(key)
-        if said is None:
-            rows = draws(count)
-            parts = [(base.text, base.path, base.profiles, changes, own, names, rows[k : k + PART])
-                     for k in range(0, count, PART)]
-            found: list[Any] = []
-            for part in self._workers.each(_units_of, parts):
-                found += [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
-                self._progress(State("units", len(found), count, sum(one[0] for one in found), {}))
-            said = {"units": found}
-            self._archive.add(key, changes, said)
-        return [UnitJudged(good, tuple(broken), computed, values) for good, broken, computed, values in said["units"]]
+        rows, found, good = draws(count), list[Any](), 0
+        keys = [base.key((*changes, ("units", [count, k, sorted(own.items()), list(names)])), "units")
+                for k in range(0, count, PART)]
+        missing = [k for k, key in enumerate(keys) if self._archive.said(key) is None]
+        parts = [(base.text, base.path, base.profiles, changes, own, names, rows[PART * k : PART * (k + 1)])
+                 for k in missing]
+        for k, part in zip(missing, self._workers.each(_units_of, parts), strict=True):
+            units = [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
+            self._archive.add(keys[k], changes, {"units": units})
+            good += sum(one.is_good for one in part)
+            self._progress(State("units", min(count, PART * (k + 1)), count, good, {}))
+        for key in keys:
+            said = self._archive.said(key)
+            assert said is not None
+            found += said["units"]
+        return [UnitJudged(good, tuple(broken), computed, values) for good, broken, computed, values in found]
 
 
 PART = 8
