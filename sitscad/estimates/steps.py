@@ -138,6 +138,8 @@ def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
     rough = is_rough(tolerance)
     matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
     shares = target_shares(spec, [layer.z for layer in coils[0].windings], start.assembly.states, rough)
+    if rough and shares.shares:  # of a strange target no more is solved, but said
+        shares = shares.widened(_part_of(shares.strangeness))
     return Wound(start, winding, matrix, errors, shares, is_rough=rough)
 
 
@@ -149,7 +151,8 @@ def tune(wound: Wound) -> Tuned:
             start.layout, wound.winding, wound.matrix, start.assembly, wound.shares, start.spared, wound.solved
         )
     )
-    capacitor, reason = choose_capacitor(circuits, start.spec.readout, min(map(self_resonance, circuits)))
+    capacitor, reason = choose_capacitor(
+        circuits, start.spec.readout, min(map(self_resonance, circuits)), wound.is_rough)
     tank = Tank(capacitor, start.spec.readout)
     damped = overdamped(circuits, tank)
     failed |= {state: damped_words(value, capacitor) for state, value in damped.items()}
@@ -162,6 +165,8 @@ def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
     `part` of it that is said. Shares of a target that would take too long are less sure.
     """
     shares = tuned.wound.shares
+    if tuned.wound.is_rough:
+        return tuned
     wanted = _solved_part(tuned) if part is None else part
     if not shares.shares or not wanted:
         return tuned
@@ -171,7 +176,7 @@ def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
         if not found or (known is not None and known.holds_at(min(found), max(found))):
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and part is None and (tuned.wound.is_rough or not _is_affordable(tuned.wound, band)):
+        if known is None and part is None and not _is_affordable(tuned.wound, band):
             return tune(replace(tuned.wound, shares=shares.widened(wanted)))
         tuned = tune(_solved(tuned.wound, band, wanted))
     return tuned
@@ -204,7 +209,12 @@ def _solved_part(tuned: Tuned) -> float:
     if tuned.failed and not shares.is_usual:
         return 1.0
     worst = max((_unsure(one, tuned.tank, shares.strangeness) for one in tuned.circuits), default=0.0)
-    return min(max((worst - GIVES_WAY) / (1.0 - GIVES_WAY), 0.0), 1.0)
+    return _part_of(worst)
+
+
+def _part_of(unsure: float) -> float:
+    """How much is to be solved of a target whose shares are so unsure (1: too unsure)."""
+    return min(max((unsure - GIVES_WAY) / (1.0 - GIVES_WAY), 0.0), 1.0)
 
 
 GIVES_WAY = 0.95

@@ -11,7 +11,7 @@ from sitscad.geometry.path import Point
 from sitscad.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, Pair, Role, Trace, Via
-from sitscad.layout.clearance import Hole, Obstacles, Track
+from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.escape import Escape, SearchLimit
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, body_of, far_end, least_x, openings, outline
@@ -53,33 +53,44 @@ def sketch(spec: SensorSpec) -> Layout:
     level = about_axis(spec)
     bus = bus_for(level)
     layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
+    # both ends have to come together, the shorter way round
+    round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
+    round_it += round_it <= -0.5 + 1e-9
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
-    bare = _assemble(level, _unrouted(level, bus, none, ()))
+    # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
+    ground = boards(level, bus)[int(bool(round_it) and len(none) == 1)]
+    bare = _assemble(level, _unrouted(level, bus, none, (), ground[1]))
+    pairs, found = _undrawn(level, bus, bare), placed(bare, spec)
     coils = tuple(
-        replace(coil, windings=layers[coil.placement.rotation], undrawn=_undrawn(level, bus, coil, bare))
-        for coil in bare.coils
+        replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))
+        for coil, pair in zip(found.coils, pairs, strict=True)
     )
-    return placed(replace(bare, coils=coils), spec)
+    return replace(found, coils=coils)
 
 
-FRONTMOST, ROUND = 2e-3, 0.8
+FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
 """Length (m) of the leads of a coil in line that stands next to the tail; and, in the coil's sizes along the board, by
-how much those of the others are longer than the way from the coil's middle to the body's end: within 2 mm of what is
-drawn of the templates (tests/validation/screen_level.py)."""
+how much those of the others are longer than the way from the coil's middle to the body's end, in line or not: within
+2 mm of what is drawn of the templates (tests/validation/screen_level.py)."""
 
 
 PARTED = 4e-3
 """Length (m) at the end of a tail over which both leads run apart to their contacts."""
 
 
-def _undrawn(spec: SensorSpec, bus: Bus, coil: Coil, bare: Layout) -> tuple[Pair, ...]:
-    """The pairs beside the coils and down the tail that will lead a coil out."""
-    tail = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1])
-    ahead = bare.body[2] - coil.centre.x
-    near = all(coil.centre.x >= p.centre[0] - 1e-9 for p in spec.array.placements) and in_line(spec)
-    beside = FRONTMOST if near else ahead + ROUND * spec.coil.size[0] * (1.0 if in_line(spec) else 0.3)
-    down, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
-    return Pair(beside, bus.width, bus.layers, bus.pitch), Pair(down, width, bus.layers, width + bus.spacing)
+def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[Pair, ...]]:
+    """The pairs beside the coils and down the tail that will lead each coil out."""
+    tail, lined = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1]), in_line(spec)
+    length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
+    down = Pair(length, width, bus.layers, width + bus.spacing)
+    frontmost = max(p.centre[0] for p in spec.array.placements)
+    found: list[tuple[Pair, ...]] = []
+    for coil in bare.coils:
+        is_next = lined and coil.centre.x >= frontmost - 1e-9
+        longer = (ROUND if lined else ROUND_FREE) * spec.coil.size[0]
+        beside = FRONTMOST if is_next else bare.body[2] - coil.centre.x + longer
+        found.append((Pair(beside, bus.width, bus.layers, bus.pitch), down))
+    return found
 
 
 @record
@@ -110,16 +121,16 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
             shortfalls.append(_no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
-        return _unrouted(spec, bus, wound, tuple(shortfalls))
+        return _unrouted(spec, bus, wound, tuple(shortfalls), boards(spec, bus)[0][1])
     body = body_of(spec, routing.far, routing.breadth, routing.tail)
     return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(shortfalls))
 
 
 def _unrouted(
-    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...]
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
-    """Tail and body of the narrowest board, without leads."""
-    far, breadth = far_end(spec, (), ()), boards(spec, bus)[0][1]
+    """Tail and body of a board so broad, without leads."""
+    far = far_end(spec, (), ())
     tail = reaching_ahead(spec, far, body_frame(spec, bus, front_of(spec, bus), breadth))
     return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
 

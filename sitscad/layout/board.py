@@ -163,7 +163,8 @@ class Pair:
 @record
 class Coil:
     """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current;
-    ``undrawn`` is about what would lead it out, in a sketch.
+    ``undrawn`` is about what would lead it out, in a sketch, and ``goes_on`` for how many turns beside its own one lead
+    runs round it (the way of its current), and at what distance from its centre (m).
     """
 
     placement: CoilPlacement
@@ -172,6 +173,7 @@ class Coil:
     series: tuple[Trace | Via, ...]
     is_closed_circuit: bool
     undrawn: tuple[Pair, ...] = ()
+    goes_on: tuple[float, float] = (0.0, 0.0)
 
     @property
     def name(self) -> str:

@@ -27,6 +27,8 @@ def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHO
     within a tolerance (m).
     """
     wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation, tolerance)
+    if placement.centre == (0.0, 0.0):
+        return wound
     return tuple(replace(winding, path=winding.path.shifted(*placement.centre)) for winding in wound)
 
 

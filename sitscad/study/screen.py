@@ -13,7 +13,6 @@ from functools import cache
 
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks.assembly.fit import weight_of
-from sitscad.checks.performance import noted
 from sitscad.checks.rules import NEEDS, Rule, Violation, apply_rule, located, named
 from sitscad.data import rows
 from sitscad.design import Design
@@ -24,19 +23,20 @@ from sitscad.finding import Finding, Severity
 from sitscad.inspection import as_configured
 from sitscad.layout.arrangement import sketch
 from sitscad.layout.routes import in_line
+from sitscad.measured import RequirementResult
 from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import SCREEN, Evaluation
 from sitscad.study.full import breaches, figures, judged
 from sitscad.study.measures import MEASURES
 
-BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT304", "SIT305", "SIT306", "SIT308", "SIT309", "SIT310",
-           "SIT313", "SIT314")
+BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT304", "SIT305", "SIT306", "SIT308", "SIT309", "SIT313",
+           "SIT314")
 """Rules that ask for figures of the spec and of its parts alone."""
 
 STACK_HEIGHT = "SIT303"
 
-BY_BODY = ("SIT301", "SIT302", "SIT307", "SIT315", "SIT319")
+BY_BODY = ("SIT301", "SIT302", "SIT307", "SIT315")
 """Those that ask how large the board is, which is known of coils in line."""
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
@@ -82,11 +82,12 @@ def _screened(spec: SensorSpec, measures: Sequence[str]) -> Evaluation:
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
     found, unknown = _judged(design)
-    said = as_configured(spec, CheckResult(tuple(found), ()))
+    grave = tuple(one for one in found if one.severity is not Severity.NOTE)
+    said = as_configured(spec, CheckResult(grave, ())).findings if grave else ()
     return Evaluation(
         {name: (value, max(error, screen_errors().get(name, 0.0) * abs(value)))
          for name, (value, error) in values.items()},
-        absent, breaches(said.findings, Severity.ERROR), breaches(said.findings, Severity.WARNING),
+        absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
 
@@ -139,8 +140,8 @@ def _grave(findings: Sequence[Finding]) -> list[Severity]:
 def _is_near(rule: Rule, design: Design) -> bool:
     """Whether what is felt lies within its error of what is asked."""
     error = screen_errors()["resolution.normal"]
-    asked = (one for one in noted(design) if one.rule == rule.id and one.limit is not None)
-    return any(abs(one.measured / (one.limit or 1.0) - 1.0) < error for one in asked)
+    asked = design.once("reached", dict[str, RequirementResult]).values()
+    return any(one.limit and one.rule == rule.id and abs(one.measured / one.limit - 1.0) < error for one in asked)
 
 
 def shifted(estimates: Estimates, side: float) -> Estimates:

@@ -23,6 +23,8 @@ CHEAPLY = {
     "tests/validation/hidden_faults.py": ("--only", "nothing"),
     "tests/validation/random_boards.py": ("--boards", "2", "--shallow"),
     "tests/validation/random_poses.py": ("--told",),
+    "tests/validation/screen_level.py": ("0", "--cache", "nothing.jsonl"),
+    "tests/benchmarks/screening.py": ("--designs", "2", "single_coil"),
     "tests/validation/test_jones_response.py": ("--only", "3 x 7"),
 }
 """Arguments of every script that is named."""

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, sketched_leads
+from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import (
@@ -127,6 +127,9 @@ def coil_circuits(
     circuits = []
     for coil in layout.coils:
         leads = _leads(coil, layout, conductivity, spared[coil.name])
+        if coil.undrawn:
+            width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
+            leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     own + leads.capacitance, reflections[coil.name], own))
     if len(circuits) == 1:

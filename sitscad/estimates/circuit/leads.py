@@ -25,9 +25,12 @@ from sitscad.physics.inductance.filaments import (
     via_inductance,
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.inductance.rings import mean_rings
+from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.corners import direct_resistance
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
+from sitscad.physics.special.elliptic import coaxial_rings
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 
@@ -131,6 +134,10 @@ UNDRAWN, APART = 0.25, 2e-9
 inductance (H) of stubs and of the tracks to the contacts, where both run apart."""
 
 
+GRAIN = 20e-6
+"""How fine (m) widths of leads that are not drawn are told apart for their skin effect."""
+
+
 def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float) -> LeadEstimate:
     """The same of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
     copper = {layer.number: layer for layer in stackup.copper}
@@ -147,11 +154,33 @@ def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float)
         else:
             per_metre = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
         capacitance += pair.length * per_metre
-        strips += [Strip(pair.length / (conductivity * pair.width * layer.thickness), pair.width, layer.thickness,
-                         (round(across, 6), height)) for layer in (one, other)]
+        wide = max(round(pair.width / GRAIN), 1) * GRAIN  # their skin effect is alike
+        strips += [Strip(pair.length / (conductivity * pair.width * layer.thickness), wide, layer.thickness,
+                         (round(across / GRAIN) * GRAIN, height)) for layer in (one, other)]
     resistance = math.fsum(strip.resistance for strip in strips)
     inductance += APART
     return LeadEstimate(inductance, resistance, capacitance, _joined(strips), 0.0, {"leads": inductance})
+
+
+def led_round(
+    leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
+    spirals: Sequence[SpiralLayer],
+) -> LeadEstimate:
+    """Leads of which one, so wide (m), goes on round its winding for some turns at a distance from its middle (m)."""
+    turns, radius = goes_on
+    if not turns:
+        return leads
+    rings = mean_rings(spirals)
+    z, way = np.array([(layer.z, layer.circulation) for layer in spirals]).T[:, rings.layer]
+    mutual = coaxial_rings(radius, rings.radii, (rings.radii - radius) ** 2 + (z - copper.z) ** 2)
+    own = coaxial_rings(radius, radius, (SELF_DISTANCE * (width + copper.thickness)) ** 2)
+    coupling = 2.0 * turns * float(np.sum(mutual * rings.parts * way)) * way[0]
+    more = turns * turns * float(own) + coupling
+    resistance = abs(turns) * 2.0 * math.pi * radius / (conductivity * width * copper.thickness)
+    strips = (*leads.strips, Strip(resistance, max(round(width / GRAIN), 1) * GRAIN, copper.thickness))
+    parts = {"leads": leads.inductance + more - coupling, "coupling": coupling}
+    return replace(leads, inductance=leads.inductance + more, resistance=leads.resistance + resistance, strips=strips,
+                   parts=parts)
 
 
 def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:

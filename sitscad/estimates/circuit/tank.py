@@ -36,7 +36,8 @@ ROBUST_CAPACITANCE = 100e-12
 class CoilCircuit:
     """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
 
-    `neighbours` are what idle coils add there; `curves` and `known` keep terminal values once they were asked for.
+    `neighbours` are what idle coils add there; `curves` and `known` keep terminal values once they were asked for, and
+    `oscillations` where tanks run by state and capacitor (F), all else being the same readout's.
     """
 
     name: str
@@ -51,6 +52,7 @@ class CoilCircuit:
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
     curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
     known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
+    oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
     def winding_resistance(self, frequency: float) -> float:
         """The winding's resistance (ohm) alone at a frequency (Hz)."""
@@ -172,6 +174,28 @@ class Tank:
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
+        key = state, self.capacitor
+        if key not in circuit.oscillations:
+            circuit.oscillations[key] = self._oscillation(circuit, state)
+        return circuit.oscillations[key]
+
+    def simple_oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
+        """The same without a cable by SNOSCY9A's formula (see `oscillate`), for choosing among many capacitors."""
+        if self.readout.cable is not None:
+            return self.oscillation(circuit, state)
+        capacitance, delay = self.capacitance(circuit), self.converter.limit("drive_delay")
+        plain = resonance_frequency(circuit.inductance + circuit.leads.inductance, capacitance)
+        inductance, resistance = circuit.terminal(state, plain)
+        omega = 1.0 / math.sqrt(inductance * capacitance)
+        quality = omega * inductance / (resistance + self.converter.limit("capacitor_resistance"))
+        square = 1.0 - quality**-2 - delay * omega / quality
+        if square <= 0.0:
+            return Oscillation(math.nan, math.nan, quality, math.nan, False)
+        omega *= math.sqrt(square)
+        impedance = resistance + (omega * inductance) ** 2 / resistance
+        return Oscillation(omega / (2.0 * math.pi), impedance, quality, 1.0)
+
+    def _oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         network, delay = self.network(circuit), self.converter.limit("drive_delay")
         frequency = resonance_frequency(
             circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
@@ -211,7 +235,9 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     return found
 
 
-def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float) -> tuple[float, str]:
+def choose_capacitor(
+    circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float, is_rough: bool = False
+) -> tuple[float, str]:
     """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
 
     Windows, over all coils and states: frequency up to 95 % of 10 MHz (and 0.75 of self-resonance), parallel resistance
@@ -224,7 +250,7 @@ def choose_capacitor(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self
         return math.nan, "none chosen: no state of the coils could be estimated"
     distinct, converter = _distinct(circuits), readout.device
     values = preferred_values(converter)
-    scored = [(_trespass(distinct, Tank(value, readout), self_resonance), value) for value in values]
+    scored = [(_trespass(distinct, Tank(value, readout), self_resonance, is_rough), value) for value in values]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
     return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
 
@@ -255,14 +281,14 @@ class _Windows:
 
 
 def _trespass(
-    circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float
+    circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float, is_rough: bool
 ) -> tuple[tuple[float, bool], _Windows | None]:
     """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to."""
     frequencies, resistances, working = [], [], []
     damped = 0
     for circuit in circuits:
         for state in circuit.reflections:
-            found = tank.oscillation(circuit, state)
+            found = tank.simple_oscillation(circuit, state) if is_rough else tank.oscillation(circuit, state)
             if not found.exists:
                 damped += 1
                 continue

@@ -235,7 +235,7 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     known = chart(layout, estimates)
     if estimates.is_rough:
         read = known.frequencies
-        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), read, read))
+        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), read, read))
     tilts = QuickTilts(layout, estimates, spec, known.frequencies, tank_law(spec, estimates), pressed_place(estimates))
     bench = Bench(spec, estimates, required_range(spec), known.frequencies, tilts.frequencies)
     return Felt(layout, estimates, bench)

@@ -111,6 +111,12 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
 
 
+def at_rest(spec: SensorSpec) -> Surroundings | None:
+    """What is round the coils at rest; None without a target that does something."""
+    around = _around(spec, State(REST, REST_POSE), metal_behind(spec))
+    return around if around.above is not None else None
+
+
 def _at_gap(spec: SensorSpec, name: str, gap: float, behind: Reflector | None) -> Surroundings:
     # the target let down straight until so much of the pad's thickness (m) is left
     over = target(spec)

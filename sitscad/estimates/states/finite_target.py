@@ -69,6 +69,8 @@ class TargetShares:
 
     def widened(self, part: float) -> TargetShares:
         """The same of a target of whose effect a part should be solved and takes too long for that."""
+        if not part:
+            return self
         wider = WIDER_THIN if self.is_thin else WIDER
         errors = tuple(
             own + part * (eased(self.covering, COVERING / EASED, own + more, min(own + more, covered)) - own)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sitscad.arrays import ComplexArray
-from sitscad.estimates.states.assembly import assemble, warmed
+from sitscad.estimates.states.assembly import at_rest, warmed
 from sitscad.estimates.states.finite_target import shares_of_change
 from sitscad.estimates.states.window import through_window
 from sitscad.estimates.winding.methods import reflected_by, winding_geometry
@@ -37,12 +37,12 @@ def moved_changes(
         still, *found = _solved_effects(spec, layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
         moved = [(one - still).real for one in found]
         return {p.name: tuple(float(one[k]) for one in moved) for k, p in enumerate(spec.array.placements)}
-    states = [around for around in assemble(spec).states if around.name == REST and around.above is not None]
-    if not states:
+    rest = at_rest(spec)
+    if rest is None:
         return {}
     heights = [winding.z for winding in layout.coils[0].windings]
-    shares = shares_of_change(_seen_from(spec, [(0.0, 0.0), *moves]), heights, states)
-    above, below = states[0].above, states[0].below
+    shares = shares_of_change(_seen_from(spec, [(0.0, 0.0), *moves]), heights, [rest])
+    above, below = rest.above, rest.below
     assert above is not None
     nearest = above.distance - max(heights)
     if below is not None:
@@ -70,7 +70,8 @@ def target_effects(
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     if is_solved:
         return _solved_effects(spec, layout, moves, heights, frequency)
-    rest = next(around for around in assemble(spec).states if around.name == REST and around.above is not None)
+    rest = at_rest(spec)
+    assert rest is not None
     over = rest.above
     assert over is not None
     raised = [

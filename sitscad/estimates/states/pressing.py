@@ -52,7 +52,13 @@ def rests_on_pad(spec: SensorSpec) -> bool:
     wholly beside it.
     """
     pad, over = elastomer(spec), target(spec)
-    return pad is not None and (over is None or over.footprint.common(pad.footprint) is not None)
+    return pad is not None and (over is None or _shares(over.footprint, pad.footprint))
+
+
+@lru_cache(maxsize=256)
+def _shares(one: Footprint, other: Footprint) -> bool:
+    """Whether they cover something together."""
+    return one.common(other) is not None
 
 
 def pressed(

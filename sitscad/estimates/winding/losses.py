@@ -25,7 +25,7 @@ from sitscad.physics.loss.proximity import (
 )
 from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.physics.loss.track_modes import ModeSet
-from sitscad.physics.metal.near_metal import CrowdingNearMetal, crowding_near_metal
+from sitscad.physics.metal.near_metal import ROUGH_STEPS, STEPS, CrowdingNearMetal, crowding_near_metal
 from sitscad.record import record
 from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
@@ -117,7 +117,8 @@ def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nea
     """
     resolution = suited_resolution(spirals, conductivity, wanted_tolerance(tolerance))
     cuts = winding_cuts(spirals, conductivity, resolution)
-    return crowding_near_metal(cuts, conductivity, resolution.modes, nearest, bends=is_round)
+    steps = ROUGH_STEPS if is_rough(tolerance) else STEPS
+    return crowding_near_metal(cuts, conductivity, resolution.modes, nearest, bends=is_round, steps=steps)
 
 
 POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))

@@ -28,8 +28,8 @@ from sitscad.physics.metal.half_spaces import Plate, Reflector, returned_waves
 from sitscad.physics.special.bessel import j1
 from sitscad.record import record
 
-STEPS = 5
-"""Steps of the block Krylov run, each adding up to three vectors."""
+STEPS, ROUGH_STEPS = 5, 2
+"""Steps of the block Krylov run, each adding up to three vectors; and of one for screening."""
 
 MIDDLE = 3e6
 """Frequency (Hz) of the reflection that shapes the subspace."""
@@ -67,6 +67,7 @@ class CrowdingNearMetal:
     weights: Array
     levels: tuple[float, float]
     bends: bool = True
+    steps: int = STEPS
     known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
@@ -90,7 +91,7 @@ class CrowdingNearMetal:
         about = _about(above, self.levels[1]), _about(below, -self.levels[0])
         if about not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
-            self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends) for cut in self.cuts)
+            self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends, self.steps) for cut in self.cuts)
         waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
         for part in self.known[about]:
             total += part.changes(frequencies, waves)
@@ -130,7 +131,7 @@ class _Waves:
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
-                        bends: bool = True) -> CrowdingNearMetal:  # fmt: skip
+                        bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:  # fmt: skip
     """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
 
     `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
@@ -142,7 +143,7 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     reflected = [
         _ReflectedCut(one.system, _mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
     ]
-    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends)
+    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends, steps)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
@@ -211,7 +212,7 @@ class _Reduced:
         return first, second, np.concatenate([alike[0], across, alike[1]])
 
 
-def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
+def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool, steps: int) -> _Reduced:
     """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings."""
     system = cut.system
     up, down = waves.returned(cut.waves(system.source))
@@ -221,7 +222,7 @@ def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     def act(vectors: Array) -> Array:
         return system.project(system.matrix @ vectors + cut.seen(*even.returned(cut.waves(vectors))))
 
-    basis = _krylov(system, act, system.project(np.stack([system.coupling, *image], axis=1)))
+    basis = _krylov(system, act, system.project(np.stack([system.coupling, *image], axis=1)), steps)
     values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
@@ -229,13 +230,13 @@ def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool) -> _Reduced:
     return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, *cut.waves(kept))
 
 
-def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> Array:
+def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array, steps: int) -> Array:
     """Orthonormal basis of the block, its image, that one's image ..., without directions that are there already."""
     # Orthonormal basis of the block, its image, that one's image ...; directions that are there already are left out,
     # and all end where the space is full.
     most = system.coupling.size - len(system.carrier)
     basis = np.zeros((block.shape[0], 0))
-    for step in range(STEPS):
+    for step in range(steps):
         size = np.maximum(np.linalg.norm(block, axis=0), 1e-300)
         block = block / size
         for _ in range(2):
@@ -245,6 +246,6 @@ def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array) -> 
         if not fresh.shape[1]:
             break
         basis = np.concatenate([basis, fresh], axis=1)
-        if step < STEPS - 1:
+        if step < steps - 1:
             block = act(fresh)
     return basis

@@ -1,0 +1,95 @@
+"""The screen level against the full one, on designs beside the templates (many: tests/validation/screen_level.py)."""
+
+from __future__ import annotations
+
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.layout.arrangement import sketch
+from sitscad.spec import templates
+from sitscad.study.evaluation import FAILS, SCREEN, UNKNOWN, Evaluation
+from sitscad.study.full import judged
+from sitscad.study.measures import MEASURES
+from sitscad.study.screen import IN_FULL, screened
+
+NAMES = tuple(
+    name for name, row in MEASURES.items() if SCREEN in row.levels and not name.startswith(("error", "yield"))
+)
+CHANGED = {
+    "grasper_4layer": {"coil.turns": 7.5, "coil.trace_width": "85 um", "elastomer.thickness": "0.55 mm"},
+    "single_coil": {"coil.turns": 10.25, "coil.outer_diameter": "9.4 mm"},
+}
+
+
+def design(template: str, changes: dict[str, object] | None = None) -> sitscad.SensorSpec:
+    spec = sitscad.load_text(templates.read(template))
+    return spec.replace(CHANGED.get(template, {}) | (changes or {}))
+
+
+@pytest.mark.parametrize("template", CHANGED)
+def test_figures_and_rules_are_those_of_the_full_level(template):
+    spec = design(template)
+    full, quick = judged(spec, NAMES), screened([spec], NAMES)[0]
+    assert quick.level == SCREEN and quick.values.keys() == full.values.keys()
+    for name, (value, error) in quick.values.items():
+        assert abs(value - full.values[name][0]) <= error + 1e-9 * abs(value), name
+        assert error <= 0.15 * abs(value), name
+    for rule in (*full.refused, *full.warned):
+        assert rule in quick.refused or rule in quick.warned or rule in quick.unknown, rule
+    assert not set(quick.refused) - set(full.refused)
+
+
+def test_no_design_depends_on_its_batch():
+    one, other = design("grasper_4layer"), design("grasper_4layer", {"coil.turns": 6.5, "target.thickness": "0.2 mm"})
+    assert screened([one, other], NAMES) == [*screened([one], NAMES), *screened([other], NAMES)]
+    assert screened([other, one], NAMES) == screened([one, other], NAMES)[::-1]
+
+
+def test_what_needs_a_drawing_is_not_known():
+    found = screened([design("grasper_4layer")], ("rp", "crosstalk"))[0]
+    assert {"SIT107", "SIT111", "SIT113"} <= set(found.unknown) and "SIT201" not in found.unknown
+    assert found.verdict == UNKNOWN and found.absent == {"crosstalk": IN_FULL}
+
+
+@pytest.mark.parametrize(("part", "known"), [(0.5, True), (1.03, False), (0.97, False), (2.0, True)])
+def test_a_limit_within_the_error_is_not_decided(part, known):
+    spec = design("grasper_4layer")
+    value = screened([spec], ("resolution.normal",))[0].values["resolution.normal"][0]
+    asked = spec.replace("requirements.normal_resolution", f"{part * value:.6g} N")
+    found = screened([asked], ("resolution.normal",))[0]
+    assert ("SIT401" not in found.unknown) == known
+    assert ("SIT401" in found.refused) == (part == 0.5) and (found.verdict == FAILS) == (part == 0.5)
+
+
+def test_a_limit_of_the_tank_within_the_error_is_not_decided():
+    spec = design("single_coil")
+    ceiling, (least, most) = spec.readout.device.limit("sensor_frequency_max"), (20.0, 200.0)
+
+    def at(capacitor: float) -> Evaluation:
+        return screened([spec.replace("readout.capacitance", f"{capacitor:.4f} pF")], ("frequency",))[0]
+
+    for _ in range(12):
+        middle = 0.5 * (least + most)
+        least, most = (middle, most) if at(middle).values["frequency"][0] > ceiling else (least, middle)
+    assert "SIT202" in at(least).unknown
+    assert "SIT202" in at(0.8 * least).refused
+    beyond = at(1.3 * most)
+    assert "SIT202" not in beyond.refused and "SIT202" not in beyond.unknown
+
+
+def test_a_shape_without_a_model_is_judged_in_full():
+    spec = sitscad.load_text(templates.read("square_bench"))
+    names = ("inductance", "rp", "board.area")
+    found = screened([spec], names)[0]
+    assert found.values == judged(spec, names).values and found.level == SCREEN
+
+
+@pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])
+def test_a_sketch_has_the_size_of_the_board(template):
+    spec = design(template)
+    drawn, quick = sitscad.lay_out(spec), sketch(spec)
+    assert quick.body == approx(drawn.body, rel=1e-9)
+    lengths, exact = ([w.path.length for w in layout.coils[0].windings] for layout in (quick, drawn))
+    assert lengths == approx(exact, rel=2e-4)
+    assert not quick.traces and all(coil.undrawn for coil in quick.coils)
