@@ -12,8 +12,8 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.estimates.performance.values import AXES
 from sitscad.record import record
 
-LEVELS = (0.25, 0.5, 0.75, 1.0)
-"""Normal forces of full scale at which loads are offered."""
+LEVELS = 4
+"""Normal forces, evenly up to full scale, at which loads are offered; so many times more where these are too few."""
 
 SHEARS = (0.5, 1.0)
 """Shears of full scale, in every one of `DIRECTIONS`, at which loads are offered."""
@@ -36,8 +36,8 @@ class Plan:
     untared: Array
 
 
-def offered(sensors: Sensors) -> Array:
-    """The loads that a bench can put on and that may be chosen, (n, 3; N)."""
+def offered(sensors: Sensors, count: int) -> Array:
+    """The loads that a bench can put on and that may be chosen, (n, 3; N), `count` at least."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
     ways = [np.zeros(2)]
@@ -47,7 +47,8 @@ def offered(sensors: Sensors) -> Array:
             way = np.array([math.cos(angle), math.sin(angle)])
             if len(axes) == 2 or abs(way[axes[0] - 1]) > 0.99:
                 ways.append(share * way)
-    found = [(level * scope.normal, *(scope.shear * way)) for level in LEVELS for way in ways]
+    levels = LEVELS * math.ceil(count / (LEVELS * len(ways)))
+    found = [(step / levels * scope.normal, *(scope.shear * way)) for step in range(1, levels + 1) for way in ways]
     return np.array([[round_force(force) for force in load] for load in found])
 
 
@@ -61,8 +62,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     with a tare before (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), then each is exchanged where another
     tells more.
     """
-    loads = offered(sensors)
-    count = min(count, len(loads))
+    loads = offered(sensors, count)
     facts = _facts(sensors, np.vstack([np.zeros((1, 3)), loads]))
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])

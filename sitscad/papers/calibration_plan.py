@@ -59,12 +59,12 @@ def words(found: Calibration, plan: Plan) -> bytes:
         f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.", "",
         "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads; noise,",
-        "hysteresis, creep and temperature come on top.", "", f"{'row':>3}  {'load':<48}{'expected error (N)':<30}",
-        f"{'':>3}  {'not even the tare':<48}{_errors(plan.untared, scope.axes):<30}".rstrip(),
-        f"{'':>3}  {'the tare alone, not calibrated':<48}{_errors(plan.errors[0], scope.axes):<30}".rstrip(),
+        "hysteresis, creep and temperature come on top.", "", f"{'row':>3}  {'load':<48}  {'expected error (N)':<30}",
+        f"{'':>3}  {'not even the tare':<48}  {_errors(plan.untared, scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
-        lines.append(f"{number:>3}  {_load(load, scope.axes, rotation):<48}{_errors(error, scope.axes):<30}".rstrip())
+        lines.append(f"{number:>3}  {_load(load, scope.axes, rotation):<48}  {_errors(error, scope.axes):<30}".rstrip())
     weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
     lines += ["", *weighed, *(f"Note: {note}." for note in found.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")

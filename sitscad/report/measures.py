@@ -165,7 +165,7 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
-        words = f"{change}, {_percent(s.by_inductance)} of the inductance over {show(s.force, 'N')}"
+        words = f"{change}, {_percent(s.by_inductance)} of the inductance at the contacts over {show(s.force, 'N')}"
         if s.has_loss_in_it:
             words += f" (of the reading {_percent(s.share)}: it follows losses, too)"
         named.setdefault(words, []).append(s.coil)
@@ -192,7 +192,7 @@ def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[st
     rows: list[tuple[str, Callable[[Signal], str]]] = [
         ("inductance at rest", lambda s: quantity(s.rest, "H")),
         ("change per newton", lambda s: plus_minus(s.per_newton, s.sigma, "H", "/N")),
-        (f"of the reading, over {show(signals[0].force, 'N')}", lambda s: _percent(s.share)),
+        (f"of the reading (the converter's formula), over {show(signals[0].force, 'N')}", lambda s: _percent(s.share)),
         ("steps of the converter in that", lambda s: quantity(s.steps, "", 3)),
         ("frequency per newton", lambda s: plus_minus(s.frequency_per_newton, s.frequency_sigma, "Hz", "/N")),
     ]

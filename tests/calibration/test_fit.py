@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by
 from sitscad.calibration.forms import Form, Samples, fitted
 from sitscad.calibration.least_squares import NoFit, levenberg_marquardt, ridge
+from sitscad.calibration.plan import offered
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
@@ -33,6 +35,15 @@ def truth(sensors, hidden):
     """What the sensor reads, each pose solved, under loads that no map was fitted to."""
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
     return loads[1:, sensors.range.columns], sensors.under(hidden, loads, exact=True)
+
+
+@pytest.mark.parametrize(("axes", "count"), [((0,), 8), ((0,), 12), ((0, 1), 20), ((0, 1), 24), ((0, 1, 2), 40)])
+def test_as_many_loads_are_offered_as_are_asked_for(axes, count):
+    """The help promised eight, and of one axis four were planned without a word."""
+    scope = SimpleNamespace(columns=list(axes), normal=8.0, shear=2.0)
+    loads = offered(SimpleNamespace(range=scope), count)
+    assert len(loads) >= count and len({tuple(load) for load in loads}) == len(loads)
+    assert loads[:, 0].max() == approx(8.0, rel=1e-12) and loads[:, 0].min() > 0.0
 
 
 def _off(found, truth):

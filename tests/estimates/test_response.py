@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -254,6 +256,12 @@ def test_a_document_has_the_contract_s_names(plain):
             "moment_Nm"} <= set(document)  # fmt: skip
     assert all(isinstance(count, int) for count in document["counts"])
     assert len(document["force_N"]) == len(document["moment_Nm"]) == 3
+
+
+def test_no_zero_of_a_document_has_a_sign(plain):
+    """At rest the strain, a force and turns were written as -0.0."""
+    document = respond(plain, [[-0.0, 0.0, 0.0, -0.0, 0.0, -0.0]]).point_document(0)
+    assert document["strain"] == 0.0 and not re.search(r"-0\.0\b(?!\d)", json.dumps(document))
 
 
 def magnetic(material, size):

@@ -163,7 +163,7 @@ def test_the_change_per_newton_stands_under_the_verdict(design):
     assert line == html.escape(f"Signal: {'; '.join(headline(felt))}")
     assert page.index("class='verdict") < page.index("class='signal") < page.index("class='tiles")
     share = felt[0].per_newton * felt[0].force / felt[0].rest  # of what the change per newton is of
-    assert f"{100.0 * share:+.1f} % of the inductance over 1 N" in line or abs(share) < 0.01
+    assert f"{100.0 * share:+.1f} % of the inductance at the contacts over 1 N" in line or abs(share) < 0.01
 
 
 def test_each_inductance_says_what_it_is_for(design):

@@ -221,6 +221,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     yield SMALL_SIGNAL.found(
         "elastomer.thickness", abs(best.share), least.value, None, source=least.source, force=best.force,
         coil=best.coil, steps=steps, per_newton=best.per_newton, frequency_share=best.frequency_share,
+        at_contacts=abs(best.by_inductance),
         follows=", which follows losses, too," if best.has_loss_in_it else "", drift=drift, scale=scale, hint=hint,
         advice=lambda left: _more(design, left, hint),
     )
@@ -261,11 +262,11 @@ NOT_FELT = Case(
 )
 
 SMALL_SIGNAL = Case(
-    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by {measured:%.2g} % of "
-    "itself{steps}",
-    detail="it changes by {per_newton:H,3}/N, its frequency{follows} by {frequency_share:%+.2g} %; ten degrees of "
-    "warming move the reading by {drift:%.2g} % by the copper alone, {scale}; silicone adds to that (response "
-    "--performance has all of it)",
+    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by {measured:%.2g} % "
+    "(by the converter's formula; the inductance at the contacts by {at_contacts:%.2g} %){steps}",
+    detail="that inductance changes by {per_newton:H,3}/N, its frequency{follows} by {frequency_share:%+.2g} %; ten "
+    "degrees of warming move the reading by {drift:%.2g} % by the copper alone, {scale}; silicone adds to that "
+    "(response --performance has all of it)",
     hint="{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil without a target, or a tare "
     "before each grasp",
 )

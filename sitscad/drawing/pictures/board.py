@@ -21,7 +21,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.drawing.frame import CHAIN, View
-from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Coil, Layout, Pad
@@ -71,8 +71,8 @@ TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#444444"
 TOP_DASHES, BOTTOM_DASHES, BEND_DASHES = "8 4", "2 5", "14 4 3 4 3 4"
 WIDTH = 1200.0
 """Width of a picture in pixels."""
-ROW, LETTERS, IN_A_ROW = 30.0, 16.0, 6
-"""Height of a row and of its letters (pixels), and the keys in it."""
+ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
+"""Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
 
 
 class Mark(NamedTuple):
@@ -122,6 +122,16 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark])
     return keys + [
         (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
     ]
+
+
+def in_a_row(words: Iterable[str]) -> int:
+    """How many keys stand beside each other, so that words end before the next sign in the widest of usual fonts."""
+    longest = max((text_width(text, LETTERS) for text in words), default=0.0)
+    return min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
+
+
+WIDER_FONT = 1.2
+"""How much wider than Helvetica letters may be where that is not installed (DejaVu Sans: 1.15 to 1.2)."""
 
 
 def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
@@ -180,7 +190,8 @@ def picture(
     view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
     pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
     keys = legend_keys(layout, shown, view, pointed_at)
-    low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / IN_A_ROW)) + 20.0
+    columns = in_a_row([text for _, text in keys])
+    low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
     view = View(view.scale, (view.origin[0], view.origin[1] + low))
     words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
     sheet = Sheet(words, (WIDTH, high + low), unit="", decimals=2)
@@ -188,17 +199,17 @@ def picture(
         _board(sheet, layout, shown, view, name)
         _labels(sheet, layout, view, name)
         _marks(sheet, pointed_at, view, name)
-    # Part number and issue where there are any, the scale bar with the sizes in words, then the keys, six to a row
+    # Part number and issue where there are any, the scale bar with the sizes in words, then the keys
     top = low - 10.0
     if words := layout.spec.issue.words:
         sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
         top -= ROW
     _scale_bar(sheet, layout, view, top)
     for i, (sign, text) in enumerate(keys):
-        row, column = divmod(i, IN_A_ROW)
-        x, y = 20.0 + 195.0 * column, top - ROW * (row + 1)
+        row, column = divmod(i, columns)
+        x, y = 20.0 + (WIDTH - 30.0) / columns * column, top - ROW * (row + 1)
         sign(sheet, x, y)
-        sheet.text(x + 34.0, y - 17.0, text, LETTERS)
+        sheet.text(x + SIGN, y - 17.0, text, LETTERS)
     return svg(sheet)
 
 

@@ -85,7 +85,7 @@ class Response:
     def point_document(self, number: int) -> dict[str, object]:
         """One pose as the contract's JSON has it."""
         found: dict[str, object] = {
-            "pose": dict(zip(POSE_NAMES, map(float, self.poses[number]), strict=True)),
+            "pose": dict(zip(POSE_NAMES, (self.poses[number] + 0.0).tolist(), strict=True)),
             "force_N": _vector(self.force, number),
             "moment_Nm": _vector(self.moment, number),
         }
@@ -104,9 +104,9 @@ def _vector(values: Array | None, number: int) -> object:
 
 
 def _plain(value: Array | float) -> object:
-    # Lists of floats, None for what is not finite.
+    # Lists of floats, None for what is not finite; no zero has a sign.
     if np.ndim(value) == 0:
-        return float(value) if math.isfinite(float(value)) else None
+        return float(value) + 0.0 if math.isfinite(float(value)) else None
     return [_plain(one) for one in np.asarray(value)]
 
 
