@@ -230,3 +230,13 @@ def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated)
     worn = calibrate_by(sensors, points, foretold.form)
     assert worn.fit.excess > 3.0 and worn.fit.believed > 2.0
     assert np.all(worn.map.error > 2.0 * calibrated.map.error)
+
+
+def test_unknowns_far_off_are_told_by_their_distance_with_amount_and_cause():
+    """The farthest first, relative ones without a unit, and none at the bound itself."""
+    units_of = {"gap": "m", "modulus": "1", "capacitor.C1": "1"}
+    known = [SimpleNamespace(name=name, unit=unit) for name, unit in units_of.items()]
+    fit = SimpleNamespace(moved=np.array([-3.2, 4.0, 3.0]), errors=np.array([-72e-6, 0.25, 0.01]))
+    first, second = far_off(SimpleNamespace(known=known), fit)
+    assert first.startswith(f"unusual: modulus is +4.0 sigma of manufacture off (0.25 relative): {cause('modulus')}?")
+    assert second.startswith(f"unusual: gap is -3.2 sigma of manufacture off (-7.2e-05 m): {cause('gap')}?")

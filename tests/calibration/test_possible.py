@@ -170,4 +170,4 @@ def test_a_table_without_a_fit_is_refused(table, design, monkeypatch):
 
     monkeypatch.setattr(import_module("sitscad.calibration.calibration"), "fit_model", nothing)
     with pytest.raises(BenchError, match=r"bench.csv:2:1 no sensor of this design reads so: a fit ended"):
-        sitscad.calibration.calibration(design, table())
+        sitscad.calibrate(design, table())
