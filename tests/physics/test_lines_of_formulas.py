@@ -41,6 +41,18 @@ def test_an_arc_stands_for_half_of_its_angle_on_either_side_of_its_cut(monkeypat
     assert 2.0 * np.sum(np.concatenate(halves)) == approx(turn, rel=1e-2)
 
 
+def test_a_bend_to_the_right_loses_what_one_to_the_left_does():
+    """And hardly another share than a gentle one: what the rest of its circle would send through it is taken off."""
+    frequencies, found = np.array([1e6, 1e7]), {}
+    for radius, side in ((0.4 * MM, 1.0), (0.4 * MM, -1.0), (1.6 * MM, 1.0)):
+        ways = np.array([(-2 * MM, 0.0), (0.0, 0.0), (radius, radius), (radius, radius + 2 * MM)]) * (1.0, side)
+        track = BentTrack(ways[:-1], ways[1:], np.array([0.0, 0.5 * side * math.pi, 0.0]), 200 * UM, 35 * UM, 0.0)
+        loss = bent_tracks.bent_winding_loss([track], COPPER, ModeSet(4, 1, (6, 2)), 2, 10)
+        found[radius, side] = loss.resistance_ratios(frequencies) - 1.0
+    tight, mirrored, gentle = found.values()
+    assert tight == approx(mirrored, rel=1e-6) and tight == approx(gentle, rel=0.02)
+
+
 def test_direct_current_of_a_bend_stores_what_its_shift_takes_from_an_even_one():
     """The change is the energy of the current with its shift less that without, the field from outside in both."""
     cut = Cut(np.array([1.0, 1.3]) * MM, np.zeros(2), np.full(2, 200 * UM), np.full(2, 35 * UM), np.full(2, 5 * MM),
