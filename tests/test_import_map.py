@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "estimates": {"units", "measured", "spec", "geometry", "layout", "scene", "physics", "readout", "mechanics"},
     "remedy": {"units", "finding", "geometry", "spec", "layout"},
     "calibration": {"physics", "estimates", "scene", "mechanics", "readout", "spec", "design"},
-    "bench": {"readout", "estimates", "calibration", "scene", "spec", "design"},
+    "bench": {"units", "readout", "estimates", "calibration", "scene", "spec", "design"},
     "design": {"measured", "spec", "layout", "scene", "parts", "estimates", "readout"},
     "checks": {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",
@@ -73,7 +73,7 @@ MAY_IMPORT = {
     },
     "cli": {
         "", "watch", "units", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates",
-        "design", "scene", "study",
+        "design", "scene", "study", "bench",
     },
     "__main__": {"cli"},
     "__init__": {

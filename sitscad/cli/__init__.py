@@ -16,6 +16,7 @@ from sitscad.cli.checking import check
 from sitscad.cli.designing import design, measures, sweep
 from sitscad.cli.estimating import calibrate, estimate, response
 from sitscad.cli.explaining import explain, new, rules, schema
+from sitscad.cli.reading import read
 from sitscad.cli.terminal import say
 from sitscad.cli.watching import watch
 
@@ -126,8 +127,8 @@ def cli() -> None:
     """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
 
 
-AS_USED = (new, check, watch, estimate, response, calibrate, sweep, design, build, explain, rules, measures, schema,
-           verify)
+AS_USED = (new, check, watch, estimate, response, calibrate, read, sweep, design, build, explain, rules, measures,
+           schema, verify)
 
 for command in AS_USED:
     cli.add_command(command)

@@ -10,8 +10,8 @@ from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import Band, CoilBands, bands
+from sitscad.estimates.circuit.settings import Device
 from sitscad.estimates.values import CoilEstimate, Estimates
-from sitscad.papers.firmware_macros import Device
 from sitscad.readout.conversion import Conversion
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec

@@ -6,18 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate
-from sitscad.readout.converter import Converter, Register
-from sitscad.record import record
+from sitscad.readout.converter import Converter
 from sitscad.scene.state import PRESSED, REST
-
-
-@record
-class Device:
-    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
-
-    address: int
-    coils: tuple[str, ...]
-    registers: tuple[Register, ...]
 
 
 def addr_pin(converter: Converter, address: int) -> str:

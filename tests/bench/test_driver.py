@@ -10,7 +10,7 @@ import pytest
 import sitscad
 from sitscad.data import FOLDER
 from sitscad.estimates.circuit.bands import bands
-from sitscad.papers.firmware import devices
+from sitscad.estimates.circuit.settings import devices
 from sitscad.readout import ldc_registers as at
 from tests.bench.conftest import TEMPLATES, compiled
 

@@ -13,7 +13,7 @@ import sitscad
 from sitscad.bench.converter import FAULTS, Fault
 from sitscad.bench.registers import NoAnswer, Registers, Tank
 from sitscad.data import FOLDER
-from sitscad.papers.firmware import devices
+from sitscad.estimates.circuit.settings import devices
 from sitscad.readout import ldc_registers as at
 from sitscad.spec import presets
 from tests.bench.conftest import HERE, SANE, STRICT, TEMPLATES

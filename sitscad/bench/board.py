@@ -1,0 +1,117 @@
+"""A board on the bench: its converters set up and read, as the driver in C does it, over any bus."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from sitscad.calibration.unknowns import usual
+from sitscad.design import Design
+from sitscad.estimates.circuit.bands import bands
+from sitscad.estimates.circuit.settings import devices
+from sitscad.readout import ldc_registers as at
+from sitscad.record import record
+
+GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS = (
+    "good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude",
+)  # fmt: skip
+"""What is said of a coil's reading; the last is a warning."""
+
+
+class Chip(Protocol):
+    """A converter on a bus."""
+
+    def read(self, register: int) -> int:
+        """A register's 16 bits; raises OSError without an answer."""
+
+    def write(self, register: int, value: int) -> None:
+        """Write 16 bits; raises OSError without an answer."""
+
+
+@record
+class CoilReading:
+    """One result of a coil: when it was read (s), its counts, what is said of it, and whether its oscillation was
+    outside of 1.2 to 1.8 V, which a fault hides in the status.
+    """
+
+    time: float
+    counts: int
+    status: str
+    is_off: bool = False
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the counts hold."""
+        return self.status in (GOOD, AMPLITUDE)
+
+
+class Board:
+    """The converters of a design, by `chips` in the order of their numbers."""
+
+    def __init__(self, design: Design, chips: Sequence[Chip]) -> None:
+        self.design, self.chips, self.restarts = design, chips, 0
+        self.devices = devices(design.converter, design.estimates)
+        self.bands = bands(design.estimates, usual("coil_inductance"))
+        conversion = design.estimates.readout.conversion
+        assert conversion is not None
+        self.conversion = conversion
+
+    def identities(self) -> list[tuple[int, int]]:
+        """What every converter calls its maker and itself."""
+        return [(chip.read(at.MANUFACTURER_ID), chip.read(at.DEVICE_ID)) for chip in self.chips]
+
+    def set_up(self) -> list[str]:
+        """Reset, write and read back every register, CONFIG last; the names of those that do not keep their value."""
+        return [name for number in range(len(self.chips)) for name in self._set_up(number)]
+
+    def _set_up(self, number: int) -> list[str]:
+        chip, registers = self.chips[number], self.devices[number].registers
+        chip.write(at.RESET_DEV, 1 << 15)
+        for register in registers:
+            chip.write(register.address, register.value)
+        return [
+            f"{register.name} of converter {number + 1}"
+            for register in registers
+            for kept in [0xF800 if at.DRIVE_CURRENT <= register.address < at.DRIVE_CURRENT + 4 else 0xFFFF]
+            if (chip.read(register.address) ^ register.value) & kept
+        ]
+
+    def keep_settings(self) -> None:
+        """Set up again what lost its settings, and count it."""
+        for number in range(len(self.chips)):
+            if not self.is_set(number):
+                self._set_up(number)
+                self.restarts += 1
+
+    def is_set(self, number: int) -> bool:
+        """Whether a converter still has its settings."""
+        return self.chips[number].read(at.CONFIG) == self.devices[number].registers[-1].value
+
+    def poll(self, time: float) -> dict[int, CoilReading]:
+        """The coils that are new, by their place in the design."""
+        found, each = {}, self.design.converter.channels
+        for number, chip in enumerate(self.chips):
+            status = chip.read(at.STATUS)
+            for channel in range(each):
+                if status & at.UNREAD >> channel and number * each + channel < len(self.bands):
+                    upper, lower = chip.read(2 * channel), chip.read(2 * channel + 1)
+                    coil, counts = number * each + channel, (upper & at.DATA_MASK) << 16 | lower
+                    off = bool(upper & at.DATA_FLAGS["ERR_AE"][0])
+                    found[coil] = CoilReading(time, counts, self.status(coil, counts, upper), off)
+        return found
+
+    def frequency(self, counts: int) -> float:
+        """Hz."""
+        return counts / 2.0**self.conversion.device.count_bits * self.conversion.full_scale
+
+    def status(self, coil: int, counts: int, flags: int) -> str:
+        """What is said of a result with the flags of its upper register."""
+        flag, most = at.DATA_FLAGS, 2**self.conversion.device.bits - 1
+        working = self.bands[coil].working
+        said = (
+            (flags & flag["ERR_WD"][0], WATCHDOG), (flags & flag["ERR_UR"][0] or not counts, UNDER_RANGE),
+            (flags & flag["ERR_OR"][0] or counts == most, OVER_RANGE),
+            (not working.low <= self.frequency(counts) <= working.high, OUT_OF_BAND),
+            (flags & flag["ERR_AE"][0], AMPLITUDE),
+        )  # fmt: skip
+        return next((name for is_so, name in said if is_so), GOOD)

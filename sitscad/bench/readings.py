@@ -1,0 +1,88 @@
+"""Scans of a board, one after the other; as lines, and as a table with what its numbers need."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sitscad.bench.board import STALE, Board, CoilReading
+from sitscad.bench.source import Source
+from sitscad.calibration.inverse_map import InverseMap
+from sitscad.version import __version__
+
+Scan = dict[int, CoilReading]
+"""The newest result of every coil, by its place in the design."""
+
+NOTHING_NEW = 4
+"""Polls without anything new after which the converters are asked for their settings, as the driver in C does."""
+
+
+def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
+    """Scans until the time of the source is over; converters that lost their settings are set up again. Raises OSError
+    where one does not answer.
+    """
+    idle, scan, pause = 0, Scan(), 0.25 / board.design.estimates.readout.scan_rate
+    while source.now() < seconds:
+        new = board.poll(source.now())
+        idle = 0 if new else idle + 1
+        if idle == NOTHING_NEW:
+            idle = 0
+            board.keep_settings()
+        for coil, reading in new.items():
+            if coil in scan:
+                yield scan
+                scan = Scan()
+            scan[coil] = reading
+        source.wait(pause)
+    if scan:
+        yield scan
+
+
+def lines(board: Board, rows: Sequence[Scan], newtons: InverseMap | None, tared: bool = False) -> Iterator[str]:
+    """A line a scan; with a map its newtons, by the tare of the map, or by the first whole scan where `tared`."""
+    tare = None if tared or newtons is None else newtons.rest
+    for scan in rows:
+        told = [f"{max(one.time for one in scan.values()):8.4f} s"]
+        told += [
+            f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
+            for k, one in sorted(scan.items())
+        ]
+        if newtons is not None and len(scan) == len(board.bands) and all(one.is_good for one in scan.values()):
+            counts = np.array([[float(scan[k].counts) for k in range(len(board.bands))]])
+            tare = counts[0] if tare is None else tare
+            told += [
+                f"{axis} {force:+.4f} N" for axis, force in zip(newtons.axes, newtons(counts, tare)[0], strict=True)
+            ]
+        yield "  ".join(told)
+
+
+def table(board: Board, rows: Sequence[Scan]) -> bytes:
+    """A CSV file: time (s), and of every coil counts, frequency (Hz) and what is said of them; empty where a scan has
+    no result of a coil.
+    """
+    text, names = io.StringIO(), [one.coil for one in board.bands]
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))])
+    for scan in rows:
+        row: list[object] = [f"{max(one.time for one in scan.values()):.6f}"]
+        for k in range(len(names)):
+            one = scan.get(k)
+            row += ["", "", STALE] if one is None else [one.counts, f"{board.frequency(one.counts):.1f}", one.status]
+        writer.writerow(row)
+    return text.getvalue().encode("utf-8")
+
+
+def document(board: Board, source: str) -> bytes:
+    """What the numbers of the table need: how counts become frequencies, and frequencies inductances."""
+    conversion, readout = board.conversion, board.design.estimates.readout
+    value = {
+        "sitscad": __version__, "source": source, "sensor": board.design.spec.name,
+        "coils": [one.coil for one in board.bands], "full_scale_Hz": conversion.full_scale,
+        "count_bits": conversion.device.count_bits, "rcount": conversion.rcount, "scan_rate_Hz": readout.scan_rate,
+        "conversion_capacitance_F": readout.conversion_capacitance,
+    }  # fmt: skip
+    return (json.dumps(value, indent=2) + "\n").encode("utf-8")

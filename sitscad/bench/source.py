@@ -1,0 +1,133 @@
+"""Where readings come from: a simulated board, or converters on a Linux computer's I2C bus."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl
+
+import numpy as np
+
+from sitscad.bench.board import Chip
+from sitscad.bench.converter import SimulatedConverter
+from sitscad.design import Design
+from sitscad.spec.load import load
+
+SIMULATED, BUS = "sim:", "/dev/i2c-"
+AXES = ("normal", "shear_x", "shear_y")
+RAMP = 33
+"""Loads of a ramp that are solved; readings between are straight."""
+
+
+class Source:
+    """Converters in the order of their numbers, and their clock."""
+
+    def __init__(self, chips: Sequence[Chip], seconds: float | None = None) -> None:
+        self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
+
+    def now(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self._begun
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by."""
+        time.sleep(seconds)
+
+
+class Simulation(Source):
+    """Simulated converters that keep one time."""
+
+    chips: Sequence[SimulatedConverter]
+
+    def now(self) -> float:
+        """Seconds of the simulated clock: of the converter that is farthest on, to which the others catch up."""
+        latest = max(chip.time for chip in self.chips)
+        for chip in self.chips:
+            chip.advance(latest - chip.time)
+        return latest * 1e-9
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time go by."""
+        for chip in self.chips:
+            chip.advance(round(seconds * 1e9))
+
+
+class Wired:
+    """A converter on a bus of Linux."""
+
+    def __init__(self, bus: Any, address: int) -> None:
+        self.bus, self.address = bus, address
+
+    def read(self, register: int) -> int:
+        """A register's 16 bits."""
+        upper, lower = self.bus.read_i2c_block_data(self.address, register, 2)
+        return int(upper) << 8 | int(lower)
+
+    def write(self, register: int, value: int) -> None:
+        """Write 16 bits."""
+        self.bus.write_i2c_block_data(self.address, register, [value >> 8, value & 0xFF])
+
+
+def design_of(path: str) -> Design:
+    """The design of a spec, or of the package in a folder. Raises SpecError, OSError, and ValueError where the folder
+    has no spec.
+    """
+    place = Path(path)
+    if place.is_dir():
+        found = sorted((place / "spec").glob("*.yaml"))
+        if len(found) != 1:
+            raise ValueError(f"{path} is no package: there is no one spec in its folder spec/")
+        place = found[0]
+    return Design(load(place))
+
+
+def source_of(text: str, design: Design | None) -> tuple[Source, Design]:
+    """The source that a text names, and the design that it is read by. Raises ValueError for others and for what goes
+    with none of them.
+    """
+    if text.startswith(SIMULATED):
+        path, _, query = text.removeprefix(SIMULATED).partition("?")
+        own = design_of(path)
+        return _simulated(own, query), design or own
+    if design is None:
+        raise ValueError("--design says which design the board is of")
+    if text.startswith(BUS):
+        try:
+            import smbus2
+        except ImportError as error:
+            raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
+        bus, number = smbus2.SMBus(text), design.converter.needed(len(design.estimates.coils))
+        return Source([Wired(bus, address) for address in design.converter.addresses[:number]]), design
+    raise ValueError(f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, or /dev/i2c-N")
+
+
+def _simulated(design: Design, query: str) -> Simulation:
+    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds`; `fault` may come several times; `state` and
+    `seed` as for `SimulatedConverter`.
+    """
+    pairs = parse_qsl(query, keep_blank_values=True)
+    given = dict(pairs)
+    unknown = set(given) - {"load", "seconds", "fault", "state", "seed"}
+    if unknown:
+        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed")
+    seconds = float(given.get("seconds", 1.0))
+    loads = np.zeros((RAMP, 4))
+    loads[:, 0] = np.linspace(0.0, seconds, RAMP)
+    for name, value in pairs:
+        if name == "load":
+            axis, *ends = value.split(":")
+            if axis not in AXES or len(ends) not in (1, 2):
+                raise ValueError(f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, not {value!r}")
+            loads[:, 1 + AXES.index(axis)] = np.linspace(float(ends[0]), float(ends[-1]), RAMP)
+    number = design.converter.needed(len(design.estimates.coils))
+    faults = [value for name, value in pairs if name == "fault"]
+    chips = [
+        SimulatedConverter(
+            design, loads=loads if "load" in given else None, faults=faults,
+            state=given.get("state", "rest"), number=k, seed=int(given.get("seed", 1)) + k,
+        )
+        for k in range(number)
+    ]  # fmt: skip
+    return Simulation(chips, seconds)

@@ -1,0 +1,67 @@
+"""What is written into every converter of a sensor, register by register."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
+from sitscad.readout.converter import ChannelSettings, Converter, Register
+from sitscad.record import record
+
+
+@record
+class Device:
+    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+
+    address: int
+    coils: tuple[str, ...]
+    registers: tuple[Register, ...]
+
+
+def devices(converter: Converter, estimates: Estimates) -> tuple[Device, ...]:
+    """The converters, filled one after the other: the first at the address with ADDR low, the second with ADDR high.
+
+    Raises ValueError where a setting is unknown or does not fit its field.
+    """
+    each, addresses = converter.channels, converter.addresses
+    groups = [estimates.coils[i : i + each] for i in range(0, len(estimates.coils), each)]
+    if len(groups) > len(addresses):
+        needed = f"{len(groups)} {converter.part} are needed"
+        raise ValueError(f"{needed}, and one I2C bus has addresses for {len(addresses)}")
+    return tuple(
+        Device(
+            address, tuple(coil.name for coil in group), _registers(converter, group, each * number, estimates.readout)
+        )
+        for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
+    )
+
+
+def _registers(
+    converter: Converter, coils: Sequence[CoilEstimate], first: int, readout: ReadoutEstimate
+) -> tuple[Register, ...]:
+    """What to write for the coils of one converter, the first of them being the number `first` of all."""
+    channel = ChannelSettings(
+        rcount=_known("rcount", readout.rcount),
+        settle_count=_known("settle_count", readout.settle_count),
+        input_divider=_known("input_divider", readout.input_divider),
+        reference_divider=_known("reference_divider", readout.reference_divider),
+        drive_code=_known("drive_code", readout.drive_code),
+    )
+    frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
+    if not frequencies:
+        raise ValueError("no sensor frequency is known: the converter cannot be set up")
+    codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
+    offsets = readout.offsets[first : first + len(coils)] or (0,) * len(coils)
+    channels = tuple(
+        replace(channel, drive_code=code, offset=offset) for code, offset in zip(codes, offsets, strict=True)
+    )
+    return converter.registers(
+        channels, max(frequencies), high_current=readout.high_current, output_gain=readout.output_gain
+    )
+
+
+def _known(name: str, value: int | None) -> int:
+    if value is None:
+        raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    return value

@@ -1,0 +1,164 @@
+"""`sitscad read` of simulated boards: what is read, what a diagnosis says of every fault, what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from tolerance import approx
+
+import sitscad
+from sitscad.bench.board import Board
+from sitscad.bench.converter import SimulatedConverter
+from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, diagnosis
+from sitscad.bench.readings import scans
+from sitscad.bench.source import Simulation, Wired, source_of
+from sitscad.cli import cli
+from sitscad.estimates.uncertainty import CAPACITOR
+from tests.bench.conftest import TEMPLATES
+
+SPEC = TEMPLATES / "bench_7mm.yaml"
+
+
+@pytest.fixture(scope="module")
+def design() -> sitscad.Design:
+    return sitscad.Design(sitscad.load(SPEC))
+
+
+def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) -> dict[str, tuple[str, str]]:
+    """Verdict and words by name, of a simulated board."""
+    source = Simulation([SimulatedConverter(design, **given)])
+    board = Board(design, source.chips)
+    wrong = board.set_up()
+    rows = list(scans(board, source, seconds))
+    found = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+    return {one.name: (one.verdict, one.said) for one in found}
+
+
+def test_a_sound_board_does_all_that_it_must(design):
+    found = _diagnosed(design)
+    assert {name for name, (verdict, _) in found.items() if verdict != MET} == {"order of coils"}
+    assert set(found) >= {"identity", "settings", "C1 frequency", "C2 amplitude", "C2 noise", "rate"}
+
+
+@pytest.mark.parametrize(
+    ("fault", "missed", "words"),
+    [
+        ("open:C2", "C2 frequency", "open, or shorted"),
+        ("short:C2@0.2", "C2 frequency", "does not oscillate, first at 0.2"),
+        ("lost-layer:C2", "C2 frequency", "a layer is missing or turns are shorted"),
+        ("low-amplitude:C2", "C2 amplitude", "losses or drive code"),
+        ("stuck:C2@0.2", "C2 frequency", "stuck"),
+        ("reset@0.2", "settings", "lost 1 times"),
+        ("glitch:C2@0.2", "C2 frequency", "2 of"),
+    ],
+)
+def test_a_fault_is_named_and_the_other_coil_is_not(design, fault, missed, words):
+    found = _diagnosed(design, faults=fault)
+    assert found[missed][0] == NOT_MET and words in found[missed][1]
+    others = {name for name, (verdict, _) in found.items() if verdict == NOT_MET} - {missed}
+    assert not {name for name in others if name.startswith("C1")} and others <= {"rate", "C2 frequency", "C2 amplitude"}
+
+
+def test_a_missing_layer_costs_amplitude_too(design):
+    """It was said to be good: the status told of the band alone."""
+    found = _diagnosed(design, faults="lost-layer:C2")
+    assert found["C2 amplitude"][0] == NOT_MET and found["C1 amplitude"][0] == MET
+
+
+def test_exchanged_coils_are_not_evaluated(design):
+    assert _diagnosed(design, faults="swapped:C1:C2")["order of coils"][0] == NOT_EVALUATED
+
+
+def test_sound_boards_as_they_are_made_are_not_called_faulty(design):
+    """Boards drawn from manufacture, pressed while they are read."""
+    generator = np.random.default_rng(4)
+    loads = np.array([[0.0, 0, 0, 0], [0.3, 4.0, 0, 0]])
+    drawn = sitscad.respond(design, loads=loads[:, 1:], rotation="held").frequency
+    for _ in range(8):
+        off = np.zeros(drawn.shape[1])
+        shifts = [coil.states["rest"].spread.shifts for coil in design.estimates.coils]
+        common = {cause: generator.normal() for cause in shifts[0]}
+        for k, each in enumerate(shifts):
+            off[k] = sum(s * (generator.normal() if c == CAPACITOR else common[c]) for c, (_, s) in each.items())
+        found = _diagnosed(design, 0.3, loads=loads, frequencies=drawn + off, seed=int(generator.integers(1, 9999)))
+        assert NOT_MET not in {verdict for verdict, _ in found.values()}, found
+
+
+# ---------------------------------------------------------------------------------------------------------- the command
+
+
+def _run(*words: str):
+    return CliRunner().invoke(cli, ["read", *words], standalone_mode=False)
+
+
+def test_the_command_diagnoses_logs_and_shows_newtons(tmp_path):
+    done = _run(f"sim:{SPEC}?seconds=0.4", "--diagnose", "--log", str(tmp_path))
+    assert done.return_value == 0 and done.stdout.startswith("MET ") and "NOT MET" not in done.stdout
+    rows = list(csv.DictReader((tmp_path / "readings.csv").open()))
+    beside = json.loads((tmp_path / "readings.json").read_text())
+    assert 30 < len(rows) < 45 and {row["C1_status"] for row in rows} <= {"good", "stale"}
+    first = rows[3]
+    assert float(first["C1_Hz"]) == approx(
+        int(first["C1_counts"]) / 2 ** beside["count_bits"] * beside["full_scale_Hz"], rel=1e-7
+    )
+    assert _run(f"sim:{SPEC}?seconds=0.4&fault=open:C2", "--diagnose").return_value == 1
+    nothing = _run(f"sim:{SPEC}?fault=nack", "--diagnose")
+    assert nothing.return_value == 2 and "no acknowledge" in nothing.stdout
+
+
+@pytest.mark.slow
+def test_newtons_are_those_of_the_load(tmp_path, design):
+    found = sitscad.calibrate(design)
+    sitscad.write_calibration(found, tmp_path)
+    done = _run(
+        f"sim:{SPEC}?load=normal:0:2&seconds=0.5", "--tare", "--calibration", str(tmp_path / "calibration.json")
+    )
+    lines = [line for line in done.stdout.splitlines() if "normal" in line]
+    last = float(lines[-1].split("normal ")[1].split(" N")[0])
+    time = float(lines[-1].split(" s")[0])
+    assert last == approx(2.0 * time / 0.5, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("sim:SPEC?fault=oppen", "is no fault"),
+        ("sim:SPEC?speed=3", "none of load"),
+        ("sim:SPEC?load=sideways:3", "AXIS:NEWTONS"),
+        ("/dev/i2c-1", "--design says"),
+        ("com3", "--design says"),
+    ],
+)
+def test_what_is_no_source_is_refused(source, words):
+    done = _run(source.replace("SPEC", str(SPEC)))
+    assert words in str(done.exception), done.exception
+
+
+def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
+    """As smbus2 has them: blocks of two bytes, the upper first."""
+
+    class Bus:
+        def __init__(self, path):
+            assert path == "/dev/i2c-7"
+            self.chip = SimulatedConverter(design)
+
+        def read_i2c_block_data(self, address, register, count):
+            assert (address, count) == (0x2A, 2)
+            return list(self.chip.read(register).to_bytes(2, "big"))
+
+        def write_i2c_block_data(self, address, register, content):
+            self.chip.write(register, int.from_bytes(bytes(content), "big"))
+
+    monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=Bus))
+    source, known = source_of("/dev/i2c-7", design)
+    board = Board(known, source.chips)
+    assert isinstance(source.chips[0], Wired) and board.set_up() == [] and board.identities() == [(0x5449, 0x3055)]
+    monkeypatch.setitem(sys.modules, "smbus2", None)
+    with pytest.raises(ValueError, match=r"sitscad\[bench\]"):
+        source_of("/dev/i2c-7", design)
