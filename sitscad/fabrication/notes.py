@@ -1,10 +1,13 @@
-"""What every paper of the order says of the flexible circuit in the same words: bend, finish, foil, laminate."""
+"""What every paper of the order says of the flexible circuit in the same words (bend, finish, foil, laminate),
+and how a readme is set.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
+from textwrap import wrap
 
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import (
@@ -331,3 +334,17 @@ ROUNDING = 1e-9
 
 def _band(thickness: FinishedThickness) -> str:
     return f"{show(thickness.nominal, 'm')} ({show(thickness.minimum, 'm')} to {show(thickness.maximum, 'm')})"
+
+
+TEXT_WIDTH = 100
+
+
+def section(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
+    """A heading and rows of a name and a text, the text wrapped beside its name."""
+    lines = [title, "-" * len(title)]
+    pairs = list(rows)
+    indent = max(len(name) for name, _ in pairs) + 2
+    for name, text in pairs:
+        first, *rest = wrap(text, TEXT_WIDTH - indent, break_long_words=False, break_on_hyphens=False) or [""]
+        lines += [f"{name:<{indent}}{first}".rstrip(), *(" " * indent + more for more in rest)]
+    return [*lines, ""]

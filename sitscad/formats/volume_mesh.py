@@ -39,7 +39,7 @@ from sitscad.parts.solid import MM, PartsError, Solid, of_role, prism, require
 from sitscad.parts.whole import LEAST_OPENING, glued, ring
 from sitscad.scene import bodies
 from sitscad.scene.bodies import BodyRole, target_gap
-from sitscad.spec.plates import ElastomerPad
+from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.sensor import SensorSpec
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))

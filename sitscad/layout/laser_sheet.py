@@ -11,8 +11,8 @@ from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, 
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.spec.materials import Cutting
 from sitscad.spec.places import footprint, place_in_words
-from sitscad.spec.plates import Cutting
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 

@@ -30,7 +30,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts, head
 from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Figure, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
-from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.units import show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)

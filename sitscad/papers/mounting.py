@@ -33,7 +33,7 @@ from sitscad.scene.plate import adapter_needed
 from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
 from sitscad.scene.state import Pose
 from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
-from sitscad.spec.plates import Encapsulation
+from sitscad.spec.materials import Encapsulation
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 

@@ -22,6 +22,7 @@ from sitscad.fabrication.files import (
     tail_coverlay_files,
 )
 from sitscad.fabrication.notes import (
+    TEXT_WIDTH,
     bend_text,
     bond_texts,
     build_text,
@@ -34,6 +35,7 @@ from sitscad.fabrication.notes import (
     plating_text,
     quantity_text,
     questions,
+    section,
     step_text,
     stiffener_text,
     thickness_text,
@@ -45,7 +47,6 @@ from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contacts, head
-from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.units import show

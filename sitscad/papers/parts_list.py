@@ -27,9 +27,9 @@ from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield
 from sitscad.scene.column import column
 from sitscad.scene.plate import adapter_needed
 from sitscad.scene.stack import shield
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import place_in_words
-from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 

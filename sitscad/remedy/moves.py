@@ -24,8 +24,8 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.format.reading import SpecError
+from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
-from sitscad.spec.plates import ElastomerPad, Encapsulation, Target
 from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec

@@ -1,15 +1,20 @@
-"""From a file to the frozen `SensorSpec`: the one way in. Everything that is wrong is reported at once."""
+"""From a file to the frozen `SensorSpec`: the one way in. Everything that is wrong is reported at once. Sensors that a
+program says in dictionaries, and changes of one, go the same way: they are written as a text and read.
+"""
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import sys
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, replace
+from pathlib import Path, PurePath
 from typing import Any
 
-from sitscad.spec.format.kinds import is_profile_file
+from sitscad.finding import Edit
+from sitscad.spec.format.kinds import described, is_profile_file
 from sitscad.spec.format.reading import (
     ROOM_RULES,
     SpecError,
@@ -22,8 +27,10 @@ from sitscad.spec.format.reading import (
     section_of_data,
 )
 from sitscad.spec.resolver.sensor import resolve
-from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError
+from sitscad.spec.sensor import VERSION, SensorSpec, SpecDocument
+from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, plain_value, undotted
 
 __all__ = ["SpecError", "load", "load_text"]
 
@@ -100,3 +107,189 @@ def _folder_of(rules: object, beside: Path | None, profiles: str | os.PathLike[s
         return Path(profiles) if not is_beside and (Path(profiles) / rules).is_file() else beside
     except (OSError, ValueError):
         return beside
+
+
+MOST_VALUES = 20_000
+"""Values of a spec, sections and lists among them; and of an array that one of them is."""
+
+DEEPEST = 16
+"""Sections and lists inside each other."""
+
+_PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._/+-]*(?<! )")
+_MOST_BITS = 200
+
+
+def plain(value: Any, key: str = "", left: Iterator[int] | None = None) -> Any:
+    """A value in dictionaries with texts as keys, lists, texts, numbers, truth values and None, as YAML gives them;
+    numbers and arrays of numpy and the like become numbers and lists of Python.
+
+    Raises
+    ------
+    TextError
+        where it holds anything else, too much of it, or itself; the key is named, `key` being that of the value.
+    """
+    left = iter(range(MOST_VALUES)) if left is None else left
+    if next(left, None) is None:
+        raise TextError("SIT010", f"more than {MOST_VALUES} values", "is this a spec?", key=key)
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, str):
+        return _text(str(value), key)
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value)
+    if key.count(".") >= DEEPEST:
+        raise TextError("SIT004", f"{undotted(key)}: sections and lists are nested too deep", key=key)
+    if isinstance(value, Mapping):
+        return {_name(name, key): plain(inner, dotted(key, name), left) for name, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner, dotted(key, index), left) for index, inner in enumerate(value)]
+    to_list, size = getattr(value, "tolist", None), getattr(value, "size", 0)
+    if callable(to_list) and isinstance(size, int) and size <= MOST_VALUES and not isinstance(value, type):
+        found = to_list()
+        if isinstance(found, (bool, int, float, str, list)):
+            return plain(found, key, left)
+    message = f"{undotted(key)}: an object of type {type(value).__name__} is nothing that a spec can hold"
+    raise TextError("SIT004", message, "a number, a text with its unit, a list or a dictionary", key=key)
+
+
+def _name(name: Any, key: str) -> str:
+    if not isinstance(name, str):
+        raise TextError("SIT004", f"{undotted(key)}: {described(name)} is no key", "keys are texts", key=key)
+    return _text(str(name), key)
+
+
+def _text(text: str, key: str) -> str:
+    if any("\ud800" <= letter <= "\udfff" for letter in text):
+        raise TextError("SIT004", f"{undotted(key)}: the text holds half of a character", key=key)
+    return text
+
+
+def yaml_text(data: Mapping[str, Any]) -> str:
+    """Plain values as the text of a spec: sections in lines, what stands in them in brackets."""
+    lines = []
+    for name, value in data.items():
+        if isinstance(value, dict) and value:
+            lines += [f"{flow(name)}:", *(f"  {flow(inner)}: {flow(entry)}" for inner, entry in value.items())]
+        else:
+            lines.append(f"{flow(name)}: {flow(value)}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def flow(value: Any) -> str:
+    """One plain value as it is written in a line of YAML."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{flow(name)}: {flow(inner)}' for name, inner in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(flow, value))}]"
+    if isinstance(value, str):
+        return (
+            value if _PLAIN.fullmatch(value) and plain_value(value) == value else f'"{"".join(map(_escaped, value))}"'
+        )
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, float) and math.isnan(value):
+        return ".nan"
+    is_huge = math.isinf(value) if isinstance(value, float) else value.bit_length() > _MOST_BITS
+    return f"{'-' if value < 0 else ''}.inf" if is_huge else repr(value)
+
+
+def _escaped(letter: str) -> str:
+    if letter in '"\\':
+        return f"\\{letter}"
+    code = ord(letter)
+    if letter.isprintable():
+        return letter
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+LONGEST_KEY = 200
+"""Characters of a dotted key."""
+
+
+def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> SensorSpec:
+    """The sensor that sections say in dictionaries, with keys and values as in YAML, and others by their names; see
+    `SensorSpec.from_mapping`.
+    """
+    try:
+        if not isinstance(sections, Mapping):
+            raise TextError("SIT004", "a spec is a mapping of sections, like {'name': ..., 'coil': {...}}")
+        data = plain({**sections, **named})
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    return load_text(yaml_text({"sitscad": VERSION, **data}))
+
+
+def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
+    """A spec with other values at dotted keys, of which anybody may have written anything; see `SensorSpec.replace`."""
+    try:
+        _require_as_written(spec)
+        text = spec.source.text
+        for key, value in changes:
+            if not isinstance(key, str) or not 0 < len(key) <= LONGEST_KEY or not key.isprintable():
+                raise TextError("SIT002", "a key is a text like coil.turns")
+            text = _changed(text, key, plain(value, key))
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    found = load_text(text, spec.source.path)
+    own = PurePath(spec.source.path).name
+    files = {own: text.encode("utf-8"), **found.source.files} if own in spec.source.files else found.source.files
+    return found.known(replace(found.source, files=files))
+
+
+def _require_as_written(spec: SensorSpec) -> None:
+    """Refuse a spec whose values were changed past its text: a change of the text would undo them."""
+    if not spec.source.text:
+        raise TextError("SIT011", "this spec was not read from a text", "make it by SensorSpec.from_mapping")
+    if spec.is_known:
+        return
+    written = load_text(spec.source.text, spec.source.path)
+    other = [one.name for one in fields(spec) if getattr(spec, one.name) != getattr(written, one.name)]
+    if other:
+        message = f"{', '.join(other)} of this spec was changed past its text, and would be as written again"
+        raise TextError("SIT009", message, 'change it by key: spec.replace("coil.turns", 7.5)', key=other[0])
+
+
+def _changed(text: str, key: str, value: Any) -> str:
+    """The text with another value at a key: the place alone where it can, else written anew."""
+    if value is not None:
+        try:
+            return rewritten(text, (Edit(key, flow(value)),))
+        except CannotWriteError:
+            pass  # a section in lines, or what the text has no place for: it is written anew
+    data = read_yaml(text).data
+    put(data, key, value)
+    return yaml_text(data)
+
+
+def put(data: Any, key: str, value: Any) -> None:
+    """A plain value in the place of another at a dotted key, or taken out where it is None; sections that are not there
+    are made. Raises TextError where the values have no place for it.
+    """
+    *parents, last = key.split(".")
+    for deep, name in enumerate(parents, 1):
+        inner = _entry(data, name, ".".join(parents[:deep]))
+        if inner is None:
+            inner = data[name] = {}
+        data = inner
+    _entry(data, last, key)
+    if isinstance(data, list):
+        data[int(last)] = value
+    elif value is None:
+        data.pop(last, None)
+    else:
+        data[last] = value
+
+
+def _entry(data: Any, name: str, key: str) -> Any:
+    """What stands in a section or list under a name; None where a section has it not."""
+    if isinstance(data, dict):
+        return data.get(name)
+    if isinstance(data, list):
+        if name.isascii() and name.isdecimal() and int(name) < len(data):
+            return data[int(name)]
+        raise TextError("SIT002", f"{key}: the list has {len(data)} entries, counted from 0", key=key)
+    parent = key.rpartition(".")[0]
+    hint = f"write {parent} out, or choose another value of it"
+    raise TextError("SIT002", f"{key}: {parent} has no keys in it, it is one value", hint, key=key)

@@ -6,7 +6,7 @@ import math
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.spec.plates import ElastomerPad, Target
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 

@@ -30,8 +30,8 @@ from sitscad.spec.format.kinds import (
     refuse,
 )
 from sitscad.spec.format.section import Part, Section, key, schema_of
+from sitscad.spec.materials import Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Mount
-from sitscad.spec.plates import Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 
@@ -337,7 +337,7 @@ class SensorSpec:
 
 def _changing() -> Any:
     """What makes and changes specs: it reads them, and so knows this module already."""
-    return import_module("sitscad.spec.changing")
+    return import_module("sitscad.spec.load")
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:

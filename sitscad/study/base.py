@@ -14,9 +14,8 @@ from typing import Any
 from sitscad.checks import all_rules
 from sitscad.opening import opened, policy_for
 from sitscad.record import record
-from sitscad.spec.changing import put
 from sitscad.spec.format.reading import SpecError, finding_from_text
-from sitscad.spec.load import load_text, load_values
+from sitscad.spec.load import load_text, load_values, put
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.source import TextError

@@ -10,7 +10,6 @@ from typing import Any
 from sitscad.checks import all_rules
 from sitscad.finding import Severity
 from sitscad.record import record
-from sitscad.spec.changing import plain, yaml_text
 from sitscad.spec.format.reading import (
     Flaw,
     Remarks,
@@ -22,7 +21,7 @@ from sitscad.spec.format.reading import (
     read_section,
 )
 from sitscad.spec.format.section import schema_of
-from sitscad.spec.load import read_text
+from sitscad.spec.load import plain, read_text, yaml_text
 from sitscad.spec.sensor import LONGEST_NAME
 from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer

@@ -10,8 +10,8 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.record import record
-from sitscad.spec.changing import plain
 from sitscad.spec.format.reading import SpecError
+from sitscad.spec.load import plain
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import plain_value
 from sitscad.study.base import Base, Changes

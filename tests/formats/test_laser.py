@@ -27,8 +27,7 @@ from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, 
 from sitscad.papers import laser_notes
 from sitscad.scene.stack import sheets, shield
 from sitscad.spec.load import load_text
-from sitscad.spec.materials import Conductor, ElastomerMaterial
-from sitscad.spec.plates import ElastomerPad, Shield, Target
+from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Shield, Target
 
 MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")

@@ -20,9 +20,8 @@ from sitscad.scene.jaws import closed_span, made_to_measure
 from sitscad.spec import templates
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
-from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import LEVEL, Jaw, Mount
-from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.sensor import Cable
 
 MM = 1e-3

@@ -20,8 +20,8 @@ from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import print_limit
 from sitscad.spec import presets
+from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Finger, Retention
-from sitscad.spec.plates import Encapsulation
 
 pytestmark = pytest.mark.cad
 

@@ -23,8 +23,8 @@ from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
 from sitscad.scene.state import Pose
+from sitscad.spec.materials import Encapsulation, Shield
 from sitscad.spec.mount import Assembly
-from sitscad.spec.plates import Encapsulation, Shield
 
 pytestmark = pytest.mark.cad
 

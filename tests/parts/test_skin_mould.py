@@ -14,7 +14,7 @@ from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import encapsulation
 from sitscad.parts.tooling import DRAFT, PINS, SPILL, clearance, is_cast, jig, skin_mould, skin_pour
 from sitscad.scene.bodies import top_height
-from sitscad.spec.plates import Encapsulation
+from sitscad.spec.materials import Encapsulation
 
 pytestmark = pytest.mark.cad
 

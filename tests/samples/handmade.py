@@ -14,9 +14,8 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.materials import Conductor, ElastomerMaterial
+from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import LEVEL, Jaw, Mount
-from sitscad.spec.plates import ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.sensor import ReadoutSpec, Requirements, SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 

@@ -15,8 +15,8 @@ import sitscad
 from sitscad import SensorSpec, SpecError
 from sitscad.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.changing import plain, yaml_text
 from sitscad.spec.format.validity import refuse_unusable
+from sitscad.spec.load import plain, yaml_text
 from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.rewriting import rewritten
 

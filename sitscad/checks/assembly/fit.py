@@ -20,8 +20,8 @@ from sitscad.remedy.search import Left, first_tried, in_vain, named, setting, wa
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
+from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
-from sitscad.spec.plates import ElastomerPad
 from sitscad.units import show
 
 ROUNDING = 1e-9

@@ -32,7 +32,7 @@ from sitscad.remedy.search import Fix, Left
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part
-from sitscad.spec.plates import Cutting
+from sitscad.spec.materials import Cutting
 from sitscad.units import show
 
 QUICK = ("SIT301", "SIT302", "SIT303", "SIT304", "SIT312")

@@ -19,8 +19,8 @@ from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.remedy.moves import Plate, carrying, larger_target, resized
 from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
+from sitscad.spec.materials import Target
 from sitscad.spec.places import footprint
-from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

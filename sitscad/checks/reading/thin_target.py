@@ -16,7 +16,7 @@ from sitscad.remedy.moves import thicker_target
 from sitscad.remedy.search import Left, tried
 from sitscad.scene.state import REST
 from sitscad.spec import presets
-from sitscad.spec.plates import Target
+from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

@@ -16,7 +16,7 @@ from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
 from sitscad.scene.bodies import target_gap
-from sitscad.spec.plates import Target
+from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 NEARER, FARTHER = 1.5, 1.3

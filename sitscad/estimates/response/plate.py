@@ -31,7 +31,7 @@ from sitscad.physics.metal.half_spaces import Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.plates import Target
+from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
 LEAST_CONDUCTIVITY = 1e-3

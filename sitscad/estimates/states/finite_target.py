@@ -31,8 +31,8 @@ from sitscad.physics.metal.half_spaces import reflection
 from sitscad.record import record
 from sitscad.scene.state import in_words
 from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import Target
 from sitscad.spec.places import footprint
-from sitscad.spec.plates import Target
 from sitscad.spec.sensor import SensorSpec
 
 FREQUENCY = 5e6

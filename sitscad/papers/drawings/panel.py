@@ -36,11 +36,10 @@ from sitscad.fabrication.files import (
     panel_path,
     shell_line,
 )
-from sitscad.fabrication.notes import outline_text, quantity_text
+from sitscad.fabrication.notes import TEXT_WIDTH, outline_text, quantity_text, section
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.bending import tail_copper
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
-from sitscad.papers.text_section import TEXT_WIDTH, section
 from sitscad.scene.state import FREE
 from sitscad.units import show
 

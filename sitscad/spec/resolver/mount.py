@@ -12,8 +12,8 @@ from sitscad.finding import Edit
 from sitscad.spec import presets
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
+from sitscad.spec.materials import Shield
 from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
-from sitscad.spec.plates import Shield
 from sitscad.spec.profiles import Origin
 from sitscad.units import show
 

@@ -17,8 +17,8 @@ from sitscad.spec.circuit import Tail
 from sitscad.spec.format.kinds import Preset
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount
-from sitscad.spec.plates import ElastomerPad, Target
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, resolve_array, resolve_coil
