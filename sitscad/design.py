@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from sitscad.layout.panel import Panel
     from sitscad.measured import Closing, Measure, Most
     from sitscad.scene.bodies import Body
-    from sitscad.scene.state import Motions
+    from sitscad.scene.motions import Motions
 
 Kept = TypeVar("Kept")
 
@@ -282,7 +282,7 @@ def respond(
     import numpy as np
 
     from sitscad.estimates.response.placed import require_possible
-    from sitscad.scene.state import USUAL_ROTATION, is_held
+    from sitscad.scene.motions import USUAL_ROTATION, is_held
 
     if sum(given is not None for given in (poses, loads, case)) != 1:
         raise ValueError("give either poses or loads or a case")

@@ -29,7 +29,7 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     from sitscad.calibration.least_squares import NoFit
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
-    from sitscad.scene.state import is_held
+    from sitscad.scene.motions import is_held
 
     asked = is_held(rotation or USUAL_ROTATION)
     if data is None:

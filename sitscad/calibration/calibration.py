@@ -24,7 +24,7 @@ from sitscad.estimates.performance.values import AXES, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
-from sitscad.scene.state import ROTATIONS
+from sitscad.scene.motions import ROTATIONS
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40
 """Loads that a plan has beside the tare: as a rule, at least and at most."""

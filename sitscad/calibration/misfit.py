@@ -16,7 +16,7 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
-from sitscad.scene.state import ROTATIONS
+from sitscad.scene.motions import ROTATIONS
 
 UNUSUAL = 3.0
 """Standard deviations of manufacture from which on an unknown is told with what may be the cause: no simulated sensor

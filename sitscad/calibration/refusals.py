@@ -18,7 +18,7 @@ from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY, usual
 from sitscad.mechanics.motion import rotations
-from sitscad.scene.state import LOAD, POSE
+from sitscad.scene.motions import LOAD, POSE
 
 STEEPEST = math.radians(15.0)
 """Tilt up to which the response is computed (the contract of `sitscad response`)."""

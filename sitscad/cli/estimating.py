@@ -170,7 +170,7 @@ def response(
     from sitscad.inspection import as_configured
     from sitscad.package import write_file
     from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
-    from sitscad.scene.state import LOAD_METHODS, MotionError, frequency_of, read_motions
+    from sitscad.scene.motions import LOAD_METHODS, MotionError, frequency_of, read_motions
 
     show = row_of(RESPONSE_FORMATS, format_name, "--format")
     row_of(dict.fromkeys(LOAD_METHODS), method, "--method")

@@ -35,7 +35,7 @@ from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
 from sitscad.report.calibration import calibration_page
 from sitscad.report.findings import CheckedSpec, checked_spec, to_json
-from sitscad.scene.state import ROTATIONS
+from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.version import __version__
 from sitscad.writer import is_felt

@@ -10,7 +10,7 @@ from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.plan import Plan, load_names
 from sitscad.calibration.unknowns import usual
-from sitscad.scene.state import ROTATIONS
+from sitscad.scene.motions import ROTATIONS
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall (m/s^2), by definition."""

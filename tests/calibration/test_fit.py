@@ -21,7 +21,7 @@ from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
 from sitscad.package.contents import calibration_files
 from sitscad.physics.polynomials import exponents, monomials, spread
-from sitscad.scene.state import read_motions
+from sitscad.scene.motions import read_motions
 from tests.oracles.bench import simulated
 
 

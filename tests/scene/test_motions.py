@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.state import LOAD, POSE, MotionError, frequency_of, read_motions
+from sitscad.scene.motions import LOAD, POSE, MotionError, frequency_of, read_motions
 
 
 def test_bare_numbers_are_millimetres_degrees_and_newtons():
