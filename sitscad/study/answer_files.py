@@ -62,15 +62,16 @@ def breach_words(name: str, breach: Breach | None) -> str:
 
 
 def _binding(said: StudyAnswer) -> Iterator[str]:
-    if said.bindings:
-        yield "What refuses designs (of all; of these as the only thing):"
     titles = rule_titles()
-    for one in said.bindings[:MOST_BINDING]:
+    listed = [one for one in said.bindings if one.alone > 0.0 or not said.is_met][:MOST_BINDING]
+    if listed:
+        yield "What refuses designs, the share of all that were looked at, and the share that nothing else refuses:"
+    for one in listed:
         nearest = breach_words(one.name, one.nearest)
-        words = f"; the nearest: {nearest}" if nearest else ""
-        yield f"  {titles.get(one.name, one.name):<32} {one.share:>6.1%}  {one.alone:>6.1%}{words}"
-    if len(said.bindings) > MOST_BINDING:
-        yield f"  and {len(said.bindings) - MOST_BINDING} more (study.json)"
+        words = f"  nearest: {nearest}" if nearest else ""
+        yield f"  {titles.get(one.name, one.name):<32} {one.share:>6.1%} {one.alone:>6.1%}{words}"
+    if len(said.bindings) > len(listed):
+        yield f"  and {len(said.bindings) - len(listed)} more (study.json)"
     if said.relaxation is not None:
         least = said.relaxation
         yield "The smallest relaxation that was tried and admits a design:"
