@@ -25,6 +25,7 @@ from sitscad.layout.arrangement import sketch
 from sitscad.layout.routes import in_line
 from sitscad.measured import RequirementResult
 from sitscad.scene.fit import CLOSED_PAIR
+from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import SCREEN, Evaluation
 from sitscad.study.full import breaches, figures, judged
@@ -160,8 +161,20 @@ def _shifted(coil: CoilEstimate, side: float) -> CoilEstimate:
         more |= {name: getattr(one, name) * by_r for name in ("parallel_resistance", "quality_factor", "amplitude")}
         return replace(one, frequency=one.frequency * by_f, resistance=one.resistance / by_r, **more)
 
+    states = {name: state(one) for name, one in coil.states.items()}
+    if REST in states and PRESSED in states:
+        states[PRESSED] = _farther(states[REST], states[PRESSED], 1.0 + side * errors["signal.normal"])
     return replace(
-        coil, states={name: state(one) for name, one in coil.states.items()},
+        coil, states=states,
         terminal_inductance=coil.terminal_inductance * by_l, sensor_frequency=coil.sensor_frequency * by_f,
         parallel_resistance=coil.parallel_resistance * by_r, quality_factor=coil.quality_factor * by_r,
     )
+
+
+def _farther(rest: StateEstimate, pressed: StateEstimate, part: float) -> StateEstimate:
+    """The state pressed with so much of its change from rest."""
+    names = ("inductance", "frequency", "converter_inductance")
+    pairs = {name: (getattr(rest, name), getattr(pressed, name)) for name in names}
+    changed = {name: before + part * (after - before) for name, (before, after) in pairs.items()
+               if before is not None and after is not None}
+    return replace(pressed, **changed)

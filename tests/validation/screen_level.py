@@ -31,7 +31,9 @@ ROOT = Path(__file__).resolve().parents[2]
 HELD_BACK = 0.12
 """Half the range of what is multiplied."""
 
-NAMES = tuple(name for name, row in MEASURES.items() if SCREEN in row.levels and name != "yield")
+NAMES = tuple(
+    name for name, row in MEASURES.items() if SCREEN in row.levels and not name.startswith(("yield", "sigma."))
+)
 
 UNDRAWN = {"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"}
 """Rules that find leads missing: such designs are refused in full, and their figures at the contacts lack those."""

@@ -137,7 +137,7 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
     current in the spirals' bend has more than an even one is left out, as for coils whose spectrum has it as loops.
     """
-    k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest)
+    k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest, steps < STEPS)
     heights = np.concatenate([one.cut.height for one in cuts])
     levels = float(heights.min()), float(heights.max())
     reflected = [
