@@ -108,7 +108,7 @@
       return [[ca, sa, 0], [-sa * sb, ca * sb, cb], [sa * cb, -ca * cb, sb]];
     }
     function scales() {
-      var ratio = canvas.width / canvas.height, one = 2.2 * state.zoom / size;
+      var ratio = canvas.width / canvas.height, one = 1.95 * state.zoom / size;
       return [one, one * ratio];
     }
     function view() {
