@@ -121,7 +121,7 @@ def test_what_the_layout_lacks_stands_before_the_numbers(design):
     missing = "INCOMPLETE LAYOUT: C1 & C2"
     lacking = dataclasses.replace(estimates, incomplete=missing, notes=(missing, *estimates.notes))
     text = " ".join(_read(_page((spec, lacking, checked))).text)
-    assert text.count(missing) == 1 and text.index(missing) < text.index("inductance at the contacts")
+    assert text.count(missing) == 1 and text.index(missing) < text.index("sensor frequency")
 
 
 def test_whatever_the_spec_says_is_escaped(design):
