@@ -57,8 +57,8 @@ def breach_words(name: str, breach: Breach | None) -> str:
     measure = name.removeprefix(BY_YIELD)
     if measure in MEASURES:
         at = " (with its scatter)" if measure != name else ""
-        return f"{shown(measure, breach.measured)}{at} where {shown(measure, breach.limit)} is asked"
-    return f"{show(breach.measured, breach.unit)} where {show(breach.limit, breach.unit)} is asked"
+        return f"{shown(measure, breach.measured, 6)}{at} where {shown(measure, breach.limit, 6)} is asked"
+    return f"{show(breach.measured, breach.unit, 6)} where {show(breach.limit, breach.unit, 6)} is asked"
 
 
 def _binding(said: StudyAnswer) -> Iterator[str]:
@@ -96,6 +96,8 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
         if one.units is not None:
             yield f"        {yield_words(one.units)}"
             yield from (f"        {words}" for words in _sigma_words(one))
+    if said.fallen:
+        yield f"  dropped, for their units have too small a yield: {said.fallen}"
 
 
 def _refusal(one: Evaluation) -> str:
@@ -154,7 +156,7 @@ def answer_json(said: StudyAnswer) -> str:
         "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
         "full": len(found.full), "goals": [goal.words for goal in asked.goals],
         "require": {one.measure: one.written for one in asked.require},
-        "alike": [goal.measure for goal in said.alike],
+        "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
         "bindings": [
             {"name": one.name, "share": one.share, "alone": one.alone, "nearest": _breach(one.nearest),
              "at": None if one.nearest_at is None else asked.space.chosen(one.nearest_at)}

@@ -57,6 +57,7 @@ class StudyAnswer:
     front: tuple[Point, ...]
     kept: tuple[Kept, ...]
     texts: tuple[str, ...]
+    fallen: int = 0
 
     @property
     def is_met(self) -> bool:
@@ -108,27 +109,28 @@ class Study:
         with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
             run = Run(asked, workers, archive, progress)
             run.search()
-            kept = _all_kept(asked, run, draws)
+            kept, fallen = _all_kept(asked, run, draws)
         found = run.found
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
             answer.relaxation(asked, found), answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
             tuple(answer.front(asked, found)), kept,
-            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)),
+            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)), fallen,
         )
 
 
-def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[Kept, ...]:
+def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[tuple[Kept, ...], int]:
     """The designs that are kept; where the units of one have too small a yield, the next one is looked at, until as
-    many fell as there are to be kept.
+    many fell as there are to be kept; and how many fell.
     """
     fallen: set[Point] = set()
     while True:
         found = [_kept(asked, run, point, draws) for point in answer.kept_points(asked, run.found, fallen)]
         kept = tuple(one for one in found if _is_kept(asked, one))
-        if len(kept) == len(found) or len(fallen) >= asked.keep:
-            return kept
+        is_last = len(kept) == len(found) or len(fallen) >= asked.keep
         fallen |= {one.point for one in found if not _is_kept(asked, one)}
+        if is_last:
+            return kept, len(fallen)
 
 
 def _kept(asked: Asked, run: Run, point: Point, draws: int) -> Kept:
