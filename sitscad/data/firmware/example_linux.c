@@ -117,9 +117,13 @@ static int tested(sensor *self)
     if (wrong < 0)
         return wrong;
     printf("# %s, %s\n", SENSOR_NAME, report.state == SENSOR_BARE ? "read as a bare board" : "read as assembled");
-    for (int k = 0; k < SENSOR_COILS; ++k)
-        printf("# %s: L %+.1f %% of the design, amplitude %s: %s\n", sensor_coil_name(k), report.inductance[k] / 10.0,
-               report.amplitude[k] ? "outside of 1.2 to 1.8 V" : "good", sensor_coil_text(report.coil[k]));
+    for (int k = 0; k < SENSOR_COILS; ++k) {
+        printf("# %s: ", sensor_coil_name(k));
+        if (report.counts[k] != 0u)
+            printf("L %+.1f %% of the design, amplitude %s: ", report.inductance[k] / 10.0,
+                   report.amplitude[k] ? "outside of 1.2 to 1.8 V" : "good");
+        printf("%s\n", sensor_coil_text(report.coil[k]));
+    }
     if (SENSOR_COILS > 1 && !report.told_apart)
         printf("# the coils are too much alike to see whether they are exchanged: press over each and look\n");
     return wrong;
@@ -158,9 +162,7 @@ int main(int count, char **words)
         found = sensor_poll(&one, &reading);
         if (found < 0)
             printf("# %s\n", sensor_text(found));
-        if (found > 0 && one.tares < 16u) {
-            (void)sensor_tare(&one, &reading);
-        } else if (found > 0) {
+        if (found > 0 && (one.tares >= 16u || sensor_tare(&one, &reading) != 0)) {
             shown(&one, &reading);
             ++k;
         }

@@ -98,8 +98,6 @@ void loop()
         told(found);
         delay(100);
     }
-    if (found > 0 && one.tares < 16u)
-        sensor_tare(&one, &reading);
-    else if (found > 0)
+    if (found > 0 && (one.tares >= 16u || sensor_tare(&one, &reading) != 0))
         show(reading);
 }
