@@ -59,6 +59,21 @@ def test_signal_response_and_states_say_one_thing():
     assert np.all(answers[1].target_change_error[:, 0, 0] > answers[0].target_change_error[:, 0, 0] + 0.03)
 
 
+def test_signals_before_a_jaw_that_is_nearly_all_window_are_off_by_less_than_they_state():
+    """14 % too large beside a jaw that does not conduct: what a window may be off is in the errors stated."""
+    specs = [sitscad.load_text(text, "t.yaml") for text in (windowed("[19.5, 4.3]"), POOR)]
+    window, none = (sitscad.estimate(sitscad.lay_out(spec)) for spec in specs)
+    felt, wanted = signals(window)[0], signals(none)[0]
+    by_window = np.sqrt(felt.sigma**2 - wanted.sigma**2)
+    off = abs(felt.per_newton - wanted.per_newton)
+    assert 0.1 * abs(wanted.per_newton) < off < by_window < 0.25 * abs(wanted.per_newton)
+    for name in ("rest", "pressed"):
+        here, there = window.coils[0].states[name], none.coils[0].states[name]
+        assert abs(here.target_change - there.target_change) < here.target_change_error * abs(here.target_change)
+        assert there.target_change_error < 0.01 and here.target_change_error < 0.25
+        assert abs(here.inductance - there.inductance) < here.spread.inductance
+
+
 def test_a_sheet_of_copper_before_the_window_hides_it():
     (plain, _), (found, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
     assert found.inductance == approx(plain.inductance, rel=1e-4)
