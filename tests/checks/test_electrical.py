@@ -364,6 +364,17 @@ def test_amplitude_near_either_end_is_noted(judge, design, estimates) -> None:
     assert "next weaker" in note.hint and "next stronger" in note.hint
 
 
+def test_one_amplitude_near_both_ends_is_said_once(judge, design, estimates) -> None:
+    """Of a single state the same sentence stood there twice."""
+    spec = design()
+    numbers = scattered(estimates(spec), amplitude=0.2)
+    alike = replace(numbers.coils[0].states["rest"], amplitude=1.5)
+    numbers = replace(numbers, coils=(replace(numbers.coils[0], states={"rest": alike}),))
+    (note,) = judge("SIT204", spec, None, numbers)
+    assert note.message.count("keeps its limit") == 1 and note.detail.count("sigma above") == 1
+    assert "next weaker" in note.hint and "next stronger" in note.hint
+
+
 def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdicts) -> None:
     spec = design()
     numbers = estimates(spec, resistances={"free": 2200.0, "rest": 1300.0})

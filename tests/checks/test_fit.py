@@ -541,3 +541,11 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
     found = [f for f in judge("SIT312", asked) if f.key == "requirements.shear_force"]
     assert [f.severity for f in found] == [Severity.NOTE] * is_said
     assert all(f.limit == held and beyond_held_shear(held) in f.message for f in found)
+
+
+def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
+    """"Shear beyond 0 N, half the pad's thickness" was said of it."""
+    path = Path(__file__).parents[2] / "templates" / "bench_7mm.yaml"
+    slender = sitscad.load(path).replace("elastomer.thickness", 5)
+    assert held_shear(slender) == 0.0
+    assert beyond_held_shear(0.0).startswith("any shear is extrapolated") and "0 N" not in beyond_held_shear(0.0)

@@ -45,7 +45,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     if not near:
         return
     gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-    yield replace(gravest, message="; ".join(aside.message for aside in near),
+    yield replace(gravest, message="; ".join(dict.fromkeys(aside.message for aside in near)),
                   detail="; ".join(aside.detail for aside in near if aside.detail),
                   hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]))
 

@@ -158,7 +158,13 @@ DEPTHS = np.linspace(-0.15, 0.5, 14)
 
 
 def beyond_held_shear(held: float) -> str:
-    """What is said, in every paper alike, where shear goes beyond the force (N) that `held_shear` gives."""
+    """What is said, in every paper alike, where shear goes beyond the force (N) that `held_shear` gives; none is
+    held where the pressed pad gives way by itself.
+    """
+    if not held:
+        return (
+            "any shear is extrapolated by the pad's law: under the normal force the pad gives way sideways by itself"
+        )
     return (
         f"shear beyond {held:.3g} N, half the pad's thickness, is extrapolated by the pad's law, which was held "
         "against finite elements up to there: put points of the calibration there"
