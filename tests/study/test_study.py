@@ -94,6 +94,24 @@ def test_text_and_json_say_what_was_found(answered):
     assert sorted(answer_files(answer))[-1] == "study.json"
 
 
+def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
+    """The first design that is asked about yields nothing, all others everything."""
+    from sitscad.study.running import Run
+
+    first = []
+
+    def units(run, point, count):
+        first.append(point)
+        return [Unit(point != first[0], () if point != first[0] else ("SIT202",), True, {"inductance": 3e-6})] * count
+
+    monkeypatch.setattr(Run, "units", units)
+    text = STUDY.replace('">= 2.5 uH"}', '">= 2.5 uH", yield: ">= 95 %"}')
+    (folder / "study.yaml").write_text(text)
+    answer = sitscad.Study.load(folder / "study.yaml").run(draws=16)
+    assert answer.fallen == 1 and answer.kept and first[0] not in {one.point for one in answer.kept}
+    assert "too small a yield: 1" in answer_text(answer)
+
+
 def test_a_goal_that_nothing_decides_is_said(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
