@@ -15,6 +15,7 @@ pytestmark = pytest.mark.cad
 
 MARKED = ("laser/readme.txt", "laser/{name}-target.dxf", "laser/{name}-elastomer.svg", "laser/{name}-shield.dxf",
           "bom.csv", "mount/assembly.txt", "firmware/ldc1614_config.h", "firmware/ldc1614_config.json",
+          "firmware/sensor_config.h", "firmware/readme.txt",
           "calibration/calibration.h", "calibration/calibration.json", "calibration/calibration.html",
           "calibration/plan.txt")  # fmt: skip
 
