@@ -11,7 +11,7 @@ from browser import PROGRAM, Browser
 from sitscad.watch.server import Showing, server
 from sitscad.watch.work import Before, worked_out
 
-pytestmark = [pytest.mark.clients, pytest.mark.cad,
+pytestmark = [pytest.mark.clients, pytest.mark.cad, pytest.mark.slow, pytest.mark.more,
               pytest.mark.skipif(PROGRAM is None, reason="chromium is not installed")]  # fmt: skip
 
 SPEC = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(encoding="utf-8")

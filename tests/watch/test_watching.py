@@ -62,6 +62,8 @@ def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
     assert before.designs, "the last design that could be read is kept"
 
 
+@pytest.mark.slow
+@pytest.mark.cad
 def test_another_readout_neither_draws_nor_models_anew(tmp_path, monkeypatch):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
@@ -183,6 +185,7 @@ def test_saves_are_followed_and_interrupting_ends_it(watched):
 
 
 @pytest.mark.slow
+@pytest.mark.more
 def test_a_hundred_saves_broken_ones_among_them(watched):
     """No crash, the last one is what is said at the end, and memory stays where it was."""
     found, path = watched
