@@ -15,7 +15,7 @@ PROGRAM = shutil.which("chromium")
 
 ARGUMENTS = ("--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
              "--enable-unsafe-swiftshader", "--no-first-run", "--disable-extensions",
-             "--remote-debugging-pipe")  # fmt: skip
+             "--disable-dev-shm-usage", "--remote-debugging-pipe")  # fmt: skip
 
 
 class Browser:

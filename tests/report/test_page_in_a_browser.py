@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import PROGRAM, Browser
+from browser import Browser
 from tolerance import approx
 
 import sitscad
@@ -17,8 +17,7 @@ from sitscad.calibration.inverse_map import map_of
 from sitscad.design import Design
 from sitscad.package.building import build
 
-pytestmark = [pytest.mark.clients, pytest.mark.cad,
-              pytest.mark.skipif(PROGRAM is None, reason="chromium is not installed")]  # fmt: skip
+pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad]
 
 TEMPLATE = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
 AXE = Path("/usr/local/share/axe-core/axe.min.js")

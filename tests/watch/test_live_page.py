@@ -6,13 +6,12 @@ import threading
 from pathlib import Path
 
 import pytest
-from browser import PROGRAM, Browser
+from browser import Browser
 
 from sitscad.watch.server import Showing, server
 from sitscad.watch.work import Before, worked_out
 
-pytestmark = [pytest.mark.clients, pytest.mark.cad, pytest.mark.slow, pytest.mark.more,
-              pytest.mark.skipif(PROGRAM is None, reason="chromium is not installed")]  # fmt: skip
+pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow, pytest.mark.more]
 
 SPEC = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(encoding="utf-8")
 
