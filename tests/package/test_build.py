@@ -249,7 +249,8 @@ def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak,
     monkeypatch.setattr(stages.Writer, "render", refuse)
     directory = sitscad.build(weak, tmp_path, LIGHT, force=True).directory
     assert "firmware: no drive code" in (directory / "FORCED.txt").read_text()
-    assert [path.name for path in (directory / "firmware").iterdir()] == ["wiring"]  # that does not hang on the drive
+    # the wiring, and what is to be read, do not hang on the drive
+    assert {path.name for path in (directory / "firmware").iterdir()} == {"wiring", "readme.txt"}
 
 
 def test_progress_tells_each_stage_once(good, tmp_path):
