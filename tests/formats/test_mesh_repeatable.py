@@ -26,7 +26,7 @@ sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import meshes, step
 from sitscad.formats import volume_mesh
-from sitscad.papers import mounting as assembly_picture
+from sitscad.papers import mounting
 found = {{}}
 for sensor in ("bench", "jaw"):
     for render in (meshes.render_glb, mounting.render_picture, volume_mesh.render, meshes.render_whole_3mf,
