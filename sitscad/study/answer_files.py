@@ -9,7 +9,7 @@ from typing import Any
 
 from sitscad.report.findings import to_json
 from sitscad.study.answer import Kept
-from sitscad.study.base import code_version
+from sitscad.study.changes import code_version
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import Point

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from sitscad.study.base import Changes
+from sitscad.study.changes import Changes
 from sitscad.study.evaluation import Evaluation, of_json
 
 ARCHIVE = "archive.jsonl"

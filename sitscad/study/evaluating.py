@@ -18,7 +18,7 @@ from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.study.base import Base, Changes
+from sitscad.study.changes import Base, Changes
 from sitscad.study.evaluation import FULL, Breach, Evaluation
 from sitscad.study.full import judged, unreadable
 from sitscad.study.screen import screened

@@ -14,7 +14,7 @@ from sitscad.checks import all_rules
 from sitscad.policy import stands_for
 from sitscad.record import record
 from sitscad.study.archive import Archive
-from sitscad.study.base import Base, Changes
+from sitscad.study.changes import Base, Changes
 from sitscad.study.document import ALL, Asked
 from sitscad.study.evaluating import Workers
 from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation

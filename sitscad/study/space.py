@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any
 
 from sitscad.record import record
-from sitscad.study.base import Changes
+from sitscad.study.changes import Changes
 
 MOST_VALUES = 100_000
 """Values of one key at most."""

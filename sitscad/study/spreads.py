@@ -25,7 +25,7 @@ from sitscad.record import record
 from sitscad.scene.column import placement
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-from sitscad.study.base import Base, Changes
+from sitscad.study.changes import Base, Changes
 from sitscad.study.full import figures
 
 DRAWS, SEED = 256, 20261124

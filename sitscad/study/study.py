@@ -27,7 +27,7 @@ from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer
 from sitscad.study.answer import Agreement, Binding, Kept, Relaxation
 from sitscad.study.archive import ARCHIVE, Archive
-from sitscad.study.base import Base, Changes
+from sitscad.study.changes import Base, Changes
 from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
 from sitscad.study.evaluating import Executor, Workers
 from sitscad.study.evaluation import Evaluation

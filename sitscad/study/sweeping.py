@@ -14,7 +14,7 @@ from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import plain
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import plain_value
-from sitscad.study.base import Base, Changes
+from sitscad.study.changes import Base, Changes
 from sitscad.study.evaluating import Executor, Workers
 from sitscad.study.evaluation import FULL, SCREEN, Evaluation
 from sitscad.study.full import figures, judged

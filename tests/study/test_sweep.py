@@ -162,7 +162,7 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
 def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     from sitscad.spec.sensor import without_text
-    from sitscad.study.base import Base
+    from sitscad.study.changes import Base
 
     base, changes = Base.of(spec), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
     written = sitscad.load_text(base.written(changes))
@@ -180,7 +180,7 @@ def test_another_value_comment_or_level_is_another_key():
 
 
 def _base():
-    from sitscad.study.base import Base
+    from sitscad.study.changes import Base
 
     return Base.of(sitscad.load_text(templates.read("grasper_4layer")))
 

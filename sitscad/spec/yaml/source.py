@@ -6,13 +6,9 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitscad.record import record
-
-if TYPE_CHECKING:
-    pass
-
 
 MAX_BYTES = 256 * 1024
 _LONGEST_NUMBER = 64
