@@ -7,15 +7,20 @@ No rule is loaded for that unless a configuration names one: a package that has 
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from sitscad.policy import Policy, nearest_policy
 from sitscad.report.findings import RuleTexts
 from sitscad.spec.format.reading import decoded
 from sitscad.spec.load import load, load_text, read_text
 from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 Given = TypeVar("Given")
 Made = TypeVar("Made")
@@ -107,20 +112,46 @@ def each_of(work: Callable[[Given], Made], given: Sequence[Given], jobs: int | N
     With one process, or one value, the work is done here. `work`, values and results have to be picklable; an exception
     of any of them is raised here, at its place in the order.
     """
-    try:
-        processors = len(os.sched_getaffinity(0))
-    except AttributeError:  # pragma: no cover - not Linux
-        processors = os.cpu_count() or 1
-    wanted = min(jobs or processors, len(given))
+    wanted = min(jobs or processors(), len(given))
     if wanted <= 1:
         yield from map(work, given)
         return
-    from concurrent.futures import ProcessPoolExecutor  # only where there are several
-
-    with ProcessPoolExecutor(wanted) as pool:
+    with processes(wanted) as pool:
         running = [pool.submit(work, value) for value in given]
         try:
             yield from (each.result() for each in running)
         finally:
             for each in running:
                 each.cancel()
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # pragma: no cover - not Linux
+        return os.cpu_count() or 1
+
+
+def processes(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
+    """So many processes for work side by side, which end when this one does, even where it is killed. Those that are
+    `undisturbed` leave Ctrl-C to this one.
+    """
+    from concurrent.futures import ProcessPoolExecutor  # only where there are several
+
+    return ProcessPoolExecutor(count, initializer=_ready, initargs=(undisturbed,))
+
+
+def _ready(undisturbed: bool) -> None:
+    if undisturbed:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Who waits for work from a process that was killed waits forever."""
+    from multiprocessing import connection, parent_process
+
+    if (parent := parent_process()) is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)

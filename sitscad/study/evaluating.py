@@ -4,8 +4,6 @@ always given back in the order in which they were asked for.
 
 from __future__ import annotations
 
-import os
-import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +12,7 @@ from functools import lru_cache
 from itertools import islice
 from typing import Any, Protocol, TypeVar
 
+from sitscad.opening import processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError
@@ -93,7 +92,7 @@ class Workers:
 
     def __init__(self, base: Base, jobs: int | None = None, executor: Executor | None = None) -> None:
         self._base, self._given = base, executor
-        self._jobs = jobs or _processors()
+        self._jobs = jobs or processors()
         self._pool: Any = executor
         self._speed: dict[str, float] = {}
 
@@ -146,9 +145,7 @@ class Workers:
 
     def _submit(self, task: Task) -> Any:
         if self._pool is None:
-            from concurrent.futures import ProcessPoolExecutor  # only where there are several
-
-            self._pool = ProcessPoolExecutor(self._jobs, initializer=_undisturbed)
+            self._pool = processes(self._jobs, undisturbed=True)
         return self._pool.submit(task[0], *task[1])
 
     def _first(self, running: deque[tuple[Task, Any]]) -> Any:
@@ -183,15 +180,3 @@ def cluster(address: str) -> tuple[Executor, int]:
 
 SECONDS_TO_ANSWER = 10
 """How long a scheduler may take to answer."""
-
-
-def _processors() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # pragma: no cover - not Linux
-        return os.cpu_count() or 1
-
-
-def _undisturbed() -> None:
-    """Leave Ctrl-C to the process that a person started, which then ends this one."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

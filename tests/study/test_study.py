@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -163,6 +164,7 @@ def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
     process.wait()
+    _until(lambda: not _open_in_a_process(archive))
     with archive.open("ab") as stream:
         stream.write(b'{"key": "torn')
     assert _command(folder, "2").wait() == 0
@@ -200,6 +202,15 @@ def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tm
             one.wait()
     assert subprocess.run([*command[:5], "--jobs", "1", "-o", "out"], env=env, cwd=whole, check=False).returncode == 0
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
+
+
+def _open_in_a_process(path):
+    """Whether any process has a file open still, as those that another one began have."""
+    held = []
+    for each in Path("/proc").glob("[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            held.append(each.readlink())
+    return path in held
 
 
 def _until(done, seconds=60.0):
