@@ -38,6 +38,7 @@ class Missing(StrEnum):
     LEAD_ROOM = "room for leads and outer vias"
     TAIL_LAYERS = "copper layers in the tail for the pairs"
     TAIL_ROOM = "room for the tracks at the contacts"
+    BODY_ROOM = "room inside the outline that is given to the body"
 
 
 @record
@@ -79,6 +80,7 @@ _WORDS = {
     "the tail has only one: the coils are drawn and estimated, but not led out",
     Missing.TAIL_ROOM: "the tracks of {coils} coils come too near each other on their way to the contacts of "
     "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
+    Missing.BODY_ROOM: "{what} not inside the body that is asked for ({body})",
 }
 """What is said of a shortfall, with its facts in their places; lengths there are in millimetres."""
 
@@ -90,7 +92,10 @@ _WORDS_OF_ONE = {
 }
 """The same of a single one."""
 
-_WORDS_OF_NEED = {Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track"}
+_WORDS_OF_NEED = {
+    Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track",
+    Missing.BODY_ROOM: ": {missing:.0f} um are missing on its side",
+}
 """What is added where it is known how much it takes."""
 
 

@@ -13,6 +13,7 @@ from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, Pair, Role, Trace, Via
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.escape import Escape, SearchLimit
+from sitscad.layout.form import lack
 from sitscad.layout.lanes import Bus, bus_for
 from sitscad.layout.outline import Body, body_of, far_end, least_x, openings, outline
 from sitscad.layout.placing import about_axis, course, placed, turned
@@ -58,7 +59,7 @@ def sketch(spec: SensorSpec) -> Layout:
     round_it += round_it <= -0.5 + 1e-9
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
     # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
-    ground = boards(level, bus)[int(bool(round_it) and len(none) == 1)]
+    ground = boards(level, bus)[: 1 + int(bool(round_it) and len(none) == 1)][-1]
     bare = _assemble(level, _unrouted(level, bus, none, (), ground[1]))
     pairs, found = _undrawn(level, bus, bare), placed(bare, spec)
     coils = tuple(
@@ -112,6 +113,8 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
     front = front_of(spec, bus)
+    if (lacking := lack(spec, body_frame(spec, bus, front, bus.coils))) is not None:
+        shortfalls.append(lacking)
     routing = None
     if not shortfalls:
         routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)

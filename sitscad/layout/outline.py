@@ -9,6 +9,7 @@ from dataclasses import replace
 from sitscad.geometry.path import Path, Point, Region, Segment, rectangle, rounded
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import Breadth, Hole, Track
+from sitscad.layout.form import board, breadth_of, edge_of_body, given_box
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
 from sitscad.record import record
@@ -18,13 +19,14 @@ from sitscad.spec.sensor import SensorSpec
 @record
 class Body:
     """The part of the board on the jaw: from `start` to `end` along x, from `low` to `high` across, where y = 0 is the
-    tail's axis (m).
+    tail's axis (m); ``edge`` is its outline where the spec gives one.
     """
 
     start: float
     end: float
     low: float
     high: float
+    edge: Path | None = None
 
     def half_width(self, side: int) -> float:
         """From the axis to its edge on one side (m): +1 is the upper one, -1 the lower one."""
@@ -65,8 +67,10 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
     """Where the body begins and ends along x (m), for coils and leads that need it from `far` to `near`.
 
     The margin is added at both ends; then the shorter one grows until the mean of the coils' centres is in the middle,
-    as far as the jaw is long.
+    as far as the jaw is long. A body of a given outline is as long as that.
     """
+    if (box := given_box(spec)) is not None:
+        return box[0], box[2]
     margin, jaw = spec.fpc.margin[0], spec.mount.jaw if spec.mount else None
     room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else math.inf  # longer, it may come out too long
     return _about(spec.array.middle[0], far - margin, near + margin, room)
@@ -74,6 +78,8 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
 
 def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
     """How far the body reaches across, for coils and leads that need so much of it: as `ends`."""
+    if (given := breadth_of(spec)) is not None:
+        return given
     margin, jaw = spec.fpc.margin[1], spec.mount.jaw if spec.mount else None
     low, high = needed.low - margin, needed.high + margin
     return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else math.inf))
@@ -94,6 +100,8 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     """
     across = body_breadth(spec, needed)
     low, high = across.low, across.high
+    if (edge := edge_of_body(spec)) is not None:
+        return Body(*ends(spec, far, tail.body_end), low, high, edge)
     body = Body(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
     is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
@@ -110,8 +118,10 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
     """The closed outline, counter-clockwise from the body's far lower corner.
 
     ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
-    as they keep the distance `edge` from it.
+    as they keep the distance `edge` from it. A given outline stays as it is.
     """
+    if body.edge is not None:
+        return board(body.edge, tail)
     lower, upper = (
         [
             (Point(body.start, side * body.half_width(side)), _far_corner_radius(body, side, copper, edge)),

@@ -12,6 +12,7 @@ from sitscad.geometry.path import Point
 from sitscad.layout.branches import OuterEnd, Surroundings
 from sitscad.layout.clearance import Breadth, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
+from sitscad.layout.form import breadth_of, edge_of_body, given_box, roots, walls
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, ends, far_end
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height
@@ -87,6 +88,8 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
             boards.append(
                 (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
             )
+    if (given := breadth_of(spec)) is not None:
+        boards = [(raised, given) for raised, _ in boards]
     return sorted(set(boards), key=lambda board: (board[1].half, board[0].base))
 
 
@@ -111,10 +114,12 @@ def route_in_line(
     far_first = sorted(range(len(wound)), key=lambda i: placements[i].centre[0])
     known: dict[tuple[Any, ...], Escape | None] = {}  # ways out that were found, or not, by what a search may differ by
     joined: Joined = {}
+    given = walls(spec, body_frame(spec, bus, front, bus.coils))
 
     def routed(turned: bool, reordered: bool) -> Iterator[Routing]:
         for (raised, breadth), side in product(boards(spec, bus), first_sides):
-            board = _Board(spec, raised, wound, assign_lanes(placements, side), front, breadth, searches, joined)
+            lanes = assign_lanes(placements, side)
+            board = _Board(spec, raised, wound, lanes, front, breadth, searches, joined, given)
 
             def way_out(index: int, there: tuple[Escape, ...], board: _Board = board) -> Escape | Stuck:
                 for beside in (False, True) if turned else (False,):
@@ -128,7 +133,9 @@ def route_in_line(
 
             escapes = _in_turn(board, far_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
-                yield _routing(board, escapes, body_frame(spec, raised, front, breadth))
+                found = _routing(board, escapes, body_frame(spec, raised, front, breadth))
+                if _necks_keep(found, board):
+                    yield found
 
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
@@ -195,7 +202,7 @@ def _led_out(board: _Board, order: list[int], way_out: _WayOut) -> dict[int, Esc
 @record
 class _Board:
     # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
-    # ways that `joined` two ends on other boards are shared.
+    # ways that `joined` two ends on other boards are shared. `walls` are its edge, where the spec gives that.
     spec: SensorSpec
     bus: Bus
     wound: tuple[WoundCoil, ...]
@@ -204,10 +211,12 @@ class _Board:
     breadth: Breadth
     searches: SearchLimit
     joined: Joined
+    walls: tuple[Track, ...] = ()
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
         """The board with the ways out of some coils."""
         found = Obstacles(self.spec.fpc.rules, self.bus.spacing, self.breadth)
+        found.add(self.walls)
         for branch in chain.from_iterable(way.branches for way in there):
             found.add(branch.tracks, branch.holes)
         return found
@@ -231,6 +240,13 @@ def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Rout
     long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
     laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
     return Routing(bus, ways, laid, board.breadth, far, long)
+
+
+def _necks_keep(found: Routing, board: _Board) -> bool:
+    """Whether the leads keep their distance from a given edge on their way down to the tail's lanes, too."""
+    edge = Obstacles(board.spec.fpc.rules, board.bus.spacing)
+    edge.add(board.walls)
+    return edge.admits(run.neck for both in found.ends for run in both)
 
 
 def _lead_out(
@@ -290,10 +306,14 @@ class _Mazes:
         from sitscad.layout.maze import Ground, Maze  # coils in one line go without
 
         tail = ground[2]
-        board = _Board(self.spec, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined)
+        given = walls(self.spec, tail)
+        board = _Board(
+            self.spec, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined, given
+        )
 
         def search(index: int, there: tuple[Escape, ...]) -> Escape | Stuck:
             maze = Maze(self.lattice, board.bus, Ground(self.front, tail.funnel, board.breadth, tail.half_width))
+            maze.add(given, ())
             for branch in chain.from_iterable(way.branches for way in there):
                 maze.add(branch.tracks, branch.holes)
             self.searches.left -= TRIALS_OF_A_WAVE
@@ -342,7 +362,8 @@ def _free_ways(
             board, tail, way_out = mazes.rows(ground, lanes)
             escapes = _in_turn(board, near_first, way_out, reordered)
             if not isinstance(escapes, Stuck):
-                yield _routing(board, escapes, tail)
+                if _necks_keep(found := _routing(board, escapes, tail), board):
+                    yield found
                 continue
             if escapes.walled:
                 walled.add((ground[1], rank))
@@ -369,7 +390,8 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     hole = joined_hole(rules, bus.width)
     keep_out = hole_keep_out(hole, rules, bus.spacing)
     across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
-    across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
+    if spec.fpc.body is None:
+        across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
     bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
     return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
 
@@ -378,7 +400,13 @@ def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> Tai
     """The tail of the body as wide as it is made for coils and leads that need so much of it."""
     half_width = body_breadth(spec, needed).farthest
     contacts = spec.fpc.tail.connector if spec.fpc.tail else connector("solder-pads")
-    return frame(spec, bus, contacts, front, half_width)
+    tail, edge, box = frame(spec, bus, contacts, front, half_width), edge_of_body(spec), given_box(spec)
+    if edge is None or box is None:
+        return tail
+    # its length counts from the body's end; what is straight begins beside the rounded root
+    tail, both = tail.reaching(box[2] - tail.body_end), roots(edge, tail)
+    beyond = max(0.0, *(each.on_tail.x - tail.start for each in both)) if both else 0.0
+    return replace(tail, start=tail.start + beyond)
 
 
 def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:

@@ -269,6 +269,8 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     # necks are as wide as their neighbours in the lanes and the tail's edge allow
     lanes = 2.0 * fan if bus.is_stacked else fan
     beside = half_width - row.offset - edge - (outer_track - (lanes - fan) / 2)
+    if spec.fpc.body is not None:  # it has its own root, and no taper
+        body_half_width = half_width
     narrows = half_width < body_half_width
     slack = STAGGER * (edge + bus.width / 2)
     wait = max(0.0, STAGGER * (lane_height(bus, (len(spec.array.placements) - 2) // 2, 1) - lane_height(bus, 0)))

@@ -356,6 +356,16 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     return Fix((edit, *apart.edits), replace(apart.spec, coil=replace(spec.coil, size=size)), said)
 
 
+def larger_body(spec: SensorSpec, by: float) -> Fix:
+    """A body of a given outline that is larger by so much (m) on every side; no edit where it is drawn, or free."""
+    body = spec.fpc.body
+    if body is None or body.size is None:
+        return Fix((), spec)
+    grown = body.sized((body.size[0] + 2.0 * by, body.size[1] + 2.0 * by))
+    x, y = (_mm(side) for side in grown.size or body.size)
+    return setting(spec, "fpc.body", grown, grown.written, f"fpc.body.size: {x if x == y else f'[{x}, {y}]'}")
+
+
 def coils_apart(spec: SensorSpec, by: float) -> Fix:
     """The array enlarged so that the nearest coils stand farther apart by so much (m); no edit for a coil alone."""
     near = nearest_distance(spec)

@@ -15,6 +15,7 @@ from sitscad.geometry.convex import Footprint, within_box
 from sitscad.geometry.path import Path, Point, Region, bounding_box, enclosed_area, rectangle
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
+from sitscad.layout.form import edge_of_body
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
 from sitscad.record import record
 from sitscad.scene.bodies import (
@@ -110,7 +111,11 @@ def encapsulation(layout: Layout) -> Body | None:
 
 
 def ground(layout: Layout) -> Path:
-    """What plates can lie on: the board's body with its rounded corners, without taper and tail; counter-clockwise."""
+    """What plates can lie on: the board's body with its rounded corners, without taper and tail, or the outline that
+    the spec gives it; convex, counter-clockwise.
+    """
+    if (edge := edge_of_body(layout.spec)) is not None:
+        return edge
     found = within_box(layout.outline, layout.body)
     assert found is not None
     return found

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from sitscad.record import record
+from sitscad.spec.body import BodySpec
 from sitscad.spec.design_rules import FINISHES, DesignRules, RulesChoice
 from sitscad.spec.format.kinds import (
     PAIR_OF_COUNTS,
@@ -331,7 +332,8 @@ class FpcSpec(Section):
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
     ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
     many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on
-    each side than coils and leads need it.
+    each side than coils and leads need it; ``body`` is None where they alone make its outline; ``largest`` is one that
+    it has to lie in.
     """
 
     stackup: Stackup = key(
@@ -370,6 +372,13 @@ class FpcSpec(Section):
         "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
         "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide",
         0,
+    )
+    body: BodySpec | None = key(
+        Part(BodySpec),
+        "outline of the body; a rectangle as large as coils, leads, margin and jaw make it if left out", None,
+    )
+    largest: BodySpec | None = key(
+        Part(BodySpec), "outline in which the body has to lie, however it comes about: a requirement (SIT136)", None
     )
     teardrops: str = key(
         Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"

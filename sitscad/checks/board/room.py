@@ -1,4 +1,6 @@
-"""SIT111 to SIT113, SIT118 and SIT119: what found no room on the board, and what gives it some."""
+"""SIT111 to SIT113, SIT118, SIT119, SIT135 and SIT136: what finds no room on the board, or inside an outline, and what
+gives it some.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +8,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 
+from sitscad.checks.board.fabrication import ROUNDING
 from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
+from sitscad.geometry.convex import beyond
+from sitscad.geometry.path import bounding_box
 from sitscad.remedy import moves
 from sitscad.remedy.moves import fewer_turns
-from sitscad.remedy.search import Fix, Left, first_that_mends, tried, winding_work
+from sitscad.remedy.search import Fix, Left, first_that_mends, setting, tried, winding_work
+from sitscad.scene.stack import ground
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
 
 MOST_STEPS = 16
 """Parts of a turn less that are tried to make room inside."""
@@ -49,6 +56,7 @@ def _said(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
                               ""),
         Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if spec.fpc.tail else "fpc",
                             f"{'trace' if lack.need else 'via pad'} {of_rules}"),
+        Missing.BODY_ROOM: ("a larger body, smaller coils, or coils nearer to each other", "fpc.body", ""),
     }
     return said[lack.what]
 
@@ -89,6 +97,8 @@ def _vias_fit(spec: SensorSpec, left: Left) -> bool:
 def _room_between(design: Design, plain: Violation, left: Left) -> Violation | str:
     """Coils farther apart, else other start angles, else both."""
     spec = design.spec
+    if (larger := _room_in_body(design, plain, left)) != "":
+        return larger
 
     def routes(changed: SensorSpec) -> bool:
         layout = left.drawn(changed)  # contacts too near each other are a finding of their own
@@ -115,6 +125,71 @@ def _room_between(design: Design, plain: Violation, left: Left) -> Violation | s
         return ""
     both = f"{apart.words} together with {turned.words} lets them pass{tried(apart.with_also(turned), left)}"
     return _too_near(design, plain, near, more, both)
+
+
+def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | str:
+    """The least body, of those tried, in which everything finds its place; nothing to say where none is given."""
+    spec = design.spec
+    if spec.fpc.body is None or spec.fpc.body.size is None:
+        return ""
+    missing = GRAIN
+    if plain.measured is not None and plain.limit is not None:  # leads then want room beside the coils, too
+        missing = plain.limit - plain.measured + moves.lead_room(spec)
+
+    def holds(changed: SensorSpec) -> bool:
+        layout = left.drawn(changed)
+        return layout is not None and not layout.shortfalls
+
+    found = moves.least(spec, moves.larger_body, holds, missing, left.wants_another)
+    inside = f"inside the body that is asked for ({spec.fpc.body.written})"
+    message = plain.message if inside in plain.message else f"{plain.message} {inside}"
+    if found is None:
+        return replace(plain, message=message, key="fpc.body")
+    hint = f"{found[1].words} holds all of it{tried(found[1], left)}; or smaller coils, or coils nearer to each other"
+    return replace(plain, message=message, hint=hint, key="fpc.body")
+
+
+GRAIN = 50e-6
+"""A body is first tried so much larger (m) on every side where nobody knows what is missing."""
+
+
+def within_largest(design: Design) -> Iterator[Verdict]:
+    """The body, wherever it is laid, lies in the largest outline; one that is drawn has its place about the coils."""
+    spec, largest = design.spec, design.spec.fpc.largest
+    if largest is None:
+        return
+    body = ground(design.layout)
+    (x0, y0, x1, y1), (x, y) = bounding_box([body]), spec.array.middle
+    if largest.shape != "dxf":
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    limit = largest.edge.shifted(x, y)
+    over = max(beyond(limit, point) for point in body.flattened(1e-6))
+    if over <= ROUNDING:
+        return
+    size = f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}"
+    yield TOO_LARGE.found(
+        "fpc.largest", over, 0.0, "m", body=size, largest=largest.written, over=over,
+        advice=lambda left: _fitting(spec, left),
+    )
+
+
+def _fitting(spec: SensorSpec, left: Left) -> str:
+    """The largest outline as the body's own, with the coils as they are or the least smaller that fit."""
+    largest = spec.fpc.largest
+    assert largest is not None
+    as_asked = setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
+
+    def holds(changed: SensorSpec) -> bool:
+        layout = left.drawn(changed)
+        return layout is not None and not layout.shortfalls
+
+    if holds(as_asked.spec):
+        return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"
+    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, 2.0 * GRAIN,
+                        left.wants_another)
+    if found is None:
+        return ""
+    return f"it would hold smaller coils: {found[1].words} together with {as_asked.words}"
 
 
 def _too_near(design: Design, plain: Violation, near: float, more: float, hint: str) -> Violation:
@@ -144,11 +219,18 @@ def _room_at_contacts(design: Design, plain: Violation, left: Left) -> Violation
 
 _ROOM: dict[Missing, Callable[[Design, Violation, Left], Violation | str]] = {
     Missing.INNER_ROOM: _room_inside, Missing.LEAD_ROOM: _room_between, Missing.TAIL_ROOM: _room_at_contacts,
+    Missing.BODY_ROOM: _room_in_body,
 }
 """What gives room, by what lacks it."""
 
 
 NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot be driven")
+
+TOO_LARGE = Case(
+    "the body, {body}, reaches {over:m} beyond the largest outline that is asked for ({largest})",
+    "smaller coils, or coils nearer to each other, make a smaller body; a body of that outline (fpc.body) is "
+    "refused with what has no room in it",
+)
 
 
 RULES: tuple[Rule, ...] = (
@@ -157,4 +239,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT113", no_room(Missing.LEAD_ROOM)),
     rule_of("SIT118", no_room(Missing.TAIL_LAYERS)),
     rule_of("SIT119", no_room(Missing.TAIL_ROOM)),
+    rule_of("SIT135", no_room(Missing.BODY_ROOM)),
+    rule_of("SIT136", within_largest),
 )

@@ -25,6 +25,7 @@ from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.mount import Mount
 from sitscad.spec.profiles import resolve_rules, spec_origin
+from sitscad.spec.resolver.body import resolve_body
 from sitscad.spec.yaml.source import SpecSource
 from sitscad.units import show
 
@@ -56,7 +57,17 @@ def resolve_fpc(
     rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
     tail, panel = _tail(document.tail, copper, rules, mount, remarks), _panel(words["panel"], remarks)
     rules = rules.for_layers(copper)
-    return replace(document, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel)
+    place = spec_origin(source, folder)
+    body, largest = (
+        resolve_body(getattr(document, name), f"fpc.{name}", place, remarks) for name in ("body", "largest")
+    )
+    if document.body is not None and any(document.margin):
+        message = "a body of a given outline is as large as that says"
+        remarks.flaw("SIT009", "fpc.margin", message, "leave fpc.margin out, or fpc.body")
+    return replace(
+        document, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel, body=body,
+        largest=largest,
+    )
 
 
 def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
