@@ -56,6 +56,12 @@ class Board:
         assert conversion is not None
         self.conversion = conversion
 
+    @property
+    def said(self) -> str:
+        """How its readings came, in words, where there is something to say."""
+        again = f"a converter lost its settings and was set up again, {self.restarts} times"
+        return again if self.restarts else ""
+
     def identities(self) -> list[tuple[int, int]]:
         """What every converter calls its maker and itself."""
         return [(chip.read(at.MANUFACTURER_ID), chip.read(at.DEVICE_ID)) for chip in self.chips]

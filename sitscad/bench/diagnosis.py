@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sitscad.bench.board import WATCHDOG, Board, CoilReading
+from sitscad.bench.lines import LineBoard
 from sitscad.estimates.circuit.bands import Band
 from sitscad.readout import ldc_registers as at
 from sitscad.record import record
@@ -37,12 +38,19 @@ def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[Co
     """All verdicts of a board that was set up (`wrong` are the registers that did not keep their value), by the results
     of every coil in the order of time. Raises OSError where it does not answer any more.
     """
-    found = [_identity(board), _settings(board, wrong)]
+    found = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
     states = _state(board, readings)
     for k, rows in enumerate(readings):
         found += [_frequency(board, k, rows, states), _amplitude(board, k, rows), _noise(board, k, rows)]
     found += [_rate(board, readings), _order(board)]
     return tuple(found)
+
+
+def _line(board: LineBoard) -> Verdict:
+    """What came over a serial line; identity and settings are looked after by the firmware."""
+    is_so = not (board.lost or board.corrupted or board.another or board.starts)
+    more = "" if is_so else ": baud, cable, or a slow reader"
+    return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
 
 
 def _identity(board: Board) -> Verdict:

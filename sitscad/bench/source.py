@@ -1,4 +1,4 @@
-"""Where readings come from: a simulated board, or converters on a Linux computer's I2C bus."""
+"""Where readings come from: a simulated board, converters on a Linux computer's I2C bus, or lines on a serial port."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.bench.board import Chip
+from sitscad.bench.board import Board, Chip
 from sitscad.bench.converter import SimulatedConverter
+from sitscad.bench.lines import BAUD, LineBoard, Port
 from sitscad.design import Design
 from sitscad.spec.load import load
 
-SIMULATED, BUS = "sim:", "/dev/i2c-"
+SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
 AXES = ("normal", "shear_x", "shear_y")
 RAMP = 33
 """Loads of a ramp that are solved; readings between are straight."""
@@ -26,6 +27,10 @@ class Source:
 
     def __init__(self, chips: Sequence[Chip], seconds: float | None = None) -> None:
         self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
+
+    def board(self, design: Design) -> Board:
+        """The board of a design with these converters."""
+        return Board(design, self.chips)
 
     def now(self) -> float:
         """Seconds since the beginning."""
@@ -70,6 +75,23 @@ class Wired:
         self.bus.write_i2c_block_data(self.address, register, [value >> 8, value & 0xFF])
 
 
+class Line(Source):
+    """A microcontroller on a serial port."""
+
+    def __init__(self, port: Port) -> None:
+        super().__init__(())
+        self.port = port
+
+    def board(self, design: Design) -> LineBoard:
+        """The board of a design whose readings come over this line; time begins with the first of them. Raises OSError
+        where none comes.
+        """
+        found = LineBoard(design, self.port)
+        found.begin()
+        self._begun = time.monotonic()
+        return found
+
+
 def design_of(path: str) -> Design:
     """The design of a spec, or of the package in a folder. Raises SpecError, OSError, and ValueError where the folder
     has no spec.
@@ -100,7 +122,26 @@ def source_of(text: str, design: Design | None) -> tuple[Source, Design]:
             raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
         bus, number = smbus2.SMBus(text), design.converter.needed(len(design.estimates.coils))
         return Source([Wired(bus, address) for address in design.converter.addresses[:number]]), design
-    raise ValueError(f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, or /dev/i2c-N")
+    if text.startswith(SERIAL):
+        return Line(_port(text)), design
+    raise ValueError(
+        f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N, "
+        f"or serial:PORT?baud={BAUD}"
+    )
+
+
+def _port(text: str) -> Port:
+    """The serial port that a source names. Raises ValueError without pyserial, OSError where it does not open."""
+    try:
+        import serial
+    except ImportError as error:
+        raise ValueError(f"{text} needs pyserial: pip install 'sitscad[bench]' brings it") from error
+    path, _, query = text.removeprefix(SERIAL).partition("?")
+    given = dict(parse_qsl(query, keep_blank_values=True))
+    if set(given) - {"baud"} or not given.get("baud", "1").isdigit():
+        raise ValueError(f"serial:PORT takes ?baud={BAUD} and nothing else, not {query!r}")
+    port: Port = serial.Serial(path, int(given.get("baud", BAUD)), timeout=0.05)
+    return port
 
 
 def _simulated(design: Design, query: str) -> Simulation:

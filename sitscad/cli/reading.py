@@ -13,7 +13,8 @@ from sitscad.cli.terminal import Example, print_result, say
 )
 @click.argument("source")
 @click.option("--design", type=click.Path(), help="The spec or the package that the board is of (sim: its own).")
-@click.option("--calibration", type=click.Path(), help="calibration.json of this sensor: newtons are shown, too.")
+@click.option("--calibration", type=click.Path(exists=True, dir_okay=False),
+              help="calibration.json of this sensor: newtons are shown, too.")
 @click.option("--tare", is_flag=True, help="The first scan is without load: newtons count from it.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
 @click.option("--seconds", type=click.FloatRange(min=0.0, min_open=True), help="How long (sim: what it says; else 2).")
@@ -26,7 +27,9 @@ def read(
 
     SOURCE is sim:SPEC with ?load=AXIS:FIRST:LAST (normal, shear_x or shear_y, in newtons), seconds=, fault= (open,
     short, lost-layer, low-amplitude, swapped, nack, stuck, reset, glitch, with :COIL and @SECONDS), state=free for a
-    bare board, seed=; or /dev/i2c-N of a Linux computer (pip install 'sitscad[bench]').
+    bare board, seed=; /dev/i2c-N of a Linux computer; or serial:PORT with ?baud=, where a microcontroller with the
+    firmware of the package is (both: pip install 'sitscad[bench]'). Lines that are lost, corrupted or of another
+    sensor are counted and not used.
 
     Newtons are by the tare that the calibration was made with, or by --tare of the first scan.
 
@@ -34,27 +37,26 @@ def read(
     """
     from pathlib import Path
 
-    from sitscad.bench.board import Board
     from sitscad.bench.diagnosis import NOT_MET, diagnosis, words
     from sitscad.bench.readings import document, lines, scans, table
-    from sitscad.bench.source import design_of, source_of
+    from sitscad.bench.source import SERIAL, design_of, source_of
     from sitscad.package.folder import write_file
 
     try:
         given, known = source_of(source, None if design is None else design_of(design))
-        board = Board(known, given.chips)
         newtons = None if calibration is None else sitscad.map_of(calibration)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-    try:
+        board = given.board(known)
         wrong = board.set_up()
         rows = list(scans(board, given, seconds or given.seconds or USUAL))
         verdicts = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
     except OSError as error:
-        print_result(f"NOT MET        answer  {error}: SD low, supply, pull-ups, address by ADDR\n")
+        hint = "" if source.startswith(SERIAL) else ": SD low, supply, pull-ups, address by ADDR"
+        print_result(f"NOT MET        answer  {error}{hint}\n")
         return 2
-    if board.restarts:
-        say(f"a converter lost its settings and was set up again, {board.restarts} times")
+    if board.said:
+        say(board.said)
     if log:
         Path(log).mkdir(parents=True, exist_ok=True)
         write_file(Path(log) / "readings.csv", table(board, rows))

@@ -10,7 +10,7 @@ from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import Band, CoilBands, bands
-from sitscad.estimates.circuit.settings import Device
+from sitscad.estimates.circuit.settings import Device, identity
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.readout.conversion import Conversion
 from sitscad.scene.state import REST
@@ -86,6 +86,7 @@ def _config(
         "#define SENSOR_CONFIG_H",
         "",
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
+        f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(found)}",
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",

@@ -155,6 +155,7 @@ def _files() -> Iterator[str]:
         ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces. All that has to be compiled, with"),
         ("ldc161x.h, ldc161x.c", "the converter's registers on any I2C bus (two functions of yours)"),
         ("sensor_config.h", "tables of this sensor; calibration.h beside it goes before ../calibration/calibration.h"),
+        ("sensor_line.h", "readings as lines on a serial port, that `sitscad read serial:PORT` reads"),
         ("example_linux.c", "Linux, /dev/i2c-N"),
         ("firmware.ino", "Arduino"),
         (

@@ -1,5 +1,6 @@
 /*
- * Reads the sensor on a Linux computer's I2C bus, a line a reading: frequencies, states of the coils, forces.
+ * Reads the sensor on a Linux computer's I2C bus, a line a reading: frequencies, states of the coils, forces; with
+ * `./sensor /dev/i2c-1 -1 lines` as the lines of sensor_line.h, that `sitscad read serial:PORT` reads.
  *
  *     cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm && ./sensor /dev/i2c-1
  *
@@ -16,7 +17,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "sensor.h"
+#include "sensor_line.h"
 
 #ifdef SIMULATED
 #include "simulated/simulated.h"
@@ -129,6 +130,17 @@ static int tested(sensor *self)
     return wrong;
 }
 
+static void sent(const sensor *self, const sensor_reading *reading, int fresh)
+{
+    static sensor_line line;
+    const char *text = sensor_line_next(&line, self, reading, fresh);
+
+    if (text != NULL) {
+        printf("%s\n", text);
+        fflush(stdout);
+    }
+}
+
 static void shown(const sensor *self, const sensor_reading *reading)
 {
     float newtons[SENSOR_AXES];
@@ -145,6 +157,7 @@ int main(int count, char **words)
 {
     const struct timespec pause = {0, SENSOR_SCAN_US * 250L % 1000000000L};
     const long readings = count > 2 ? atol(words[2]) : -1L; /* endless */
+    const int as_lines = count > 3;
     static sensor one;
     sensor_reading reading;
     int found;
@@ -163,7 +176,10 @@ int main(int count, char **words)
         if (found < 0)
             printf("# %s\n", sensor_text(found));
         if (found > 0 && (one.tares >= 16u || sensor_tare(&one, &reading) != 0)) {
-            shown(&one, &reading);
+            if (as_lines)
+                sent(&one, &reading, found);
+            else
+                shown(&one, &reading);
             ++k;
         }
         if (found <= 0)

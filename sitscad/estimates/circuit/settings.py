@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -35,6 +36,14 @@ def devices(converter: Converter, estimates: Estimates) -> tuple[Device, ...]:
         )
         for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
     )
+
+
+def identity(sensor: str, found: Sequence[Device]) -> int:
+    """A number of 32 bits by which serial lines of boards tell themselves apart: the same for one name, the same coils
+    and settings.
+    """
+    rows = [(one.coils, [(int(row.address), int(row.value)) for row in one.registers]) for one in found]
+    return zlib.crc32(repr((sensor, rows)).encode())
 
 
 def _registers(
