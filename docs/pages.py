@@ -19,7 +19,6 @@ Commands run in an empty folder, one a page, in which ``templates`` and ``docs``
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -31,6 +30,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import spec_reference
+
+from sitscad import load, measure
+from sitscad.study.sweep_files import shown
 
 ROOT = Path(__file__).parents[1]
 PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
@@ -112,19 +114,18 @@ class Making:
         if self.page.stem == "rules":
             return self._ran("sitscad rules --format markdown").partition("\n")[2].lstrip()
         paths = sorted((ROOT / "templates").glob("*.yaml"))
-        heads = "| template | L free, uH | Rp, kohm | amplitude, V | highest frequency, MHz |\n|---|---|---|---|---|\n"
+        heads = "| template | normal force told apart | L | Rp | amplitude | to spare in the jaw | study |\n" + 7 * "|---" + "|\n"
         return heads + "".join((*map(self._row, paths), *map(self._template, paths)))
 
     def _row(self, path: Path) -> str:
-        """One template's first coil in figures."""
-        said = self._ran(f"sitscad estimate --format json templates/{path.name}", int(path.stem in REFUSED))
-        states = json.loads(said[said.index("{") : said.rindex("}") + 1])["coils"][0]["states"]
-        every, assembled = list(states.values()), [state for name, state in states.items() if name != "free"]
-        resistances = " / ".join(f"{state['parallel_resistance_ohm'] / 1e3:.2f}" for state in every)
-        swings = " / ".join(f"{state['amplitude_V']:.2f}" for state in assembled or every)
-        highest = max(state["frequency_Hz"] for state in every) / 1e6
-        inductance = every[0]["inductance_H"] * 1e6
-        return f"| [{path.stem}](#{path.stem}) | {inductance:.2f} | {resistances} | {swings} | {highest:.2f} |\n"
+        """One template's five numbers, and the study that searches around it."""
+        measures = ("resolution.normal", "inductance", "rp", "amplitude", "fit.spare")
+        spec = load(path)
+        found = measure(spec, level="full", measures=measures).values
+        told = (shown(name, found[name][0], 3) if name in found else "-" for name in measures)
+        studies = (f"[{study.stem}](studies.md)" for study in sorted((ROOT / "templates/studies").glob("*.yaml"))
+                   if f"base: {path.name}" in study.read_text(encoding="utf-8"))  # fmt: skip
+        return f"| [{path.stem}](#{path.stem}) | {' | '.join(told)} | {', '.join(studies) or '-'} |\n"
 
     def _template(self, path: Path) -> str:
         """One template's heading, first line, verdict and board."""
