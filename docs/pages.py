@@ -114,7 +114,8 @@ class Making:
         if self.page.stem == "rules":
             return self._ran("sitscad rules --format markdown").partition("\n")[2].lstrip()
         paths = sorted((ROOT / "templates").glob("*.yaml"))
-        heads = "| template | normal force told apart | L | Rp | amplitude | to spare in the jaw | study |\n" + 7 * "|---" + "|\n"
+        heads = "| template | normal force told apart | L | Rp | amplitude | to spare in the jaw | study |\n"
+        heads += 7 * "|---" + "|\n"
         return heads + "".join((*map(self._row, paths), *map(self._template, paths)))
 
     def _row(self, path: Path) -> str:
