@@ -56,7 +56,7 @@ def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sens
     assert read_table(str(path), sensors.coils).is_held(None)
 
 
-@pytest.mark.parametrize("gap", [-4.2, 4.2])
+@pytest.mark.parametrize("gap", [4.2, pytest.param(-4.2, marks=[pytest.mark.slow, pytest.mark.more])])
 def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden, gap):
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
@@ -116,7 +116,7 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
     assert calibrated.fit.odd.max() < 4.0
 
 
-@pytest.mark.parametrize("more", [60_000, -60_000, 20_000])
+@pytest.mark.parametrize("more", [60_000, 20_000, pytest.param(-60_000, marks=[pytest.mark.slow, pytest.mark.more])])
 def test_one_reading_that_the_others_contradict_is_named(design, table, more):
     """One coil off in one row by 4 % of what it changes: the excess was told, and neither row nor coil. Of a third of
     that the slip itself had spread over the other rows, beside which it did not stand out.

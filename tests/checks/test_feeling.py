@@ -14,7 +14,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.checks import RULES, check
+from sitscad.checks import RULES, check, judged
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -198,8 +198,7 @@ def test_a_pad_that_gives_way_is_not_said_to_feel():
         found, skipped = apply_rule(rule, design)
         assert "the pad gives way sideways at half load" in skipped[0].reason
         assert not any("half" in one.message or "full" in one.message for one in found)
-    assert "SIT304" in [f.rule for f in check(design.spec, design.layout, design.estimates, hints="none").findings
-                        if f.severity is Severity.ERROR]  # fmt: skip
+    assert "SIT304" in [f.rule for f in judged(design, hints="none").findings if f.severity is Severity.ERROR]
     assert design.performance == ()
 
 
