@@ -17,7 +17,7 @@ from typing import Any
 from sitscad.geometry.path import Point, bounding_box, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.imported import imported
-from sitscad.parts.plates import adapter, bench_plate, fingertip
+from sitscad.parts.plates import adapter, bench_plate, fingertip, over_body
 from sitscad.parts.seat import cut_for, grasper_pad
 from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges
 from sitscad.scene import bodies, stack
@@ -93,8 +93,7 @@ def encapsulation(layout: Layout) -> Solid | None:
 
 def _board_film(layout: Layout, thickness: float) -> Any:
     """The film on the body's top face, cut back to the body where the tail leaves it and open over contacts."""
-    x0, y0, x1, y1 = layout.body
-    film = prism(layout.outline, 0.0, thickness) & box(x0, y0, 0.0, x1, y1, thickness)
+    film = over_body(layout, 0.0, thickness)
     for opening in layout.top_openings:
         film = film - prism(opening, -thickness, 2 * thickness)
     return one_solid(film, "encapsulation")

@@ -22,6 +22,7 @@ from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
 from sitscad.scene.seating import cap_end, clearance, ledge
+from sitscad.scene.stack import ground
 from sitscad.scene.tail_path import Lip, lip, round_edge
 from sitscad.spec.mount import Finger, Hole
 
@@ -146,6 +147,14 @@ def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
     corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
     lie = bd.Plane((edge.start * MM, across[0] * MM, (height - edge.radius) * MM), z_dir=(0, 1, 0))
     return corner - bd.Solid.make_cylinder(edge.radius * MM, (across[1] - across[0]) * MM, lie)
+
+
+def over_body(layout: Layout, lower: float, upper: float) -> Any:
+    """What stands over the board's body alone, between two heights (m)."""
+    if layout.spec.fpc.body is not None:
+        return prism(ground(layout), lower, upper)
+    x0, y0, x1, y1 = layout.body
+    return prism(layout.outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
 
 
 def grown(layout: Layout) -> Any:

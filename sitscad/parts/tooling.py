@@ -26,7 +26,7 @@ from typing import Any
 from sitscad.geometry.convex import within_box
 from sitscad.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.parts.plates import grown
+from sitscad.parts.plates import grown, over_body
 from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised, require
 from sitscad.record import record
 from sitscad.scene.bodies import Body, BodyRole, above_board, board_heights, elastomer, target, top_height
@@ -243,9 +243,7 @@ def skin_mould(layout: Layout) -> Solid | None:
     assert film is not None
     height = max(top_height(layout.spec), PIN_HEIGHT) + ROOF
     cup = prism(rectangle(*plan, 2e-3), 0.0, height)
-    x0, y0, x1, y1 = layout.body
-    flange = prism(layout.outline, -1e-3, film.thickness) & box(x0, y0, -1e-3, x1, y1, film.thickness)
-    cup = one_solid(cup - flange, "mould")
+    cup = one_solid(cup - over_body(layout, -1e-3, film.thickness), "mould")
     for body in _blocks(layout):
         # What a piece with its skin takes out of the cup: narrowest at the top, wider at the parting face by the draft
         top = top_height(layout.spec)
@@ -257,10 +255,13 @@ def skin_mould(layout: Layout) -> Solid | None:
         ]
         cup = one_solid(cup - bd.Solid.make_loft(ends, ruled=True), "mould")
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
-    width, depth = SKIN_VENT
+    (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body
+    points, corners = ground(layout).flattened(1e-5), (x0 + width / 2, x1 - width / 2)
+    given = layout.spec.fpc.body is not None  # it may have no corners: from where it reaches farthest across
     found = []
-    for x in (x0 + width / 2, x1 - width / 2):
+    for x in (min(points, key=lambda p: p.y).x,) if given else corners:
         found.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
+    for x in (max(points, key=lambda p: p.y).x,) if given else corners:
         found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
     for vent in found:
         cup = one_solid(cup - vent, "mould")

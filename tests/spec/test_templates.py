@@ -48,6 +48,7 @@ INHERENT = {
     "jaw_5x20": set(),
     "racetrack_jaw": {"SIT103"},
     "robotic_jaw_12mm": set(),
+    "round_button_12mm": set(),
     "single_coil": set(),
     "square_bench": set(),
     "three_axis_grid": {"SIT103"},
