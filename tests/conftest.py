@@ -13,6 +13,9 @@ from pathlib import Path
 
 import pytest
 
+# Two threads of linear algebra in each of two test processes wait for each other more than they work
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 ROOT = Path(__file__).parents[1]
 TEMPLATES = ROOT / "templates"
 
