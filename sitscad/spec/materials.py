@@ -19,13 +19,17 @@ TemperatureCoefficient = Quantity("temperature coefficient", "-0.005 1/K", "0.01
 class Conductor(Section):
     """A metal, or a magnetic sheet, written out.
 
-    Conductivity in S/m, temperature coefficient of the resistivity in 1/K at 20 C.
+    Conductivity in S/m, temperature coefficient of the resistivity in 1/K at 20 C, Young's modulus in Pa (None where it
+    is not known, from memory for the presets').
     """
 
     name: str = key(Label, "what to call it", "written out")
     conductivity: float = key(Quantity("conductivity", "0 S/m", "100 MS/m"), "at 20 C, like 58 MS/m")
     relative_permeability: float = key(Number(1, 100000), "1 for non-magnetic metals", 1)
     temperature_coefficient: float = key(TemperatureCoefficient, "of the resistivity, like 3930 ppm/K", "0 1/K")
+    young_modulus: float | None = key(
+        Quantity("pressure", "1 MPa", "1000 GPa"), "for how far a thin target bends, like 69 GPa", None
+    )
     source: str = ""
 
 

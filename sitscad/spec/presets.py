@@ -131,7 +131,8 @@ def conductor(name: str) -> Conductor:
     row = _table("conductors")[name]
     conductivity, permeability = parse_quantity(row["conductivity"], "conductivity"), row["relative_permeability"]
     coefficient = parse_quantity(row["temperature_coefficient"], "temperature coefficient")
-    return Conductor(name, conductivity, float(permeability), coefficient, cited(row))
+    young = parse_quantity(row["young_modulus"], "pressure") if row["young_modulus"] else None
+    return Conductor(name, conductivity, float(permeability), coefficient, young, cited(row))
 
 
 UNKNOWN_METAL = "#b4bac0"

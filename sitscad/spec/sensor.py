@@ -24,6 +24,7 @@ from sitscad.spec.format.kinds import (
     Quantity,
     Rate,
     Run,
+    Size,
     Special,
     Text,
     described,
@@ -221,12 +222,17 @@ TemperatureRange = Special(
 class Requirements(Section):
     """What the sensor must bear and follow.
 
-    Forces in newtons, resolutions one sigma, bandwidth in hertz, temperatures in degrees Celsius, tilt in radians,
-    shares of full scale.
+    Forces in newtons, sizes in metres, resolutions one sigma, bandwidth in hertz, temperatures in degrees Celsius,
+    tilt in radians, shares of full scale.
     """
 
     normal_force: float | None = key(Force, "to be borne, like 4.8 N", None)
     shear_force: float | None = key(Force, "to be borne, like 1 N", None)
+    contact: tuple[float, float] | None = key(
+        Pair(Size, single=True),
+        "of what presses the target's middle: a diameter, or [x, y], like 8; if left out a jaw's face presses all of "
+        "it, and else a fingertip of 10 mm", None,
+    )
     bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
     temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there", "20 degC")
     normal_resolution: float | None = key(

@@ -32,7 +32,7 @@ from sitscad.study.full import breaches, figures, judged
 from sitscad.study.measures import MEASURES
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT304", "SIT305", "SIT306", "SIT308", "SIT309", "SIT313",
-           "SIT314")
+           "SIT314", "SIT327")
 """Rules that ask for figures of the spec and of its parts alone."""
 
 STACK_HEIGHT = "SIT303"

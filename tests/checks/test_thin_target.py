@@ -9,8 +9,10 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.checks import RULES
 from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
-from sitscad.checks.rules import own_limits
+from sitscad.checks.rules import apply_rule, own_limits
+from sitscad.design import Design
 from sitscad.estimates import estimated
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth
@@ -122,3 +124,30 @@ def test_skin_depth():
     assert skin_depth(8e6, 58e6) == approx(23.4e-6, abs=0.05e-6)
     assert skin_depth(3.1e6, 58e6) == approx(37e-6, rel=0.02)
     assert skin_depth(5e6, 0.0) == float("inf")
+
+
+LONG = """\
+sitscad: 1
+name: long-foil
+coil: {{shape: circle, outer_diameter: 8, turns: 10, layers: 2, trace_width: 0.15, trace_spacing: 0.15}}
+array: {{pattern: line, count: 2, pitch: 10}}
+fpc: {{tail: {{length: 40, connector: solder-pads}}}}
+target: {{shape: rectangle, size: [19, 9], thickness: {thickness}, material: {material}}}
+elastomer: {{material: ecoflex-00-30, shape: rectangle, size: [19, 9], thickness: 2}}
+requirements: {{normal_force: 5 N{more}}}
+"""
+
+
+def bends(thickness, more="", material="aluminium"):
+    spec = load_text(LONG.format(thickness=thickness, more=more, material=material), "long.yaml")
+    (rule,) = (rule for rule in RULES if rule.id == "SIT327")
+    return apply_rule(rule, Design(spec))[0]
+
+
+def test_a_foil_that_bends_is_told_with_the_thickness_that_does_not():
+    (told,) = bends("50 um")
+    assert told.severity is Severity.WARNING and told.measured > 1.0 and told.key == "target.thickness"
+    enough = re.search(r"([\d.]+) um of the same metal stay flat", told.hint)
+    assert not bends(f"{enough[1]} um") and bends(f"{0.93 * float(enough[1]):.4g} um")
+    assert not bends("50 um", ", contact: [19, 9]") and bends(f"{enough[1]} um", ", contact: 3")
+    assert not bends("50 um", material="ferrite"), "whose modulus is not known: not checked"

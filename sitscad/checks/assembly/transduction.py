@@ -1,4 +1,4 @@
-"""SIT304, SIT310, SIT312 and SIT313: whether pad and target turn force into signal."""
+"""SIT304, SIT310, SIT312, SIT313 and SIT327: whether pad and target turn force into signal."""
 
 from __future__ import annotations
 
@@ -250,6 +250,39 @@ def target_gap(design: Design) -> Iterator[Verdict]:
         yield NO_GAP.found("elastomer", 0.0, None, "m", top="bare copper" if top is LayerKind.COPPER else f"the {top}")
 
 
+def target_bending(design: Design) -> Iterator[Verdict]:
+    """How much farther the target's middle goes down than its edges, where not all of it is pressed."""
+    spec, target, force = design.spec, design.spec.target, design.spec.requirements.normal_force
+    assert target is not None
+    if not rests_on_pad(spec):
+        yield Undecided(BESIDE_PAD)
+        return
+    limits, contact = own_limits(), spec.requirements.contact
+    if contact is None:
+        if spec.mount is not None and spec.mount.jaw is not None:
+            return
+        contact = (limits["fingertip_contact"].value,) * 2
+    if not force or all(part >= side for part, side in zip(contact, target.size, strict=True)):
+        return
+    if target.material.young_modulus is None:
+        yield Undecided(f"no Young's modulus of {target.material.name} is known")
+        return
+    import numpy as np
+
+    from sitscad.mechanics.plate_bending import bending, rigidity
+
+    pad, (face, _) = pressed(spec), loaded_face(spec)
+    way = pad_of(design).thickness * pad.strain
+    thicker = target.thickness * 1.04 ** np.arange(100)
+    stiffness = rigidity(target.material.young_modulus, thicker) * face.area * way / force
+    bent, limit = bending(target.size, target.outline.is_round, contact, stiffness), limits["target_bending"].value
+    if bent[0] > limit:
+        enough = _rounded_up(float(thicker[np.argmax(bent <= limit)])) if bent[-1] <= limit else None
+        yield BENDS.found("target.thickness", float(bent[0]), limit, None, force=force, x=contact[0], y=contact[1],
+                          thickness=target.thickness, metal=target.material.name,
+                          enough="" if enough is None else worded(ENOUGH, {"thick": enough}))
+
+
 def _part(pressed: elastomer.Compression) -> str:
     """In words, that only part of the pad is loaded."""
     if pressed.loaded_share >= LOADED:
@@ -372,6 +405,15 @@ NO_GAP = Case(
     hint="add an elastomer (like elastomer: {{thickness: 1}}): its thickness is the gap between board and target",
 )
 
+BENDS = Case(
+    "{thickness:m} of {metal} bend: where {force:N} press {x:m} x {y:m} of its middle, that goes down by "
+    "{measured:%.0f} % of the pad's way more than the target's edges, and all numbers are those of a rigid plate",
+    detail="{limit:%.0f} % are borne; requirements.contact says what presses",
+    hint="{enough}something stiff that is no metal glued on it, and its size as requirements.contact",
+)
+
+ENOUGH = "{thick:m,2} of the same metal stay flat; or "
+
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT304", elastomer_strain, "elastomer", "normal force", source=elastomer.SOURCE),
@@ -381,4 +423,5 @@ RULES: tuple[Rule, ...] = (
         held_shear=100.0 * HELD_SHEAR, shear_source=elastomer.SHEAR_SOURCE,
     ),
     rule_of("SIT313", target_gap, "target"),
+    rule_of("SIT327", target_bending, "elastomer", "target", "normal force"),
 )
