@@ -106,7 +106,10 @@ class Board:
                     found[coil] = CoilReading(time, counts, self.status(coil, counts, upper), off)
         return found
 
-    def frequency(self, counts: int) -> float:
+    def skip(self) -> None:
+        """Leave behind what came while nobody read: a converter keeps its newest result alone."""
+
+    def frequency(self, counts: float) -> float:
         """Hz."""
         return counts / 2.0**self.conversion.device.count_bits * self.conversion.full_scale
 

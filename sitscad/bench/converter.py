@@ -88,6 +88,7 @@ class SimulatedConverter(Registers):
         if device.family != FAMILY:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
         first = number * device.channels
+        self._first = first
         self.coils = design.estimates.coils[first : first + device.channels]
         if not self.coils:
             raise ValueError(f"the design has no converter {number}")
@@ -114,6 +115,11 @@ class SimulatedConverter(Registers):
                 self.glitch |= set(self._befallen(fault))
         self.stuck = {channel for fault in self._present("stuck") for channel in self._befallen(fault)}
         super().advance(nanoseconds)
+
+    def hold(self, frequencies: ArrayLike) -> None:
+        """From now on the coils have these frequencies (Hz; all coils of the sensor)."""
+        own = slice(self._first, self._first + len(self.coils))
+        self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, own]
 
     def _present(self, name: str) -> list[Fault]:
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]

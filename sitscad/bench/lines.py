@@ -21,6 +21,9 @@ PATIENCE = 8.0
 ENOUGH = 3
 """Lines of another sensor after which none of this one is waited for."""
 
+DRAINED = 100
+"""Times at most that a port is asked for what is left on it."""
+
 LONGEST = 4096
 """Characters after which what has no end of line is no line."""
 
@@ -64,6 +67,15 @@ class LineBoard(Board):
             coil: CoilReading(time, counts, STATUS[status], STATUS[status] == STATUS[-1])
             for coil, (counts, status) in self.waiting.popleft().items()
         }
+
+    def skip(self) -> None:
+        """Leave behind the lines that came while nobody read; what the port's buffer did not hold is not lost."""
+        for _ in range(DRAINED):
+            if not self.port.in_waiting:
+                break
+            self.port.read(self.port.in_waiting)
+        self.waiting.clear()
+        self.rest, self.is_first, self.sequence = b"", True, None
 
     def take(self, received: bytes) -> None:
         """Take up what came from the port."""

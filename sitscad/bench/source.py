@@ -13,7 +13,9 @@ import numpy as np
 from sitscad.bench.board import Board, Chip
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.lines import BAUD, LineBoard, Port
-from sitscad.design import Design
+from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.unknowns import units
+from sitscad.design import Design, respond
 from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
@@ -24,6 +26,9 @@ RAMP = 33
 
 class Source:
     """Converters in the order of their numbers, and their clock."""
+
+    creep = 10.0
+    """Seconds that a pad is given to come to rest under a load, before it is read for a calibration."""
 
     def __init__(self, chips: Sequence[Chip], seconds: float | None = None) -> None:
         self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
@@ -42,9 +47,25 @@ class Source:
 
 
 class Simulation(Source):
-    """Simulated converters that keep one time."""
+    """Simulated converters of a design that keep one time; `unit` (unknowns) are the errors of the sensor that they
+    read, None those of none: the sensor as it is drawn.
+    """
 
     chips: Sequence[SimulatedConverter]
+    creep = 0.0
+
+    def __init__(
+        self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
+        unit: np.ndarray | None = None,
+    ) -> None:
+        super().__init__(chips, seconds)
+        self.design, self.unit = design, unit
+
+    def put_on(self, load: np.ndarray, is_held: bool) -> None:
+        """Load (3; N) the target from now on."""
+        read = _read_by(self.design, self.unit, np.atleast_2d(load), is_held)
+        for chip in self.chips:
+            chip.hold(read)
 
     def now(self) -> float:
         """Seconds of the simulated clock: of the converter that is farthest on, to which the others catch up."""
@@ -145,14 +166,16 @@ def _port(text: str) -> Port:
 
 
 def _simulated(design: Design, query: str) -> Simulation:
-    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds`; `fault` may come several times; `state` and
-    `seed` as for `SimulatedConverter`.
+    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds`; `fault` may come several times; `unit` is the
+    number of a sensor as it is made, left out the one as drawn; `state` and `seed` as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
-    unknown = set(given) - {"load", "seconds", "fault", "state", "seed"}
+    unknown = set(given) - {"load", "seconds", "fault", "state", "seed", "unit"}
     if unknown:
-        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed")
+        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed, unit")
+    if "state" in given and "unit" in given:
+        raise ValueError("sim: a unit is assembled: unit and state do not go together")
     seconds = float(given.get("seconds", 1.0))
     loads = np.zeros((RAMP, 4))
     loads[:, 0] = np.linspace(0.0, seconds, RAMP)
@@ -164,11 +187,20 @@ def _simulated(design: Design, query: str) -> Simulation:
             loads[:, 1 + AXES.index(axis)] = np.linspace(float(ends[0]), float(ends[-1]), RAMP)
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
+    unit = units(sensors_of(design.response).known, 1, int(given["unit"]))[0] if "unit" in given else None
     chips = [
         SimulatedConverter(
-            design, loads=loads if "load" in given else None, faults=faults,
+            design, loads=loads if "load" in given or unit is not None else None, faults=faults,
+            frequencies=None if unit is None else _read_by(design, unit, loads[:, 1:]),
             state=given.get("state", "rest"), number=k, seed=int(given.get("seed", 1)) + k,
         )
         for k in range(number)
     ]  # fmt: skip
-    return Simulation(chips, seconds)
+    return Simulation(design, chips, seconds, unit)
+
+
+def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3; N): of a unit with its errors, or of the sensor as drawn."""
+    if unit is None:
+        return np.asarray(respond(design, loads=loads, rotation="held" if is_held else "free").frequency)
+    return np.asarray(sensors_of(design.response, is_held).under(unit, loads, exact=True))

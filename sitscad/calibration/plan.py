@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -34,6 +35,11 @@ class Plan:
     loads: Array
     errors: Array
     untared: Array
+
+    @property
+    def rows(self) -> Array:
+        """What is put on one after the other, (n + 3, 3; N): the loads, rest before, amid and after them."""
+        return np.insert(self.loads, [0, len(self.loads) // 2, len(self.loads)], 0.0, axis=0)
 
 
 def offered(sensors: Sensors, count: int) -> Array:
@@ -122,6 +128,21 @@ def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> tuple[Array, 
     return np.array(found), np.sqrt(np.mean(bare, axis=0)) * sensors.range.full_scales
 
 
-def load_names(axes: tuple[str, ...]) -> list[str]:
-    """The columns of a table of loads (N)."""
-    return [f"{name}_N" for name in AXES if name in axes]
+def table_head(sensors: Sensors) -> list[str]:
+    """The first lines of a table of points: how the target is loaded, and the columns."""
+    loads = [f"{name}_N" for name in AXES if name in sensors.range.axes]
+    return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
+
+
+GRAVITY = 9.80665
+"""Standard acceleration of free fall (m/s^2), by definition."""
+
+
+def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
+    """What is to be done for a load (3; N)."""
+    sides = [(k, name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
+    if rotation == "held":
+        return ", ".join([f"press {load[0]:.3g} N", *(f"push {load[k]:+.3g} N along {name}" for k, name in sides)])
+    said = [f"{1e3 * load[0] / GRAVITY:.0f} g on it"]
+    said += [f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}" for k, name in sides]
+    return ", ".join(said)

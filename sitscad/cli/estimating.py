@@ -222,7 +222,10 @@ def _points(done: int, of: int) -> None:
     metavar="held|free",
     help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
-def calibrate(spec: str, data: str | None, output: str | None, points: int, rotation: str | None) -> int:
+@click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")
+def calibrate(
+    spec: str, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None
+) -> int:
     """Plan a calibration, or fit the points of DATA.
 
     Without DATA it writes plan.csv, the loads that tell most, and plan.txt, how to take them; and the map from counts
@@ -232,6 +235,10 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
     poses from rest (x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg), and every coil with its unit (C1_counts, C1_Hz, C1_uH).
     A row without load is the tare; every row goes with the tare before it. Three points beside it at least, five to
     ten serve well.
+
+    With --from the plan is led through point by point: it says what to put on, waits until the readings are at rest,
+    and writes each point to measured.csv at once; the same command goes on there after Ctrl-C. The sensor is fitted in
+    the end. sim:SPEC?unit=1 is loaded as the plan says, for a trial without a board.
 
     The model's few unknowns are fitted first (gap, offsets, tilts, modulus, coils, capacitors), held by the scatter of
     manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
@@ -244,27 +251,36 @@ def calibrate(spec: str, data: str | None, output: str | None, points: int, rota
       calibration.json  the same for programs; sitscad.map_of reads it.
       calibration.html  errors, unknowns, every point and what is left of it.
       plan.csv, .txt    the points to take (without DATA).
+      measured.csv      the points that were taken (--from).
 
-    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, or
-    there is nothing to calibrate.
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, a
+    point could not be taken, or there is nothing to calibrate.
     """  # noqa: D301 - click asks for the control character itself
+    from sitscad.cli.leading import taken_points
     from sitscad.inspection import as_configured
     from sitscad.report.calibration import calibration_text
 
+    if data is not None and source is not None:
+        raise click.UsageError("DATA was taken before, --from takes points now: one of both")
     if rotation not in (None, "held", "free"):
         raise click.BadParameter(f"{rotation!r} is not one of held, free", param_hint="--rotation")
     loaded = spec_of(spec)
     if loaded is None:
         return 2
     design = sitscad.Design(loaded)
+    folder = output or f"{loaded.name}-calibration"
     try:
+        if source is not None:
+            data, planned = f"{folder}/measured.csv", sitscad.calibrate(design, rotation=rotation, points=points)
+            if not taken_points(design, planned, source, data):
+                return 2
         found = sitscad.calibrate(design, data, rotation=rotation, points=points)
     except sitscad.BenchError as error:
         say(str(error))
         return 2
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
-    for path in sitscad.write_calibration(found, output or f"{loaded.name}-calibration"):
+    for path in sitscad.write_calibration(found, folder):
         say(f"wrote {path}")
     print_result(calibration_text(found))
     return exit_code_of(as_configured(loaded, sitscad.check(loaded, design.layout, design.estimates)), spec)

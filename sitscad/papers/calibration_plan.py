@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
-from sitscad.calibration.plan import Plan, load_names
+from sitscad.calibration.plan import Plan, load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.scene.motions import ROTATIONS
-
-GRAVITY = 9.80665
-"""Standard acceleration of free fall (m/s^2), by definition."""
-
 
 LOADING = {
     "held": ("a stiff flat plate presses on all of it, guided so that it stays parallel to the board (a linear stage,",
@@ -29,11 +23,9 @@ def table(found: Calibration, plan: Plan) -> bytes:
     calibrate` reads. Its first line says how the target is loaded.
     """
     sensors = found.sensors
-    head = [*load_names(sensors.range.axes), *(f"{coil}_counts" for coil in sensors.coils)]
     rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils)
-            for load in np.insert(plan.loads, [0, len(plan.loads) // 2, len(plan.loads)], 0.0, axis=0)]
-    said = [f"# rotation: {sensors.rotation}"]
-    return ("\n".join(",".join(row) for row in [said, head, *rows]) + "\n").encode("ascii")
+            for load in plan.rows]
+    return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
 
 
 def words(found: Calibration, plan: Plan) -> bytes:
@@ -64,19 +56,11 @@ def words(found: Calibration, plan: Plan) -> bytes:
         f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
     for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
-        lines.append(f"{number:>3}  {_load(load, scope.axes, rotation):<48}  {_errors(error, scope.axes):<30}".rstrip())
+        words = load_words(load, scope.axes, rotation)
+        lines.append(f"{number:>3}  {words:<48}  {_errors(error, scope.axes):<30}".rstrip())
     weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
     lines += ["", *weighed, *(f"Note: {note}." for note in found.notes), ""]
     return "\n".join(lines).encode("ascii", "replace")
-
-
-def _load(load: Array, axes: Sequence[str], rotation: str) -> str:
-    sides = [(k, name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
-    if rotation == "held":
-        return ", ".join([f"press {load[0]:.3g} N", *(f"push {load[k]:+.3g} N along {name}" for k, name in sides)])
-    said = [f"{1e3 * load[0] / GRAVITY:.0f} g on it"]
-    said += [f"{1e3 * abs(load[k]) / GRAVITY:.0f} g pull {'+' if load[k] > 0.0 else '-'}{name}" for k, name in sides]
-    return ", ".join(said)
 
 
 def _errors(errors: Array, axes: Sequence[str]) -> str:

@@ -32,7 +32,7 @@ def design() -> sitscad.Design:
 
 def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) -> dict[str, tuple[str, str]]:
     """Verdict and words by name, of a simulated board."""
-    source = Simulation([SimulatedConverter(design, **given)])
+    source = Simulation(design, [SimulatedConverter(design, **given)])
     board = Board(design, source.chips)
     wrong = board.set_up()
     rows = list(scans(board, source, seconds))
