@@ -123,6 +123,7 @@ def design(
     Files:
       designs/1.yaml, ...  the designs that are kept, whole specs for `build`.
       front.csv            every design that no other one beats.
+      study.html           the whole answer as a page, with the front to look at.
       study.json           the whole answer, for programs.
       archive.jsonl        every design that was looked at: the same command
                            goes on from there, and ends with the same files.
@@ -131,7 +132,8 @@ def design(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.inspection import unreadable
     from sitscad.package import write_file
-    from sitscad.study.answer_files import answer_files, answer_json, answer_text
+    from sitscad.study.answer_files import answer_files, answer_json
+    from sitscad.study.answer_text import answer_text
 
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:

@@ -15,7 +15,7 @@ from sitscad.record import record
 from sitscad.study.document import Asked, Goal
 from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.running import Found, costs, violations
+from sitscad.study.running import Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point
 from sitscad.study.spreads import Yield
@@ -68,14 +68,39 @@ class Kept:
     units: Yield | None
 
 
+@record
+class Slice:
+    """A design with one key varied: the evaluations by the screen, a value each, in their order."""
+
+    key: str
+    points: tuple[Point, ...]
+    evaluations: tuple[Evaluation, ...]
+
+
+IN_SLICE = 13
+"""Values of a key that a slice has, and that of the design itself."""
+
+
+def slice_points(asked: Asked, through: Point) -> dict[str, tuple[Point, ...]]:
+    """The points of the slices through a design, by key: values spread evenly, its own among them."""
+    found = {}
+    for k, variable in enumerate(asked.space.variables):
+        last = len(variable.values) - 1
+        wanted = {round(n * last / (IN_SLICE - 1)) for n in range(IN_SLICE)} | {through[k]}
+        found[variable.key] = tuple((*through[:k], n, *through[k + 1 :]) for n in sorted(wanted))
+    return found
+
+
 def bindings(asked: Asked, found: Found) -> list[Binding]:
-    """What refuses designs, what refuses most alone first."""
+    """What refuses designs, what refuses most alone first. Of a design that cannot be drawn nothing else is known: it
+    counts among those that its rule refuses, and not among those that the rule refuses alone.
+    """
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[float, Breach, Point]] = {}
     for point in found.screened:
         broken = violations(asked, found.of(point))
         every.update(list(broken))
-        if len(broken) != 1:
+        if len(broken) != 1 or is_unmade(broken):
             continue
         (name, breach), = broken.items()
         alone[name] += 1
@@ -88,13 +113,17 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
 
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:
-    """That which lets go of the fewest names, and of these lies least beyond them; None where one design keeps all."""
+    """That which lets go of the fewest names, and of these lies least beyond them; None where one design keeps all, or
+    none can be drawn.
+    """
     best: tuple[int, float, int] | None = None
     chosen: Relaxation | None = None
     for k, point in enumerate(found.screened):
         broken = violations(asked, found.of(point))
         if not broken:
             return None
+        if is_unmade(broken):
+            continue
         size = len(broken), sum(one.size for one in broken.values()), k
         if best is None or size < best:
             best, chosen = size, Relaxation(tuple(sorted(broken)), broken, point)
@@ -209,10 +238,11 @@ def alike_goals(asked: Asked, found: Found) -> Iterator[Goal]:
 def changed(asked: Asked, point: Point) -> dict[str, Any]:
     """What differs from the base, by key, as a spec has it."""
     before = asked.base.values(())
-    return {key: value for key, value in asked.space.changes(point) if _at(before, key) != value}
+    return {key: value for key, value in asked.space.changes(point) if at_key(before, key) != value}
 
 
-def _at(data: Any, key: str) -> Any:
+def at_key(data: Any, key: str) -> Any:
+    """The plain value under a dotted key; None where there is none."""
     for name in key.split("."):
         data = data.get(name) if isinstance(data, dict) else None
     return data

@@ -112,8 +112,9 @@ OF_NO_JUDGEMENT = {
 }
 """Rooms that no verdict and no figure of a design comes from."""
 
-SEARCHING = {"answer.py", "answer_files.py", "archive.py", "document.py", "evaluating.py", "listing.py", "running.py",
-             "search.py", "space.py", "study.py", "sweep_files.py", "sweeping.py", "base.py", "__init__.py"}
+SEARCHING = {"answer.py", "answer_files.py", "answer_text.py", "archive.py", "base.py", "charts.py", "document.py",
+             "evaluating.py", "listing.py", "page.py", "running.py", "search.py", "space.py", "study.py",
+             "sweep_files.py", "sweeping.py", "__init__.py"}
 """The modules of this room that none comes from, either."""
 
 

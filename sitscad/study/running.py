@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import nsmallest
 from statistics import NormalDist
@@ -97,8 +97,13 @@ def costs(asked: Asked, found: Evaluation) -> Costs:
     """What a design costs the search."""
     goals = tuple(goal.cost(found.values[goal.measure][0]) if goal.measure in found.values else None
                   for goal in asked.goals)
-    unmade = NOT_MADE if any(rule.startswith("SIT0") for rule in found.refused) else 0.0
+    unmade = NOT_MADE if is_unmade(found.refused) else 0.0
     return Costs(goals, unmade + sum(breach.size for breach in violations(asked, found).values()))
+
+
+def is_unmade(broken: Iterable[str]) -> bool:
+    """Whether a rule of the spec itself is broken, so that nothing can be drawn and no other rule asked."""
+    return any(name.startswith("SIT0") and name != IN_VAIN for name in broken)
 
 
 NOT_MADE = 10.0
@@ -134,33 +139,38 @@ class Run:
         self._asked, self._workers, self._archive = asked, workers, archive
         self._progress = progress or (lambda state: None)
         self._costs: dict[Point, Costs] = {}
+        self._made: set[str] = set()  # keys of what this run evaluated itself
         total = min(asked.evaluations, asked.space.size)
         self._told = {level: _Tally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
         self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)))
 
     def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
         """Evaluations of points on a level, taken from the archive where it has them."""
+        kept = self.found.full if level == FULL else self.found.screened
+        for point, one in self.aside(points, level).items():
+            if point not in kept:
+                kept[point] = one
+                self._costs[point] = costs(self._asked, one)
+        return [kept[point] for point in points]
+
+    def aside(self, points: Sequence[Point], level: str = SCREEN) -> dict[Point, Evaluation]:
+        """Evaluations that are no part of the search: they are kept in the archive alone."""
         base, measures = self._asked.base, self._asked.measures
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {point: base.key(changes[point], level) for point in points}
         known = {point: self._archive.evaluation(keys[point], measures) for point in points}
         missing = [point for point, one in known.items() if one is None]
-        self.found.reused += len(known) - len(missing)
-        kept = self.found.full if level == FULL else self.found.screened
-        for one in known.values():
-            if one is not None:
-                self._told[level].note(one)
+        self.found.reused += sum(one is not None and keys[point] not in self._made for point, one in known.items())
+        found = {point: one for point, one in known.items() if one is not None}
+        for one in found.values():
+            self._told[level].note(one)
         made = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, one in zip(missing, made, strict=True):
             self._archive.add(keys[point], changes[point], one.as_json())
-            known[point] = one
+            self._made.add(keys[point])
+            found[point] = one
             self._told[level].note(one)
-        for point, one in known.items():
-            assert one is not None
-            if point not in kept:
-                kept[point] = one
-                self._costs[point] = costs(self._asked, one)
-        return [kept[point] for point in points]
+        return {point: found[point] for point in known}
 
     def search(self) -> None:
         """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,

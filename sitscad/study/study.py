@@ -25,7 +25,7 @@ from sitscad.spec.load import plain, read_text, yaml_text
 from sitscad.spec.sensor import LONGEST_NAME
 from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer
-from sitscad.study.answer import Agreement, Binding, Kept, Relaxation
+from sitscad.study.answer import Agreement, Binding, Kept, Relaxation, Slice
 from sitscad.study.archive import ARCHIVE, Archive
 from sitscad.study.changes import Base, Changes
 from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
@@ -43,7 +43,8 @@ class StudyAnswer:
 
     ``base`` is the base itself, judged in full; ``found`` everything that was evaluated; ``bindings`` and
     ``relaxation`` what stands in the way; ``agreement`` how well both levels agree; ``alike`` goals that nothing that
-    varies decides; ``front`` the points that none beats, ``kept`` the designs that are kept, ``texts`` their specs.
+    varies decides; ``front`` the points that none beats, ``kept`` the designs that are kept, ``texts`` their specs;
+    ``slices`` run through the first that is kept, or else through that of the relaxation (``chosen``).
     """
 
     name: str
@@ -58,6 +59,8 @@ class StudyAnswer:
     kept: tuple[Kept, ...]
     texts: tuple[str, ...]
     fallen: int = 0
+    chosen: Point | None = None
+    slices: tuple[Slice, ...] = ()
 
     @property
     def is_met(self) -> bool:
@@ -110,13 +113,24 @@ class Study:
             run = Run(asked, workers, archive, progress)
             run.search()
             kept, fallen = _all_kept(asked, run, draws)
+            least = answer.relaxation(asked, run.found)
+            chosen = kept[0].point if kept else least.point if least is not None else None
+            slices = _slices(asked, run, chosen)
         found = run.found
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
-            answer.relaxation(asked, found), answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
+            least, answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
             tuple(answer.front(asked, found)), kept,
-            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)), fallen,
+            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)), fallen, chosen, slices,
         )
+
+
+def _slices(asked: Asked, run: Run, through: Point | None) -> tuple[Slice, ...]:
+    if through is None:
+        return ()
+    wanted = answer.slice_points(asked, through)
+    found = run.aside([*dict.fromkeys(point for points in wanted.values() for point in points)])
+    return tuple(Slice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
 
 
 def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[tuple[Kept, ...], int]:

@@ -112,7 +112,7 @@ def sweep_svg(table: SweepTable) -> str:
     return svg(sheet)
 
 
-def _scale(name: str, values: Array) -> tuple[float, str]:
+def scale_of(name: str, values: Array) -> tuple[float, str]:
     """The factor and the unit in which a measure is drawn."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(finite.max()) if finite.size else 0.0
@@ -146,7 +146,7 @@ def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
 
     def draw(figure: Any) -> None:
         axes, (at, names) = figure.subplots(), _axis(written)
-        factor, unit = _scale(name, table.values[name])
+        factor, unit = scale_of(name, table.values[name])
         values, errors = factor * table.values[name], factor * table.errors[name]
         failed = np.array([verdict == FAILS for verdict in table.verdict])
         (line,) = axes.plot(at, values, marker="o", markersize=2.5, linestyle="-" if names is None else "")
@@ -170,7 +170,7 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
 
     def draw(figure: Any) -> None:
         axes, (x, x_names), (y, y_names) = figure.subplots(), _axis(across), _axis(down)
-        factor, unit = _scale(name, table.values[name])
+        factor, unit = scale_of(name, table.values[name])
         values = factor * table.values[name].reshape(rows, columns)
         xs, ys = _borders(x), _borders(y)
         mesh = axes.pcolormesh(xs, ys, np.ma.masked_invalid(values), cmap="viridis", linewidth=0.0)

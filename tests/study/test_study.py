@@ -20,7 +20,8 @@ import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.answer import hypervolume
-from sitscad.study.answer_files import answer_files, answer_json, answer_text
+from sitscad.study.answer_files import answer_files, answer_json
+from sitscad.study.answer_text import answer_text
 from sitscad.study.archive import ARCHIVE, Archive
 from sitscad.study.document import StudyDocument
 from sitscad.study.search import Costs, ranked, search, sobol_set

@@ -1,0 +1,249 @@
+"""The pictures of a study's page: fields of designs by two goals, parallel axes, slices through a design, bars.
+
+All are sheets in pixels, whole without scripts; what stands for a design is named ``CHART-design-NUMBER``, by which the
+page's script finds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+
+from sitscad.drawing.sheet import COLOURS, Pen, Sheet, text_width
+from sitscad.drawing.svg import svg
+from sitscad.geometry.path import Path, Point, circle, polyline, rectangle
+from sitscad.record import record
+
+INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
+REFUSED, PASSES, FRONT, KEPT = "#b9c1c9", "#7fa8d6", COLOURS[0], COLOURS[1]
+LETTERS = 12.0
+
+
+@record
+class Axis:
+    """Figures along a side of a chart: their name, between which, and what is written where."""
+
+    title: str
+    low: float
+    high: float
+    ticks: tuple[tuple[float, str], ...]
+
+    def at(self, value: float) -> float:
+        """Where a figure stands: 0 at the low end, 1 at the high one, and never beyond."""
+        return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
+
+    def has(self, value: float | None) -> bool:
+        """Whether a figure lies on it."""
+        return value is not None and self.low <= value <= self.high
+
+
+def axis_of_figures(title: str, values: Iterable[float], parts: int = 4) -> Axis:
+    """One that holds all of some figures, with round ones written at it."""
+    found = [value for value in values if math.isfinite(value)] or [0.0]
+    low, high = min(found), max(found)
+    room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    low, high = low - room, high + room
+    power = 10.0 ** math.floor(math.log10((high - low) / parts))
+    step = next(k * power for k in (1, 2, 5, 10) if k * power * parts >= high - low)
+    first = math.ceil(low / step - 1e-9)
+    ticks = [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
+    return Axis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
+
+
+def axis_of_values(title: str, values: Sequence[object], own: int | None = None) -> Axis:
+    """One of counted values: the first, the last and the design's own (else the middle one) are written."""
+    last = len(values) - 1
+    between = last // 2 if own is None else own
+    return Axis(title, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, between, last})))
+
+
+@record
+class Mark:
+    """A design in a chart: its number, what it is (a key of `MARKS`), and the number that it is kept under."""
+
+    number: int
+    kind: str
+    kept: int = 0
+
+
+MARKS = {
+    "refused": (2.2, REFUSED), "passes": (2.6, PASSES), "front": (4.0, FRONT), "nearest": (7.0, KEPT),
+    "kept": (8.0, KEPT),
+}
+"""Radius (px) and colour of a design, in the order of drawing: what it is is the best that can be said of it."""
+
+
+def in_order(marks: Iterable[Mark]) -> list[Mark]:
+    """The lesser ones first, so that they lie below."""
+    return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
+
+
+def field(
+    name: str, axes: tuple[Axis, Axis], marks: Iterable[Mark], place: Callable[[Mark], tuple[float, float] | None],
+    base: tuple[float, float] | None,
+) -> str:
+    """Designs by two figures; those beyond the axes are left out."""
+    size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
+    sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
+    _level(sheet, across, (left, right), (low, top))
+    _upright(sheet, up, (low, top), (left, right))
+    sheet.text((left + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
+    sheet.text(left - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
+
+    def point(at: tuple[float, float]) -> Point:
+        return Point(left + across.at(at[0]) * (right - left), low + up.at(at[1]) * (top - low))
+
+    for mark in in_order(marks):
+        at = place(mark)
+        if at is None or not (across.has(at[0]) and up.has(at[1])):
+            continue
+        radius, colour = MARKS[mark.kind]
+        with sheet.group(f"{name}-design-{mark.number}", kind=f"design {mark.kind}"):
+            sheet.draw(circle(point(at), radius), None, colour)
+            if mark.kept:
+                sheet.text(point(at).x, point(at).y - 4.0, str(mark.kept), 11.0, "middle", colour="#ffffff", bold=True)
+    if base is not None and across.has(base[0]) and up.has(base[1]):
+        at = point(base)
+        sheet.draw(circle(at, 6.0), Pen(2.0, INK))
+        sheet.text(at.x + 9.0, at.y - 4.0, "base", 11.0, colour=INK, halo=3.0)
+    return svg(sheet)
+
+
+def _level(sheet: Sheet, axis: Axis, span: tuple[float, float], ends: tuple[float, float]) -> None:
+    """Lines upwards from an axis that lies level, and what is written at them."""
+    for value, words in axis.ticks:
+        x = span[0] + axis.at(value) * (span[1] - span[0])
+        sheet.line(x, ends[0], x, ends[1], Pen(1.0, LINE))
+        sheet.text(x, ends[0] - 16.0, words, 11.0, "middle", colour=SOFT)
+
+
+def _upright(sheet: Sheet, axis: Axis, span: tuple[float, float], ends: tuple[float, float]) -> None:
+    for value, words in axis.ticks:
+        y = span[0] + axis.at(value) * (span[1] - span[0])
+        sheet.line(ends[0], y, ends[1], y, Pen(1.0, LINE))
+        sheet.text(ends[0] - 6.0, y - 4.0, words, 11.0, "end", colour=SOFT)
+
+
+PARALLEL = (380.0, 40.0, 300.0)
+"""Height of the picture of parallel axes, and where they begin and end (px)."""
+
+
+def parallel(axes: Sequence[Axis], marks: Iterable[Mark], values: Callable[[Mark], Sequence[float] | None]) -> str:
+    """A line a design over upright axes; beyond its axis a figure is drawn at its end."""
+    height, low, top = PARALLEL
+    step = max(118.0, 900.0 / max(1, len(axes) - 1))
+    sheet = Sheet("All keys and goals", (step * (len(axes) - 1) + 150.0, height), unit="", decimals=1)
+    places = [75.0 + step * k for k in range(len(axes))]
+    for mark in in_order(marks):
+        row = values(mark)
+        if row is None:
+            continue
+        line = [Point(x, low + axis.at(value) * (top - low)) for x, axis, value in zip(places, axes, row, strict=True)]
+        width = {"kept": 2.6, "nearest": 2.6, "front": 1.4}.get(mark.kind, 0.6)
+        with sheet.group(f"lines-design-{mark.number}", kind=f"design {mark.kind}"):
+            sheet.draw(polyline(line), Pen(width, MARKS[mark.kind][1]))
+    for k, (x, axis) in enumerate(zip(places, axes, strict=True)):
+        with sheet.group(f"lines-axis-{k}", kind="axis"):
+            sheet.line(x, low, x, top, Pen(1.4, INK))
+        for value, words in axis.ticks:
+            y = low + axis.at(value) * (top - low)
+            sheet.line(x - 4.0, y, x, y, Pen(1.4, INK))
+            sheet.text(x - 7.0, y - 4.0, words, 11.0, "end", colour=INK, halo=3.0)
+        sheet.text(x, top + 18.0 + 24.0 * (k % 2), axis.title, LETTERS, "middle", colour=INK, bold=True)
+    return svg(sheet)
+
+
+@record
+class Strip:
+    """A rule along a slice: its name, and by value whether it refuses."""
+
+    name: str
+    refuses: tuple[bool, ...]
+
+
+def slice_of(
+    across: Axis, places: Sequence[float], own: float, curves: Sequence[tuple[Axis, Sequence[float | None]]],
+    strips: Sequence[Strip],
+) -> str:
+    """How figures go with one key, one below the other, and below them from where to where each rule refuses: cells
+    about the values that were looked at, whose edges lie between two of them.
+    """
+    panel, row, (left, right) = 104.0, 17.0, (64.0, 350.0)
+    size = (364.0, 40.0 + row * len(strips) + panel * len(curves) + 6.0)
+    sheet = Sheet(f"Along {across.title}", size, unit="", decimals=1)
+    foot = 40.0 + row * len(strips)
+
+    def x(value: float) -> float:
+        return left + across.at(value) * (right - left)
+
+    for k, (up, values) in enumerate(reversed(curves)):
+        low, top = foot + panel * k + 8.0, foot + panel * (k + 1) - 18.0
+        _upright(sheet, up, (low, top), (left, right))
+        sheet.text(left, top + 6.0, up.title, 11.0, colour=INK)
+        sheet.line(x(own), low, x(own), top, Pen(1.0, KEPT, (4.0, 3.0)))
+        found = [(x(at), low + up.at(value) * (top - low)) for at, value in zip(places, values, strict=True)
+                 if value is not None]
+        if len(found) > 1:
+            sheet.draw(polyline([Point(*each) for each in found]), Pen(1.0, PASSES))
+        for each in found:
+            sheet.draw(circle(Point(*each), 2.6), None, FRONT)
+    middles = [(a + b) / 2 for a, b in pairwise(places)]
+    edges = [across.low, *middles, across.high]
+    for k, strip in enumerate(reversed(strips)):
+        low = 40.0 + row * k
+        for (begin, end), refuses in zip(pairwise(edges), strip.refuses, strict=True):
+            if refuses:
+                sheet.draw(rectangle(x(begin), low + 2.0, x(end), low + row - 2.0), None, "#e3b4ae")
+        sheet.text(left + 4.0, low + 4.5, strip.name, 10.5, colour=INK)
+    for value, words in across.ticks:
+        anchor = "start" if across.at(value) < 0.15 else "end" if across.at(value) > 0.85 else "middle"
+        sheet.text(x(value), 24.0, words, 11.0, anchor, colour=SOFT)
+    sheet.text((left + right) / 2, 6.0, across.title, LETTERS, "middle", colour=INK, bold=True)
+    return svg(sheet)
+
+
+@record
+class Bar:
+    """A name, a share (0 to 1), the part of it that is drawn in full colour, and what is written at its end."""
+
+    name: str
+    share: float
+    full: float
+    words: str
+
+
+def bars(title: str, rows: Sequence[Bar]) -> str:
+    """Shares below each other."""
+    row, width = 24.0, 760.0
+    left = 24.0 + 1.06 * max(text_width(each.name, LETTERS) for each in rows)
+    room = width - left - 24.0 - 1.06 * max(text_width(each.words, LETTERS) for each in rows)
+    sheet = Sheet(title, (width, row * len(rows) + 6.0), unit="", decimals=1)
+    for k, each in enumerate(rows):
+        low = row * (len(rows) - 1 - k) + 5.0
+        sheet.text(left - 8.0, low + 4.0, each.name, LETTERS, "end", colour=INK)
+        for share, colour in ((each.share, REFUSED), (each.full, KEPT)):
+            if share > 0.0:
+                sheet.draw(rectangle(left, low, left + max(1.0, share * room), low + row - 8.0), None, colour)
+        sheet.text(left + max(each.share, each.full) * room + 6.0, low + 4.0, each.words, LETTERS, colour=SOFT)
+    return svg(sheet)
+
+
+def board_sketch(
+    body: tuple[float, float, float, float], windings: Sequence[Path], width: float, target: Path | None
+) -> str:
+    """A board without leads, as seen from the top (m): its body, the tracks of a layer, and the target over it."""
+    wide = 420.0
+    scale = (wide - 20.0) / (body[2] - body[0])
+    high = (body[3] - body[1]) * scale + 20.0
+
+    def placed(path: Path) -> Path:
+        return path.mapped(lambda p: Point(10.0 + (p.x - body[0]) * scale, 10.0 + (p.y - body[1]) * scale))
+
+    sheet = Sheet("The coils from the top", (wide, high), unit="", decimals=1)
+    sheet.draw(placed(rectangle(*body)), Pen(1.5, "#222222"), "#f1e8d2")
+    for path in windings:
+        sheet.draw(placed(path), Pen(width * scale, "#d55e00"))
+    if target is not None:
+        sheet.draw(placed(target), Pen(1.5, "#0072b2", (6.0, 4.0)))
+    return svg(sheet)

@@ -1,0 +1,426 @@
+"""A study's page: its answer as one HTML file that loads nothing, whole as tables and pictures where no script runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from html import escape
+from importlib.resources import files
+from itertools import combinations
+from typing import Any
+
+from sitscad.drawing.pictures.board import picture
+from sitscad.drawing.web_page import figure, page, part, table
+from sitscad.layout.arrangement import arrange, sketch
+from sitscad.report.moving import embedded
+from sitscad.scene import bodies
+from sitscad.spec.format.reading import SpecError
+from sitscad.study.answer import Slice, at_key
+from sitscad.study.answer_text import (
+    breach_words,
+    keys_words,
+    onward,
+    sigma_words,
+    trust_lines,
+    verdict_lines,
+    yield_words,
+)
+from sitscad.study.charts import (
+    Axis,
+    Bar,
+    Mark,
+    Strip,
+    axis_of_figures,
+    axis_of_values,
+    bars,
+    board_sketch,
+    field,
+    parallel,
+    slice_of,
+)
+from sitscad.study.evaluation import Evaluation
+from sitscad.study.running import violations
+from sitscad.study.space import Point
+from sitscad.study.study import StudyAnswer
+from sitscad.study.sweep_files import rule_titles, scale_of, shown
+from sitscad.units import counted
+
+MOST_OTHERS = 2000
+"""Designs beside the front that the page shows."""
+
+MOST_SKETCHES = 1_000_000
+"""Characters of small drawings that the page holds; designs beyond are shown as figures alone."""
+
+Values = Mapping[str, float]
+
+
+class StudyPage:
+    """The page of an answer."""
+
+    def __init__(self, said: StudyAnswer) -> None:
+        self.said, self.asked = said, said.asked
+        self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
+        self.numbers = {one.point: k for k, one in enumerate(said.kept, 1)}
+        self.points = self._points()
+
+    def _points(self) -> list[Point]:
+        """The whole front, and of all others so many at most, evenly among those that were looked at."""
+        own = [self.said.chosen] if self.said.chosen is not None else []
+        front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
+        others = [point for point in self.said.found.screened if point not in set(front)]
+        count = min(len(others), MOST_OTHERS)
+        return front + [others[k * len(others) // count] for k in range(count)]
+
+    @cached_property
+    def scales(self) -> dict[str, tuple[float, str]]:
+        """By measure the factor and the unit in which it is drawn: that of the front's middle design, or of any."""
+        import numpy as np
+
+        found = {}
+        for name in self.names:
+            values = [one.values[name][0] for point in (self.said.front or self.points)
+                      if name in (one := self.said.found.of(point)).values]
+            found[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
+        return found
+
+    def scaled(self, one: Evaluation) -> dict[str, float]:
+        """The figures of an evaluation as they are drawn."""
+        return {name: one.values[name][0] * self.scales[name][0] for name in self.names if name in one.values}
+
+    @cached_property
+    def figures(self) -> list[dict[str, float]]:
+        """Those of all points, by number."""
+        return [self.scaled(self.said.found.of(point)) for point in self.points]
+
+    @cached_property
+    def marks(self) -> list[Mark]:
+        """All points as charts show them."""
+        return [Mark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
+
+    def _kind(self, point: Point) -> str:
+        if point in self.numbers:
+            return "kept"
+        if point == self.said.chosen:
+            return "nearest"
+        if point in self.said.front:
+            return "front"
+        return "refused" if violations(self.asked, self.said.found.of(point)) else "passes"
+
+    @cached_property
+    def axes(self) -> dict[str, Axis]:
+        """By measure an axis that holds the front, else the better four fifths of all."""
+        found = {}
+        wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
+        better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
+        for name in self.names:
+            values = sorted(values[name] for k, values in enumerate(self.figures)
+                            if name in values and (k in wanted or not wanted))
+            if not wanted:
+                most = 4 * len(values) // 5
+                values = values[: most + 1] if better.get(name, True) else values[len(values) - most :]
+            low, high = (values[0], values[-1]) if values else (0.0, 1.0)
+            base = self.scaled(self.said.base).get(name)
+            near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
+            found[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
+        return found
+
+    def titled(self, name: str) -> str:
+        """A measure with its unit."""
+        unit = self.scales[name][1]
+        return f"{name} ({unit})" if unit else name
+
+    def html(self) -> str:
+        """The whole file."""
+        words = [goal.words for goal in self.asked.goals]
+        script = (files("sitscad.report") / "assets" / "study.js").read_text(encoding="utf-8")
+        parts = [
+            f"<style>{STYLE}</style>",
+            self.head(words),
+            part("What stands in the way", self.in_the_way()) if not self.said.is_met else "",
+            part("Designs", self.designs()),
+            part("Yield", self.yields()),
+            part("The front" if self.said.front else "What was found", self.front()),
+            part("All keys and goals", self.lines()),
+            part("Around " + (self.own_name or "it"), self.slices()),
+            part("Why designs were refused", self.in_the_way()) if self.said.is_met else "",
+            part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.said)))),
+            part("How it goes on", self.onward()),
+            embedded("study-data", self.data()),
+            f"<script>{script}</script>",
+        ]
+        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(_file(self.asked.base.path))}, SHA-256 "
+                    f"{self.asked.base.spec.source.sha256}")
+
+    def head(self, goals: Sequence[str]) -> str:
+        """The name, whether it can be met, and the best of each goal beside the base."""
+        said = self.said
+        kind, words = ("good", "It can be met") if said.is_met else ("bad", "No design keeps everything")
+        first, *more = verdict_lines(said)
+        asks = [f"{one.measure} {one.written}" for one in self.asked.require]
+        tiles = []
+        for goal in self.asked.goals:
+            values = [said.found.full[p].values[goal.measure][0] for p in said.front]
+            if values:
+                base = said.base.values.get(goal.measure)
+                beside = f"; the base has {shown(goal.measure, base[0])}" if base else ""
+                best = shown(goal.measure, min(values, key=goal.cost))
+                words_of = escape(f"best {goal.measure}{beside}")
+                tiles.append(f"<div class='tile'><b>{escape(best)}</b><span>{words_of}</span></div>")
+        return (
+            f"<header><h1>{escape(said.name)}</h1><p class='soft'>{escape(', '.join(goals))}"
+            f"{escape('; require ' + ', '.join(asks) if asks else '')}</p><p class='verdict {kind}'>{words}</p>"
+            f"{''.join(_paragraphs([first, *more]))}</header>"
+            + (f"<div class='tiles'>{''.join(tiles)}</div>" if tiles else "")
+        )
+
+    def in_the_way(self) -> str:
+        """What refuses designs as bars and as a table, and the smallest relaxation that was tried."""
+        titles, said = rule_titles(), self.said
+        rows = [Bar(titles.get(one.name, one.name), one.share, one.alone, f"{one.share:.1%}, alone {one.alone:.1%}")
+                for one in said.bindings[:MOST_BARS]]
+        told = [[titles.get(one.name, one.name), f"{one.share:.1%}", f"{one.alone:.1%}",
+                 breach_words(one.name, one.nearest),
+                 keys_words(self.asked.space.chosen(one.nearest_at)) if one.nearest_at is not None else ""]
+                for one in said.bindings]
+        least = ""
+        if said.relaxation is not None:
+            names = said.relaxation.names
+            words = [f"let go of {titles.get(name, name)} {breach_words(name, said.relaxation.breaches[name])}".rstrip()
+                     for name in names]
+            least = (
+                f"<p><b>The smallest relaxation that was tried and admits a design:</b> {escape('; '.join(words))}</p>"
+                f"<p class='soft'>with {escape(keys_words(self.asked.space.chosen(said.relaxation.point)))}</p>"
+            )
+        drawn = figure(bars("What refuses designs", rows), "Share of the designs that were looked at; in full colour "
+                       "those that nothing else refuses.") if rows else "<p>Nothing refused a design.</p>"
+        head = ["rule or requirement", "share", "alone", "the nearest that it alone refused", "with"]
+        numbers, wide = [False, True, True, False, False], 5 if any(row[3] for row in told) else 3
+        return least + drawn + table(head[:wide], [row[:wide] for row in told], numbers[:wide])
+
+    def designs(self) -> str:
+        """The base and the designs that are kept: a table, then each with its drawing."""
+        if not self.said.kept:
+            return ""
+        rows = [["base", *self._cells(self.said.base), ", ".join(self.said.base.refused)]]
+        rows += [[str(k), *self._cells(one.evaluation), "" if one.units is None else f"{one.units.share:.1%}"]
+                 for k, one in enumerate(self.said.kept, 1)]
+        head = ["design", *self.names, "yield, or refused by"]
+        return table(head, rows, [False, *[True] * len(self.names), False]) + "".join(
+            self._design(k) for k in range(1, len(self.said.kept) + 1))
+
+    def _cells(self, one: Evaluation) -> list[str]:
+        return [shown(name, one.values[name][0]) if name in one.values else "-" for name in self.names]
+
+    def _design(self, number: int) -> str:
+        one, base = self.said.kept[number - 1], self.asked.base
+        before = base.values(())
+        spec = base.design(self.asked.space.changes(one.point))
+        layout = arrange(spec)
+        x0, y0, x1, y1 = layout.body
+        drawn = figure(picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}"),
+                       f"Design {number} from the top, its tail cut off")
+        rows = [[key, "-" if at_key(before, key) is None else str(at_key(before, key)), str(value)]
+                for key, value in one.changed.items()]
+        return (
+            f"<article id='kept-{number}'><h3>Design {number}: designs/{number}.yaml</h3>"
+            + table(["key", "base", "here"], rows, [False, True, True]) + drawn + "</article>"
+        )
+
+    def yields(self) -> str:
+        """The yield of each kept design with its interval, and bars of what decides it."""
+        body = ""
+        for k, one in enumerate(self.said.kept, 1):
+            if one.units is None:
+                continue
+            body += "".join(_paragraphs([f"Design {k}: {yield_words(one.units)}", *sigma_words(one)]))
+            rows = [Bar(name, index, index, f"{index:.0%}") for name, index in one.units.costs.items()]
+            if rows:
+                body += figure(bars(f"What decides the yield of design {k}", rows),
+                               f"Design {k}: which spread decides whether a unit is good (Sobol' indices, first order)")
+        return body
+
+    def front(self) -> str:
+        """Designs by every two goals, the chosen one, and the front as a table."""
+        goals = [goal.measure for goal in self.asked.goals]
+        pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.asked.space.variables[0].key, goals[0])]
+        drawn, base = "", self.scaled(self.said.base)
+        for k, (across, up) in enumerate(pairs):
+            axes = self._key_axis(across) if across not in self.axes else self.axes[across], self.axes[up]
+
+            def place(mark: Mark, across: str = across, up: str = up) -> tuple[float, float] | None:
+                own = self.figures[mark.number] | self._indices(self.points[mark.number])
+                return (own[across], own[up]) if across in own and up in own else None
+
+            at = (base[across], base[up]) if across in base and up in base else None
+            beyond = sum(1 for mark in self.marks if not _is_on(axes, place(mark)))
+            drawn += figure(field(f"field-{k}", axes, self.marks, place, at), CAPTION + (
+                f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
+        return f"<div class='fields'>{drawn}</div>{CHOSEN}" + self._front_table()
+
+    def _front_table(self) -> str:
+        rows = [[str(self.numbers.get(point, "")), *map(str, self.asked.space.chosen(point).values()),
+                 *self._cells(self.said.found.full[point])] for point in self.said.front]
+        keys = [v.key for v in self.asked.space.variables]
+        numbers = [False, *[True] * (len(keys) + len(self.names))]
+        told = table(["kept", *keys, *self.names], rows, numbers)
+        words = f"The front as a table: {counted(len(rows), 'design')}"
+        return f"<details class='front'><summary>{words}</summary>{told}</details>" if rows else ""
+
+    def _key_axis(self, key: str, own: int | None = None) -> Axis:
+        return next(axis_of_values(v.key, v.values, own) for v in self.asked.space.variables if v.key == key)
+
+    def _indices(self, point: Point) -> dict[str, float]:
+        return {v.key: float(k) for v, k in zip(self.asked.space.variables, point, strict=True)}
+
+    def lines(self) -> str:
+        """Parallel axes of all keys and measures."""
+        keys = [v.key for v in self.asked.space.variables]
+        axes = [*map(self._key_axis, keys), *(self.axes[name] for name in self.names)]
+
+        def values(mark: Mark) -> list[float] | None:
+            own = self.figures[mark.number]
+            if not all(name in own for name in self.names):
+                return None
+            return [*map(float, self.points[mark.number]), *(own[name] for name in self.names)]
+
+        return f"<div id='lines'>{figure(parallel(axes, self.marks, values), LINES)}</div>"
+
+    @property
+    def own_name(self) -> str:
+        """What the design is called that slices run through; nothing where there is none."""
+        if self.said.chosen is None:
+            return ""
+        return "design 1" if self.said.kept else "the nearest design"
+
+    def slices(self) -> str:
+        """A picture a key: how the goals go with it and where rules refuse, all other keys kept."""
+        drawn = "".join(self._slice(k, one) for k, one in enumerate(self.said.slices))
+        words = (f"Each key of {self.own_name} by itself, by the screen: figures, and below them from where to where "
+                 "each rule or requirement refuses. The dashed line is the design.")
+        return f"<p class='soft'>{words}</p><div class='cuts'>{drawn}</div>" if drawn else ""
+
+    def _slice(self, k: int, one: Slice) -> str:
+        assert self.said.chosen is not None
+        curves = []
+        for goal in self.asked.goals:
+            found = [self.scaled(each).get(goal.measure) for each in one.evaluations]
+            known = [value for value in found if value is not None]
+            if known:
+                curves.append((axis_of_figures(self.titled(goal.measure), known, 3), found))
+        broken, titles = [violations(self.asked, each) for each in one.evaluations], rule_titles()
+        rules = sorted({name for each in broken for name in each})
+        strips = [Strip(titles.get(name, name), tuple(name in each for each in broken)) for name in rules]
+        places, own = [float(point[k]) for point in one.points], float(self.said.chosen[k])
+        drawn = slice_of(self._key_axis(one.key, self.said.chosen[k]), places, own, curves, strips)
+        return f"<div class='paper'>{drawn[drawn.index('<svg'):]}</div>"
+
+    def onward(self) -> str:
+        """The next command, and where the files are."""
+        said, command, _ = next(onward(self.said, ".")).partition("sitscad build ./")
+        next_one = "<p>In this folder:</p><pre>sitscad build designs/1.yaml</pre>" if command else f"<p>{said}</p>"
+        return f"{next_one}<p class='soft'>{FILES}</p>"
+
+    def data(self) -> dict[str, Any]:
+        """What the page's script reads: keys, measures, points and small drawings of the front."""
+        before, space = self.asked.base.values(()), self.asked.space
+        base = self.scaled(self.said.base)
+        return {
+            "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": str(at_key(before, v.key))}
+                     for v in space.variables],
+            "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name)),
+                          "low": _digits(self.axes[name].low), "high": _digits(self.axes[name].high)}
+                         for name in self.names],
+            "points": [[list(point), [_digits(own.get(name)) for name in self.names], mark.kind, mark.kept,
+                        sorted(violations(self.asked, self.said.found.of(point)))]
+                       for point, own, mark in zip(self.points, self.figures, self.marks, strict=True)],
+            "sketches": dict(self._sketches()),
+        }
+
+    def _sketches(self) -> Iterator[tuple[str, str]]:
+        """Small drawings of the front by number, as far as there is room for them."""
+        room = MOST_SKETCHES
+        for mark in self.marks:
+            if mark.kind not in BEST:
+                return
+            try:
+                layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
+            except SpecError:
+                continue
+            plate = bodies.target(layout.spec)
+            windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
+            drawn = board_sketch(layout.body, windings, layout.spec.coil.trace_width,
+                                 plate.outline() if plate is not None else None)
+            room -= len(drawn)
+            if room < 0:
+                return
+            yield str(mark.number), drawn
+
+
+MOST_BARS = 10
+"""Rules and requirements that are drawn; the table has all."""
+
+FILES = ("front.csv has the front, study.json the whole answer, archive.jsonl every design that was looked at: the "
+         "same command goes on from there.")
+
+CAPTION = ("Grey: refused; light blue: keeps everything by the screen; blue: the front, judged in full; orange: "
+           "kept, or the nearest where none is; ring: the base.")
+
+BEST = ("kept", "nearest", "front")
+"""Kinds of designs that are drawn small."""
+
+LINES = ("One line a design. Figures beyond their axis are drawn at its end; designs without a figure are left out. "
+         "Colours as above.")
+
+CHOSEN = """
+<div id="chosen" hidden><div class="bar"><label>design <select></select></label></div>
+<div class="pair"><div class="paper"></div><div class="scroll"><table><thead><tr><th></th><th class="number">base</th>
+<th class="number">here</th></tr></thead><tbody></tbody></table></div></div></div>
+<p data-without="study">With scripts, a design of the front can be pointed at here, and shows its drawing and its
+difference to the base; the table has all of them.</p>
+"""
+
+STYLE = """
+.fields { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 27rem), 1fr)); gap: 1rem; }
+.bar label, .bar select { min-width: 0; max-width: 100%; }
+.fields > figure:only-child { max-width: 44rem; }
+figure > .paper { overflow-x: auto; }
+figure > .paper > svg { min-width: 24rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
+  align-items: start; }
+.pair .paper { padding: .6rem; }
+.cuts { grid-template-columns: repeat(auto-fit, minmax(min(100%, 18rem), 1fr)); align-items: start; }
+h3 { font-size: 1rem; margin: 1.6rem 0 .3rem; }
+#lines .paper > svg { min-width: 46rem; }
+.design { cursor: pointer; transition: opacity .1s; }
+.off { opacity: .07; }
+.design.on { filter: drop-shadow(0 0 2px #000); }
+#lines .brush { fill: #8a5a00; fill-opacity: .25; stroke: #8a5a00; }
+#lines .grip { fill: transparent; cursor: ns-resize; }
+.tip { position: fixed; z-index: 2; pointer-events: none; max-width: 22rem; padding: .4rem .6rem; font-size: .8rem;
+  background: var(--card); color: var(--ink); border: 1px solid var(--soft); border-radius: .3rem;
+  white-space: pre-line; }
+details.front > summary { cursor: pointer; margin: 1rem 0; }
+article .paper { max-width: 44rem; }
+"""
+
+
+def _paragraphs(lines: Sequence[str] | Iterator[str]) -> Iterator[str]:
+    return (f"<p>{escape(line)}</p>" for line in lines)
+
+
+def _is_on(axes: tuple[Axis, Axis], at: tuple[float, float] | None) -> bool:
+    return at is not None and axes[0].has(at[0]) and axes[1].has(at[1])
+
+
+def _digits(value: float | None) -> float | None:
+    """A figure as short as it may be drawn."""
+    return None if value is None else float(f"{value:.5g}")
+
+
+def _file(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+def study_page(said: StudyAnswer) -> str:
+    """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
+    return StudyPage(said).html()
