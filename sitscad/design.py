@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from sitscad.arrays import Array
     from sitscad.estimates import Estimates
+    from sitscad.estimates.cells import CellCrosstalk
     from sitscad.estimates.performance.curves import Curves
     from sitscad.estimates.performance.manufacture import Scatter
     from sitscad.estimates.performance.points import Felt
@@ -103,9 +104,53 @@ class Design:
 
         return estimated(self.layout)
 
+    def cell(self, number: int) -> Design:
+        """One cell (its number, from 1) as a sensor of its own, read by the converters and capacitors of the whole; the
+        design itself where it has no cells. Raises ValueError for a number that it has not.
+        """
+        if self.spec.cells is None and number == 1:
+            return self
+        if self.spec.cells is None or not 1 <= number <= self.cells:
+            raise ValueError(f"there is no cell {number}: the sensor has {self.cells}")
+        return self.once(f"cell {number}", lambda: self._cell(number, self.spec.cells.coils))
+
+    def _cell(self, number: int, coils: int) -> Design:
+        layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
+        readout = replace(layout.spec.readout, capacitance=found.readout.capacitance)
+        spec = replace(layout.spec, readout=readout)
+        return Design(spec, replace(layout, spec=spec), found)
+
+    @property
+    def cells(self) -> int:
+        """How many cells the sensor has, 1 where they are not told apart."""
+        return 1 if self.spec.cells is None else len(self.spec.array.placements) // self.spec.cells.coils
+
+    @cached_property
+    def weakest_cell(self) -> int:
+        """The number of the cell whose coils have the longest leads, and so the least signal; cells differ by nothing
+        else.
+        """
+        leads, coils = [coil.lead_inductance for coil in self.estimates.coils], len(self.estimates.coils) // self.cells
+        return 1 + max(range(self.cells), key=lambda k: sum(leads[k * coils : (k + 1) * coils]))
+
+    @_without_text
+    def crosstalk(self) -> CellCrosstalk | None:
+        """What cells read of each other; None without cells, and where they have no signal."""
+        if self.spec.cells is None:
+            return None
+        from sitscad.estimates.cells import cell_crosstalk
+
+        return cell_crosstalk(self.layout, self.estimates)
+
     @_without_text
     def response(self) -> ResponseModel:
-        """What the coils read when the target moves; raises `NoResponse` where nothing can."""
+        """What the coils read when the target moves; raises `NoResponse` where nothing can, and of cells, of which each
+        has a response of its own (`cell`).
+        """
+        if self.spec.cells is not None:
+            from sitscad.estimates.response.pad import NoResponse
+
+            raise NoResponse(f"the sensor has {self.cells} cells, each with a target of its own: ask for one of them")
         from sitscad.estimates.response.model import response_model
 
         return response_model(self.layout, self.estimates)
@@ -113,6 +158,8 @@ class Design:
     @_without_text
     def solved(self) -> Felt:
         """What the sensor feels by its response, each when it is asked for; raises `NoResponse` without a pad."""
+        if self.spec.cells is not None:
+            return self.cell(self.weakest_cell).solved
         from sitscad.estimates.performance.points import solved_performance
 
         return solved_performance(self.response)
@@ -120,8 +167,11 @@ class Design:
     @_without_text
     def performance(self) -> tuple[Performance, ...]:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
-        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design.
+        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design. Of
+        cells it is that of the weakest.
         """
+        if self.spec.cells is not None:
+            return self.cell(self.weakest_cell).performance
         from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse
 
@@ -133,6 +183,8 @@ class Design:
     @_without_text
     def curves(self) -> Curves | None:
         """What a data sheet draws of the sensor; None where `performance` is nothing."""
+        if self.spec.cells is not None:
+            return self.cell(self.weakest_cell).curves
         from sitscad.estimates.performance.curves import curves
 
         return curves(self.solved, self.felt) if self.performance else None
@@ -147,6 +199,8 @@ class Design:
     @_without_text
     def felt(self) -> Felt | None:
         """The performance by the quick method, for checks; None where there is nothing to feel."""
+        if self.spec.cells is not None:
+            return self.cell(self.weakest_cell).felt
         from sitscad.estimates.performance.quick import quick_performance
 
         return quick_performance(self.layout, self.estimates)
@@ -156,6 +210,8 @@ class Design:
         """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
         and papers. The quick method finds them, and the response judges them (in seconds).
         """
+        if self.spec.cells is not None:
+            return self.cell(self.weakest_cell).twins
         if self.felt is None or not self.felt.is_range_held:
             return None
         return self.felt.working.twins(lambda: self.solved.bench)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sitscad.checks import performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, plug, room, tail
-from sitscad.checks.reading import drive, electrical, response, thin_target, timing
+from sitscad.checks.reading import cells, drive, electrical, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
@@ -30,7 +30,7 @@ _LOADING = tuple(map(rule_of, RULE_NAMES))
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug,
-          room, tail, drive, electrical, response, thin_target, timing, performance, usual_ranges)
+          room, tail, cells, drive, electrical, response, thin_target, timing, performance, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*_LOADING, *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

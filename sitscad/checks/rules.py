@@ -141,6 +141,12 @@ class Outcome:
     advice: Advice | None = None
 
 
+OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", *(f"SIT40{k}" for k in range(1, 10))}
+"""Rules about a target, its pad and what is felt, which judge one of alike cells: that with the longest leads. Nothing
+is tried for their hints, for what is tried is a whole sensor.
+"""
+
+
 def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotChecked]]:
     """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
     found, undecided = outcomes(rule, design)
@@ -149,6 +155,11 @@ def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotCheck
 
 def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check."""
+    if design.spec.cells is not None and rule.id in OF_ONE_CELL:
+        number = design.weakest_cell
+        found, undecided = outcomes(rule, design.cell(number))
+        said = (replace(one.finding, message=f"cell {number}: {one.finding.message}") for one in found)
+        return [Outcome(each) for each in said], undecided
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         return [], [NotChecked(rule.id, _reason(missing, design.spec))]

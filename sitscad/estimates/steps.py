@@ -63,6 +63,7 @@ from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.resonator import apparent_inductance
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
+from sitscad.spec.places import gathered
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -137,7 +138,7 @@ def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
     winding = solve_winding(spec.coil, coils[0], start.assembly, copper, method, tolerance)
     rough = is_rough(tolerance)
     matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
-    shares = target_shares(spec, [layer.z for layer in coils[0].windings], start.assembly.states, rough)
+    shares = target_shares(gathered(spec), [layer.z for layer in coils[0].windings], start.assembly.states, rough)
     if rough and shares.shares:  # of a strange target no more is solved, but said
         shares = shares.widened(_part_of(shares.strangeness))
     return Wound(start, winding, matrix, errors, shares, is_rough=rough)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 from sitscad.estimates.states.pressing import PressingScatter
@@ -313,6 +313,14 @@ class Estimates:
     def is_solved(self) -> bool:
         """Whether the target was solved, if only for a part."""
         return self.solved > 0.0
+
+    def part(self, first: int, last: int) -> Estimates:
+        """Of the coils from one number up to before another (from 0): converters are set as for all."""
+        own, readout = slice(first, last), self.readout
+        rows = [tuple(row[own] for row in matrix[own]) for matrix in (self.inductance_matrix, self.inductance_matrix_error)]
+        readout = replace(readout, drive_codes=readout.drive_codes[own], offsets=readout.offsets[own])
+        return replace(self, coils=self.coils[own], inductance_matrix=rows[0], inductance_matrix_error=rows[1],
+                       readout=readout, metered=self.metered[own])
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""

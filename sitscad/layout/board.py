@@ -33,6 +33,7 @@ from sitscad.geometry.primitives import (
 from sitscad.layout.clearance import ALONG
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -226,6 +227,14 @@ class Layout:
         return (
             f"<Layout of {self.spec.name}: {len(self.coils)} coils, {len(self.traces)} traces, {len(self.vias)} vias>"
         )
+
+    def cell(self, number: int) -> Layout:
+        """The board with the coils of one cell alone (its number, from 1); itself where there are no cells."""
+        if self.spec.cells is None:
+            return self
+        count = self.spec.cells.coils
+        own = self.coils[(number - 1) * count : number * count]
+        return replace(self, spec=cell_specs(self.spec)[number - 1], coils=own)
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:

@@ -7,13 +7,15 @@ of the pieces alone; every glue line between the board and a piece of metal take
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from enum import StrEnum
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Path, Region
 from sitscad.record import record
 from sitscad.spec.materials import Conductor
-from sitscad.spec.places import footprint
+from sitscad.spec.places import cell_specs, footprint
 from sitscad.spec.sensor import SensorSpec
 
 Heights = tuple[float, float]
@@ -41,7 +43,8 @@ class BodyRole(StrEnum):
 @record
 class Body:
     """A piece in its place: its plan (what it covers, from above), the heights (m) of its lower and its upper face, and
-    what it is made of; `metal` where that conducts or is magnetic.
+    what it is made of; `metal` where that conducts or is magnetic; ``cell`` is the number of the cell that it is of,
+    from 1, or 0.
 
     A jaw's plan is that of its face, and its heights are those of the face and of the lowest point of its back.
     """
@@ -52,11 +55,12 @@ class Body:
     upper: float
     material: str
     metal: Conductor | None = None
+    cell: int = 0
 
     @property
     def name(self) -> str:
         """What papers and files call it."""
-        return self.role.value
+        return f"{self.role.value}-{self.cell}" if self.cell else self.role.value
 
     @property
     def heights(self) -> Heights:
@@ -88,7 +92,9 @@ class Body:
 
 
 def elastomer(spec: SensorSpec) -> Body | None:
-    """The soft pad on the board's top face, at its nominal size (the laser's kerf is the cut file's business)."""
+    """The soft pad on the board's top face, at its nominal size (the laser's kerf is the cut file's business); of cells
+    the first one's.
+    """
     pad = spec.elastomer
     if pad is None:
         return None
@@ -96,7 +102,9 @@ def elastomer(spec: SensorSpec) -> Body | None:
 
 
 def target(spec: SensorSpec) -> Body | None:
-    """The conducting plate on the elastomer at rest; on the board's top face where there is no elastomer."""
+    """The conducting plate on the elastomer at rest; on the board's top face where there is no elastomer; of cells the
+    first one's.
+    """
     plate = spec.target
     if plate is None:
         return None
@@ -106,8 +114,25 @@ def target(spec: SensorSpec) -> Body | None:
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:
-    """Elastomer and target, those that the spec has."""
-    return tuple(body for body in (elastomer(spec), target(spec)) if body is not None)
+    """Elastomer and target, those that the spec has; of cells the elastomers, then the targets."""
+    if spec.cells is None:
+        return tuple(body for body in (elastomer(spec), target(spec)) if body is not None)
+    return (*elastomers(spec), *targets(spec))
+
+
+def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
+    """The soft pads, cell by cell; the one of a sensor without cells."""
+    return _of_cells(spec, elastomer)
+
+
+def targets(spec: SensorSpec) -> tuple[Body, ...]:
+    """The conducting plates, cell by cell; the one of a sensor without cells."""
+    return _of_cells(spec, target)
+
+
+def _of_cells(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
+    found = (one(cell) for cell in cell_specs(spec))
+    return tuple(replace(body, cell=k * bool(spec.cells)) for k, body in enumerate(found, 1) if body is not None)
 
 
 def board_heights(spec: SensorSpec) -> Heights:

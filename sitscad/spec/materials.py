@@ -185,6 +185,15 @@ class ElastomerPad(Section):
 
 
 @record
+class Cells(Section):
+    """Coils with a target and a pad of their own: ``coils`` in a row of the array's order are one cell. Target and
+    elastomer say sizes and offsets of one cell, from the mean of its coils' centres.
+    """
+
+    coils: int = key(Number(1, 4, whole=True), "of one cell, in the order of the array: 1, or a group of 2 to 4", 1)
+
+
+@record
 class Encapsulation(Section):
     """The film that seals the sensor against tissue."""
 

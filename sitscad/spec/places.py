@@ -1,18 +1,51 @@
-"""Where elastomer and target lie from above: over the mean of the coils' centres, or offset from it."""
+"""Where elastomer and target lie from above: over the mean of the coils' centres, or offset from it; of cells each over
+its own coils.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 
+def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
+    """Every cell as a sensor of its own, with its coils in their places; the sensor itself where it has no cells."""
+    if spec.cells is None:
+        return (spec,)
+    is_line = spec.array.pattern == "line" and spec.cells.coils > 1
+    pattern = "line" if is_line else "single" if spec.cells.coils == 1 else "explicit"
+    pitch = spec.array.pitch if is_line else None
+    arrays = (replace(spec.array, pattern=pattern, placements=one, pitch=pitch) for one in cell_placements(spec))
+    return tuple(replace(spec, cells=None, array=array) for array in arrays)
+
+
+def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
+    """The coils, cell by cell; all of them where there are no cells."""
+    placements = spec.array.placements
+    coils = len(placements) if spec.cells is None else spec.cells.coils
+    return [placements[k : k + coils] for k in range(0, len(placements), coils)]
+
+
+def gathered(spec: SensorSpec) -> SensorSpec:
+    """The sensor with all of its cells in one place: every coil stands under the one target as under its own. What the
+    target does to each coil is that; what coils of different cells do to each other is not. Itself without cells.
+    """
+    if spec.cells is None:
+        return spec
+    first = cell_placements(spec)[0]
+    alike = tuple(replace(first[k % len(first)], name=p.name) for k, p in enumerate(spec.array.placements))
+    return replace(spec, cells=None, array=replace(spec.array, pattern="explicit", placements=alike, pitch=None))
+
+
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """The place of a plate, the target at rest."""
-    (x, y), (dx, dy) = spec.array.middle, plate.offset
+    """The place of a plate, the target at rest; of cells the first one's."""
+    (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
     is_round = plate.outline.is_round
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0
     return Footprint(is_round, plate.size, Point(x + dx, y + dy), rotation)
@@ -23,6 +56,7 @@ def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     mean of the coils' centres; of a coil beside the target the nearest place of it.
     """
     assert spec.target is not None
+    spec = gathered(spec)
     outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
     found = []
     for placement in spec.array.placements:

@@ -31,7 +31,7 @@ from sitscad.spec.format.kinds import (
     refuse,
 )
 from sitscad.spec.format.section import Part, Section, key, schema_of
-from sitscad.spec.materials import Cutting, ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.materials import Cells, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
 
@@ -273,6 +273,7 @@ class SensorSpec:
     assembly: Assembly = Assembly(None, 0.0, 0.0)
     cutting: Cutting = Cutting()
     loads: tuple[LoadCase, ...] = ()
+    cells: Cells | None = None
 
     def __repr__(self) -> str:
         """A line: all fields are tens of thousands of characters, too many for a notebook or a debugger."""
@@ -380,6 +381,7 @@ class SpecDocument(Section):
     coil: CoilSpec = key(Part(CoilSpec), "one coil")
     array: ArrayDocument = key(Part(ArrayDocument), "the coils of the sensor", {})
     fpc: FpcSpec = key(Part(FpcSpec), "the flexible printed circuit", {})
+    cells: Cells | None = key(Part(Cells), "each coil or group of coils with a target and pad of its own", None)
     target: Target | None = key(Part(Target), "the conducting plate over the coils", None)
     elastomer: ElastomerPad | None = key(Part(ElastomerPad), "the soft pad between board and target", None)
     encapsulation: Encapsulation | None = key(Part(Encapsulation), "the film that seals the sensor", None)

@@ -33,6 +33,7 @@ from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part
 from sitscad.spec.materials import Cutting
+from sitscad.spec.places import cell_specs
 from sitscad.units import show
 
 QUICK = ("SIT301", "SIT302", "SIT303", "SIT304", "SIT312")
@@ -59,7 +60,8 @@ def overhang(design: Design) -> Iterator[Verdict]:
             advice=lambda left: f"{UNSUPPORTED}: {_in_words(design, left)}", length=_length(over),
             where=_where(plate.footprint.box, pad.footprint.box, "corners"), in_words=_in_words(design),
         )
-    low = lowest(spec)
+    lows = [found for cell in cell_specs(spec) if (found := lowest(cell)) is not None]
+    low = max(lows, key=lambda one: one.footprint.hangs_over(body), default=None)
     if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
         return
     beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it

@@ -20,7 +20,7 @@ from sitscad.remedy.moves import Plate, carrying, larger_target, resized
 from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.spec.materials import Target
-from sitscad.spec.places import footprint
+from sitscad.spec.places import cell_specs, footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -39,11 +39,12 @@ def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float
 
 
 def lies(spec: SensorSpec, body: Path) -> bool:
-    """Whether the target lies on the elastomer, and that with its film on a body's outline."""
-    pad, plate, low = elastomer(spec), target(spec), lowest(spec)
+    """Whether the target lies on the elastomer, and that with its film on a body's outline; of cells all."""
+    pad, plate = elastomer(spec), target(spec)
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    return low is None or low.footprint.hangs_over(body) + film_thickness(spec) <= ROUNDING
+    lows = (lowest(cell) for cell in cell_specs(spec))
+    return all(low is None or low.footprint.hangs_over(body) + film_thickness(spec) <= ROUNDING for low in lows)
 
 
 def carried(spec: SensorSpec) -> Iterator[Fix]:
@@ -73,16 +74,15 @@ def moved(spec: SensorSpec) -> Iterator[Fix]:
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
     """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
-    here = lowest(spec)
-    assert here is not None
-    box = grown(here.footprint.box, film_thickness(spec))
-    more = [max(0.0, body[k] - box[k], box[k + 2] - body[k + 2]) for k in (0, 1)]
+    here = [low.footprint for cell in cell_specs(spec) if (low := lowest(cell)) is not None]
+    boxes = [grown(one.box, film_thickness(spec)) for one in here]
+    more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
     radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
 
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return here.footprint.hangs_over(larger) + film_thickness(spec) <= 0.0
+        return max(one.hangs_over(larger) for one in here) + film_thickness(spec) <= 0.0
 
     beside = _least(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now

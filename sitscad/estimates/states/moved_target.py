@@ -16,7 +16,7 @@ from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
 from sitscad.physics.metal.half_spaces import reflected_inductances
 from sitscad.scene.state import REST
-from sitscad.spec.places import footprint
+from sitscad.spec.places import footprint, gathered
 from sitscad.spec.sensor import SensorSpec
 
 Move = tuple[float, float]
@@ -37,7 +37,7 @@ def moved_changes(
         still, *found = _solved_effects(spec, layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
         moved = [(one - still).real for one in found]
         return {p.name: tuple(float(one[k]) for one in moved) for k, p in enumerate(spec.array.placements)}
-    rest = at_rest(spec)
+    spec, rest = gathered(spec), at_rest(spec)
     if rest is None:
         return {}
     heights = [winding.z for winding in layout.coils[0].windings]
@@ -70,7 +70,7 @@ def target_effects(
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     if is_solved:
         return _solved_effects(spec, layout, moves, heights, frequency)
-    rest = at_rest(spec)
+    spec, rest = gathered(spec), at_rest(spec)
     assert rest is not None
     over = rest.above
     assert over is not None

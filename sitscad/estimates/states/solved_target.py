@@ -20,6 +20,7 @@ from sitscad.estimates.response.plate import (
 from sitscad.estimates.states.assembly import Assembly, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil, Layout
+from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 LOSS = 0.02
@@ -39,6 +40,8 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, b
     near to.
     """
     assert spec.target is not None
+    if spec.cells is not None:
+        spec, coils = cell_specs(spec)[0], coils[: spec.cells.coils]
     cover = _placed(spec, assembly).cover(spec, coils)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
     return solving_work(spec, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
@@ -54,7 +57,10 @@ def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
 def solved_target(
     layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float
 ) -> TargetChanges:
-    """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance."""
+    """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance. Of
+    cells one is solved, and what a target does to coils of other cells is none.
+    """
+    cells, layout = len(cell_placements(layout.spec)), layout.cell(1)
     spec, coils = layout.spec, layout.coils
     placed = _placed(spec, assembly)
     cover = placed.cover(spec, coils)
@@ -71,8 +77,8 @@ def solved_target(
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(
         np.array(band),
-        {name: total[:, k] for k, name in enumerate(names)},
-        dict(zip(names, errors, strict=True)),
+        {name: np.kron(np.eye(cells), total[:, k]) if cells > 1 else total[:, k] for k, name in enumerate(names)},
+        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)},
         endless_like(spec),
     )
 
@@ -90,7 +96,9 @@ def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
     """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H, complex), (n, coils), at one
     frequency (Hz), currents even.
     """
+    cells, layout = len(cell_placements(layout.spec)), layout.cell(1)
     spec = layout.spec
     placed = Placed.of(spec, at_rest(spec), poses)
     plate = plate_over_jaw(layout, (frequency,), placed.cover(spec, layout.coils))
-    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]))
+    found = np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0])
+    return np.asarray(np.tile(found, (1, cells)))

@@ -33,7 +33,7 @@ from sitscad.spec.format.kinds import (
 )
 from sitscad.spec.format.reading import Flaw, Remarks, SpecError, finding_from_flaw
 from sitscad.spec.format.section import Key, Section
-from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_coil, check_gaps
+from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
@@ -198,6 +198,9 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
         yield Flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper")
     check_coil(spec.coil, remarks)
     check_amount(spec.coil, len(spec.array.placements), remarks)
+    if spec.cells is not None:
+        has_plates = spec.target is not None and spec.elastomer is not None
+        check_cells(spec.cells.coils, spec.array, has_plates, remarks)
     if not remarks.flaws:
         check_gaps(spec.array, spec.coil, remarks)
     yield from remarks.flaws

@@ -242,6 +242,31 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
     return high
 
 
+def check_cells(coils: int, array: ArraySpec, has_plates: bool, remarks: Remarks) -> None:
+    """Whether so many coils make alike cells, at least two of them, of which each has a target on a pad."""
+    count, key = len(array.placements), "cells.coils"
+    if not has_plates:
+        hint = "write both, of one cell, or leave cells out"
+        remarks.flaw("SIT009", "cells", "cells need a target on an elastomer", hint)
+    if count % coils or count <= coils:
+        message = f"{count} coils make no two or more cells of {coils}"
+        remarks.flaw("SIT009", key, message, "a number that the coils can be divided by, or leave cells out")
+        return
+    first, *others = (within(array.placements[k : k + coils]) for k in range(0, count, coils))
+    odd = next((k for k, other in enumerate(others, 2) if other != first), None)
+    if odd is not None:
+        message = f"the coils of cell {odd} do not stand to each other as those of cell 1"
+        hint = "coils of one cell follow each other in the array's order; with array.centres they can be put so"
+        remarks.flaw("SIT009", key, message, hint)
+
+
+def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
+    """Where coils stand and how they are turned, from their mean: whole nanometres and microradians."""
+    x, y = (math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1))
+    return [(round((p.centre[0] - x) * 1e9), round((p.centre[1] - y) * 1e9), round(p.rotation * 1e6))
+            for p in placements]
+
+
 def line(count: int, pitch: float) -> tuple[Point, ...]:
     """Centres (m) of a row along x."""
     return tuple(((i - (count - 1) / 2) * pitch, 0.0) for i in range(count))

@@ -21,13 +21,16 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.resolver.circuit import resolve_fpc
-from sitscad.spec.resolver.coils import check_amount, resolve_array, resolve_coil
+from sitscad.spec.resolver.coils import check_amount, check_cells, resolve_array, resolve_coil
 from sitscad.spec.resolver.mount import resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
+
+CELLS_APART = 1e-3
+"""What the plates of neighbouring cells are smaller than the pitch if their size is left out (m)."""
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
@@ -44,7 +47,10 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(coil.outer_diameter, array.pitch or 0.0)
-    target, pad = document.target, document.elastomer
+    target, pad, cells = document.target, document.elastomer, document.cells
+    if cells is not None:
+        check_cells(cells.coils, array, target is not None and pad is not None, remarks)
+        side = max(coil.outer_diameter, array.pitch - CELLS_APART if array.pitch and cells.coils == 1 else 0.0)
     if target is not None:
         target = _sized(target, "target", (side, side), remarks)
     if pad is not None:
@@ -57,7 +63,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         encapsulation=document.encapsulation, mount=mount, shield=document.shield, readout=readout,
         requirements=document.requirements, source=source,
         issue=Issue(document.revision, document.part_number, document.date), assembly=assembly,
-        cutting=document.cutting, loads=_loads(document, mount, remarks),
+        cutting=document.cutting, loads=_loads(document, mount, remarks), cells=cells,
     )
     _note_plain_defaults(SpecDocument, document, "", source.keys, remarks)
     return spec, remarks

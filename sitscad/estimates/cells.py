@@ -1,0 +1,79 @@
+"""What a cell reads of its neighbours: through their targets and through their coils, in parts of its own full signal.
+
+The pads of cells stand apart, so that no force goes from one to the next but through the board, which is held.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sitscad.estimates.response.working_range import USUAL_STRAIN
+from sitscad.estimates.states.solved_target import own_changes
+from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.places import cell_specs
+
+AROUND = 1.5
+"""Neighbours that count: as far as so many times the distance of the nearest, those across a corner among them."""
+
+
+@record
+class CellCrosstalk:
+    """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
+    what the ``targets`` of all around one cell do, and what neighbouring ``coils`` that wait grounded do, all at most.
+    """
+
+    target: float
+    targets: float
+    coils: float
+
+    @property
+    def total(self) -> float:
+        """All of it at once."""
+        return self.targets + self.coils
+
+
+def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
+    """The crosstalk of a sensor's cells, each pressed as in the state pressed, or by `USUAL_STRAIN` of its pad where
+    there is none; None where no coil has a signal.
+
+    A neighbour's target is taken as if a cell had no target of its own, which would hold most of that off: boxes of
+    loops have less than half (tests/validation/two_targets.py). A coil that waits grounded beside another takes k^2 of
+    its inductance, k their coupling, and so hands on k^2 of the share by which its own changes.
+    """
+    spec = layout.spec
+    assert spec.cells is not None and spec.elastomer is not None
+    middles = [np.array(cell.array.middle) for cell in cell_specs(spec)]
+    apart = np.array([[other - one for other in middles] for one in middles])
+    far = np.hypot(*np.moveaxis(apart, -1, 0))
+    nearest = AROUND * far[far > 0.0].min()
+    neighbours = [[tuple(np.round(step, 9)) for step in row[(way > 0.0) & (way < nearest)]]
+                  for row, way in zip(apart, far, strict=True)]
+    steps = sorted({step for row in neighbours for step in row})
+    press = next((s.pose.z for s in estimates.states if s.name == PRESSED and s.pose is not None),
+                 -USUAL_STRAIN * spec.elastomer.thickness)
+    poses = np.zeros((2, 1 + len(steps), 6))
+    poses[:, 1:, :2], poses[1, :, 2] = steps, press
+    found = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
+    if not found:
+        return None
+    first = layout.cell(1)
+    effects = own_changes(first, poses.reshape(-1, 6), max(found)).real.reshape(2, 1 + len(steps), -1)
+    own, *others = np.abs(effects[1] - effects[0])
+    if not own.max() > 0.0:
+        return None
+    parts = {step: float(other.max() / own.max()) for step, other in zip(steps, others, strict=True)}
+    return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
+                         _through_coils(estimates, spec.cells.coils))
+
+
+def _through_coils(estimates: Estimates, count: int) -> float:
+    """The sum of k^2 of a coil with all coils of other cells, at most."""
+    matrix = np.array(estimates.inductance_matrix)
+    cell = np.arange(len(matrix)) // count
+    coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(np.diag(matrix), np.diag(matrix)), 0.0)
+    return float(coupled.sum(axis=1).max())
