@@ -108,11 +108,12 @@ class Design:
         """One cell (its number, from 1) as a sensor of its own, read by the converters and capacitors of the whole; the
         design itself where it has no cells. Raises ValueError for a number that it has not.
         """
-        if self.spec.cells is None and number == 1:
-            return self
-        if self.spec.cells is None or not 1 <= number <= self.cells:
+        if not 1 <= number <= self.cells:
             raise ValueError(f"there is no cell {number}: the sensor has {self.cells}")
-        return self.once(f"cell {number}", lambda: self._cell(number, self.spec.cells.coils))
+        if self.spec.cells is None:
+            return self
+        coils = self.spec.cells.coils
+        return self.once(f"cell {number}", lambda: self._cell(number, coils))
 
     def _cell(self, number: int, coils: int) -> Design:
         layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
@@ -130,8 +131,16 @@ class Design:
         """The number of the cell whose coils have the longest leads, and so the least signal; cells differ by nothing
         else.
         """
-        leads, coils = [coil.lead_inductance for coil in self.estimates.coils], len(self.estimates.coils) // self.cells
-        return 1 + max(range(self.cells), key=lambda k: sum(leads[k * coils : (k + 1) * coils]))
+        if self.spec.cells is None:
+            return 1
+        from sitscad.estimates.cells import weakest_cell
+
+        return weakest_cell(self.estimates, self.spec.cells.coils)
+
+    @property
+    def one(self) -> Design:
+        """The weakest cell, of which is said what holds for all; the sensor itself without cells."""
+        return self.cell(self.weakest_cell)
 
     @_without_text
     def crosstalk(self) -> CellCrosstalk | None:
@@ -159,7 +168,7 @@ class Design:
     def solved(self) -> Felt:
         """What the sensor feels by its response, each when it is asked for; raises `NoResponse` without a pad."""
         if self.spec.cells is not None:
-            return self.cell(self.weakest_cell).solved
+            return self.one.solved
         from sitscad.estimates.performance.points import solved_performance
 
         return solved_performance(self.response)
@@ -171,7 +180,7 @@ class Design:
         cells it is that of the weakest.
         """
         if self.spec.cells is not None:
-            return self.cell(self.weakest_cell).performance
+            return self.one.performance
         from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse
 
@@ -184,7 +193,7 @@ class Design:
     def curves(self) -> Curves | None:
         """What a data sheet draws of the sensor; None where `performance` is nothing."""
         if self.spec.cells is not None:
-            return self.cell(self.weakest_cell).curves
+            return self.one.curves
         from sitscad.estimates.performance.curves import curves
 
         return curves(self.solved, self.felt) if self.performance else None
@@ -200,7 +209,7 @@ class Design:
     def felt(self) -> Felt | None:
         """The performance by the quick method, for checks; None where there is nothing to feel."""
         if self.spec.cells is not None:
-            return self.cell(self.weakest_cell).felt
+            return self.one.felt
         from sitscad.estimates.performance.quick import quick_performance
 
         return quick_performance(self.layout, self.estimates)
@@ -211,7 +220,7 @@ class Design:
         and papers. The quick method finds them, and the response judges them (in seconds).
         """
         if self.spec.cells is not None:
-            return self.cell(self.weakest_cell).twins
+            return self.one.twins
         if self.felt is None or not self.felt.is_range_held:
             return None
         return self.felt.working.twins(lambda: self.solved.bench)

@@ -156,10 +156,9 @@ def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotCheck
 def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        number = design.weakest_cell
-        found, undecided = outcomes(rule, design.cell(number))
-        said = (replace(one.finding, message=f"cell {number}: {one.finding.message}") for one in found)
-        return [Outcome(each) for each in said], undecided
+        said, unsaid = outcomes(rule, design.one)
+        named_so = (replace(one.finding, message=f"cell {design.weakest_cell}: {one.finding.message}") for one in said)
+        return [Outcome(each) for each in named_so], unsaid
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         return [], [NotChecked(rule.id, _reason(missing, design.spec))]

@@ -77,3 +77,9 @@ def _through_coils(estimates: Estimates, count: int) -> float:
     cell = np.arange(len(matrix)) // count
     coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(np.diag(matrix), np.diag(matrix)), 0.0)
     return float(coupled.sum(axis=1).max())
+
+
+def weakest_cell(estimates: Estimates, coils: int) -> int:
+    """The number, from 1, of the cell of so many coils whose leads are longest: alike cells differ by nothing else."""
+    leads = [coil.lead_inductance for coil in estimates.coils]
+    return 1 + max(range(len(leads) // coils), key=lambda k: math.fsum(leads[k * coils : (k + 1) * coils]))

@@ -317,9 +317,10 @@ class Estimates:
     def part(self, first: int, last: int) -> Estimates:
         """Of the coils from one number up to before another (from 0): converters are set as for all."""
         own, readout = slice(first, last), self.readout
-        rows = [tuple(row[own] for row in matrix[own]) for matrix in (self.inductance_matrix, self.inductance_matrix_error)]
+        matrices = self.inductance_matrix, self.inductance_matrix_error
+        matrix, errors = (tuple(row[own] for row in each[own]) for each in matrices)
         readout = replace(readout, drive_codes=readout.drive_codes[own], offsets=readout.offsets[own])
-        return replace(self, coils=self.coils[own], inductance_matrix=rows[0], inductance_matrix_error=rows[1],
+        return replace(self, coils=self.coils[own], inductance_matrix=matrix, inductance_matrix_error=errors,
                        readout=readout, metered=self.metered[own])
 
     def as_json(self, spec_path: str) -> dict[str, Any]:

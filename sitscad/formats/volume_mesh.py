@@ -247,7 +247,8 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
-    made = elastomer_meshes(solids, _pad_of(spec))
+    others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1)  # alike pads are meshed once
+    made = elastomer_meshes(tuple(solid for solid in solids if solid.name not in others), _pad_of(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
@@ -271,7 +272,7 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
         raise PartsError("the spec has no elastomer to be meshed")
-    return elastomer_meshes(assemble(layout), _pad_of(layout.spec), size)
+    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size)
 
 
 def _pad_of(spec: SensorSpec) -> ElastomerPad:
@@ -360,6 +361,8 @@ def field_mesh(
     for length in (size, air):
         if length is not None and not 0.0 < length < float("inf"):
             raise ValueError("sizes of elements and of the air are positive lengths in metres")
+    if layout.spec.cells is not None:
+        raise ValueError("a field is meshed of one cell: give Layout.cell(1), or another number")
     if copper not in COPPER:
         raise ValueError(f"the copper is meshed as {' or '.join(COPPER)}, not {copper!r}")
     widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]

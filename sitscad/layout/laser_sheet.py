@@ -12,7 +12,7 @@ from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.materials import Cutting
-from sitscad.spec.places import footprint, place_in_words
+from sitscad.spec.places import cell_placements, footprint, place_in_words
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 
@@ -130,7 +130,7 @@ class LaserSheet:
 @record
 class CutPart:
     """A part that is cut out of a sheet: its name, material, shape and nominal size [x, y], thickness and kerf (m), the
-    place where it lies over or under the coils, and what is said of that.
+    place where it lies over or under the coils, what is said of that, and how many of it one sensor has.
     """
 
     part: str
@@ -141,6 +141,7 @@ class CutPart:
     kerf: float
     place: Footprint
     words: str = ""
+    count: int = 1
 
 
 def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
@@ -148,7 +149,7 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     return tuple(
         CutPart(
             name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
-            place_in_words(plate),
+            place_in_words(plate), len(cell_placements(spec)),
         )
         for name, plate in (("elastomer", spec.elastomer), ("target", spec.target))
         if plate is not None
@@ -165,7 +166,7 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
     return tuple(
         _sheet(layout, part, nest, stop)
         for part in (*cut_parts(spec), *more)
-        for nest in nests(part.size, part.kerf, spec.cutting, spec.fpc.boards or 1)
+        for nest in nests(part.size, part.kerf, spec.cutting, part.count * (spec.fpc.boards or 1))
     )
 
 
@@ -288,7 +289,7 @@ def _marks(layout: Layout, here: Footprint, centre: Point, width: float, height:
     """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
     by.
     """
-    beside = (here.place_of(Point(*p.centre)) for p in layout.spec.array.placements)
+    beside = (here.place_of(Point(*p.centre)) for p in cell_placements(layout.spec)[0])
     marks = (centre.shifted(x, y) for x, y in beside)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2

@@ -74,8 +74,9 @@ class Contents:
         return self.design.bare.estimates
 
     def value(self, name: str) -> object:
-        """One of the arguments that a writer may take."""
-        return self.forced if name == "forced" else getattr(self.design.bare, name)
+        """One of the arguments that a writer may take; the response of cells is the weakest's."""
+        design = self.design.bare.one if name == "response" else self.design.bare
+        return self.forced if name == "forced" else getattr(design, name)
 
     @cached_property
     def nets(self) -> dict[str, tuple[str, ...]]:
@@ -198,10 +199,14 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
 def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
     ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
-    but the table to fill in and the program say so where the package is ``forced``.
+    but the table to fill in and the program say so where the package is ``forced``. Every cell has a folder of its own
+    there.
     """
     if not is_felt(design.spec):
         return {}
+    if design.spec.cells is not None:
+        cells = ((k, drawn_calibration(design.cell(k), forced)) for k in range(1, design.cells + 1))
+        return {name.replace("/", f"/cell-{k}/", 1): made for k, own in cells for name, made in own.items()}
     try:
         found = foretell(design.response)
     except NoResponse:

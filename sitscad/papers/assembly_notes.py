@@ -23,6 +23,7 @@ from sitscad.scene.fit import measures
 from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
+from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
 from sitscad.units import in_mm, show
 
@@ -147,9 +148,11 @@ def _glued(layout: Layout, part: str, under: str, height: Toleranced | None) -> 
     assembly = layout.spec.assembly
     line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
     measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
+    wells = len(cell_placements(layout.spec))
+    drop = f"drop the {part} into the well" if wells == 1 else f"drop one {part} into each of the {wells} wells"
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
-        f"{_glue(layout)}, drop the {part} into the well, and press with jig-{part}-press until its collar lies on the "
+        f"{_glue(layout)}, {drop}, and press with jig-{part}-press until its collar lies on the "
         f"frame: the glue line is {line}. Let it set, lift press and frame.{measured}"
     )
 

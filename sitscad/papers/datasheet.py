@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -17,8 +18,9 @@ from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
 from sitscad.drawing.web_page import table as html_table
+from sitscad.estimates.cells import cell_crosstalk, weakest_cell
 from sitscad.estimates.performance.curves import Curves
-from sitscad.estimates.performance.points import INSTABILITY
+from sitscad.estimates.performance.points import INSTABILITY, production_limits
 from sitscad.estimates.performance.values import Performance, largest_lasting
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
@@ -31,6 +33,7 @@ from sitscad.layout.tail_tracks import contacts, head
 from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Figure, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.places import cell_placements
 from sitscad.units import show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)
@@ -49,6 +52,9 @@ def render(
     if not performance or drawn is None:
         return {}
     plots, found = figures(drawn, performance), _calibration(response)
+    if layout.spec.cells is not None:  # figures are of one cell, limits of every coil
+        first, *others = performance
+        performance = replace(first, production=production_limits(estimates)), *others
     return {
         "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
         "datasheet.json": _document(response, performance, found),
@@ -142,12 +148,15 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     """What the sensor is and tells, in two sentences."""
-    full, coils = felt[-1], f"{len(layout.coils)} coil{'s' if len(layout.coils) > 1 else ''}"
+    full, own = felt[-1], len(layout.cell(1).coils)
+    coils = f"{own} coil{'s' if own > 1 else ''}"
     axes = " and ".join(name.replace("_", " along ") for name in full.axes)
+    cells = len(cell_placements(layout.spec))
+    array = f"{cells} cells, each of " if cells > 1 else ""
     return (
-        f"Soft inductive tactile sensor: {coils} under a metal target on a silicone pad. "
-        f"It tells {axes}, after a tare at rest. x runs along the board towards the tail, y across, normal towards the "
-        "board. Drawing: target and elastomer over the coils."
+        f"Soft inductive tactile sensor: {array}{coils} under a metal target on a silicone pad. "
+        f"{'Each cell' if cells > 1 else 'It'} tells {axes}, after a tare at rest. x runs along the board towards the "
+        "tail, y across, normal towards the board. Drawing: target and elastomer over the coils."
     )
 
 
@@ -198,7 +207,7 @@ Rows = list[tuple[str, ...]]
 def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
     """What every axis can do."""
     rest, half, full = felt
-    names = list(full.axes)
+    names, layout = list(full.axes), layout.cell(1)
     rows: Rows = [("characteristic", *(NAMES[name] for name in names))]
 
     def row(what: str, *texts: str) -> None:
@@ -252,6 +261,7 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     )
     return [
         ("sensor", ""),
+        *_cells(layout, estimates),
         *_overloads(full),
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
@@ -265,6 +275,19 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
+    ]
+
+
+def _cells(layout: Layout, estimates: Estimates) -> Rows:
+    """Of which cell the figures are, and what cells read of each other; nothing without cells."""
+    cells = layout.spec.cells
+    if cells is None:
+        return []
+    number, crosstalk = weakest_cell(estimates, cells.coils), cell_crosstalk(layout, estimates)
+    names, count = ", ".join(coil.name for coil in layout.cell(number).coils), len(cell_placements(layout.spec))
+    return [
+        ("figures are of one cell, with the longest leads", f"cell {number} ({names}) of {count}"),
+        ("what a cell reads of all neighbours", NONE if crosstalk is None else f"at most {_share(crosstalk.total)}"),
     ]
 
 

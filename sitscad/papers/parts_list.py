@@ -29,7 +29,7 @@ from sitscad.scene.plate import adapter_needed
 from sitscad.scene.stack import shield
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
-from sitscad.spec.places import place_in_words
+from sitscad.spec.places import cell_placements, place_in_words
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
@@ -164,7 +164,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
 
 def _soft_parts(layout: Layout) -> Iterator[Item]:
     """What lies on the board: elastomer, target, film."""
-    spec = layout.spec
+    spec, cells = layout.spec, len(cell_placements(layout.spec))
     if spec.elastomer is not None:
         pad, name = spec.elastomer, spec.elastomer.material.name
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
@@ -175,13 +175,13 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
             taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
             note += ", sealed first (mount/assembly.txt)" if cures_badly(layout) else ""
-        item = Item("elastomer", 1, pad.shape, name, size, note + _bought_as(name) + _place(pad))
+        item = Item("elastomer", cells, pad.shape, name, size, note + _bought_as(name) + _place(pad))
         yield _ordered(item, order_of("elastomer", name))
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
         note = f"cut with laser/{spec.name}-target.dxf{_place(target)}"
-        yield Item("target", 1, target.shape, target.material.name, size, note)
+        yield Item("target", cells, target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
         x, y = layout.body_size

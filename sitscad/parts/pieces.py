@@ -24,6 +24,7 @@ from sitscad.scene import bodies, stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
 from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
 from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
 
 
@@ -57,19 +58,19 @@ def _drawn_out(body: Body, colour: str) -> Solid:
 
 
 def elastomer(layout: Layout) -> Solid | None:
-    """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place."""
-    return _solid(bodies.elastomer(layout.spec), "#e8d8c8")
+    """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place; of cells the first
+    one's.
+    """
+    return next((_solid(body) for body in bodies.elastomers(layout.spec)), None)
 
 
-def target(layout: Layout) -> Solid | None:
-    """The conducting plate on the elastomer; on the board's face where there is no elastomer."""
-    plate = bodies.target(layout.spec)
-    return _solid(plate, metal_colour(plate.material) if plate else "")
+def above_board(layout: Layout) -> tuple[Solid, ...]:
+    """Elastomers and targets: the pads, and on them, or on the board's face where there are none, the plates."""
+    return tuple(map(_solid, bodies.above_board(layout.spec)))
 
 
-def _solid(body: Body | None, colour: str) -> Solid | None:
-    if body is None:
-        return None
+def _solid(body: Body) -> Solid:
+    colour = "#e8d8c8" if body.role is BodyRole.ELASTOMER else metal_colour(body.material)
     return Solid(body.name, prism(body.outline(), *body.heights), body.material, colour, body.role)
 
 
@@ -85,9 +86,8 @@ def encapsulation(layout: Layout) -> Solid | None:
     shape = _board_film(layout, film.thickness)
     for cover in _covers(layout):
         shape = one_solid(shape + cover, "encapsulation")
-    for inside in (elastomer(layout), target(layout)):
-        if inside is not None:
-            shape = one_solid(shape - inside.shape, "encapsulation")
+    for inside in above_board(layout):
+        shape = one_solid(shape - inside.shape, "encapsulation")
     return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
 
 
@@ -101,15 +101,16 @@ def _board_film(layout: Layout, thickness: float) -> Any:
 
 def _covers(layout: Layout) -> list[Any]:
     """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
-    spec = layout.spec
-    pad, plate, film = bodies.elastomer(spec), bodies.target(spec), bodies.film_thickness(spec)
-    if pad and plate and pad.footprint == plate.footprint:
-        return [_rounded_block(plate, 0.0, bodies.top_height(spec), film)]
-    blocks = []
-    if pad:
-        blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
-    if plate:
-        blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
+    blocks, film = [], bodies.film_thickness(layout.spec)
+    for spec in cell_specs(layout.spec):
+        pad, plate = bodies.elastomer(spec), bodies.target(spec)
+        if pad and plate and pad.footprint == plate.footprint:
+            blocks.append(_rounded_block(plate, 0.0, bodies.top_height(spec), film))
+            continue
+        if pad:
+            blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
+        if plate:
+            blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
     return blocks
 
 
@@ -212,7 +213,7 @@ def assemble(layout: Layout) -> tuple[Solid, ...]:
     """The solids that the spec contains, from the jaw upwards."""
     below = [solid for solid in (jaw(layout), *mount(layout), shield(layout), stiffener(layout)) if solid]
     below.sort(key=lambda solid: round(solid.shape.bounding_box().min.Z, 6))
-    above = (board_body(layout), elastomer(layout), target(layout), encapsulation(layout))
+    above = (board_body(layout), *above_board(layout), encapsulation(layout))
     return (*below, *(solid for solid in above if solid))
 
 

@@ -23,16 +23,26 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from sitscad.geometry.convex import within_box
+from sitscad.geometry.convex import Footprint, within_box
 from sitscad.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.plates import grown, over_body
 from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised, require
 from sitscad.record import record
-from sitscad.scene.bodies import Body, BodyRole, above_board, board_heights, elastomer, target, top_height
+from sitscad.scene.bodies import (
+    Body,
+    BodyRole,
+    above_board,
+    board_heights,
+    elastomer,
+    elastomers,
+    targets,
+    top_height,
+)
 from sitscad.scene.column import mount_tolerance, print_limit
 from sitscad.scene.plate import plate_plan
 from sitscad.scene.stack import ground
+from sitscad.spec.places import cell_placements
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
@@ -144,34 +154,34 @@ Box = tuple[float, float, float, float]
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
     """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
-    pad, plate = elastomer(layout.spec), target(layout.spec)
-    if pad is None and plate is None:
+    rows = [row for row in (elastomers(layout.spec), targets(layout.spec)) if row]
+    if not rows:
         return ()
-    plan = plate_plan(layout, 0.0)
+    plan, bd = plate_plan(layout, 0.0), require("build123d")
     found = [("jig-base", _base(layout, plan))]
-    for lines, (body, under) in enumerate(((pad, None), (plate, pad)), 1 if pad is not None else 0):
-        if body is not None:
-            # A piece's frame: a well of its outline, and below it room for the one that is glued already
-            height = body.upper + WELL
-            cuts = [(body, clearance(layout), body.lower, height)]
-            if under is not None:
-                cuts.append((under, ROOM_ROUND_PAD, 0.0, body.lower))
-            # A plate on the base with windows: each a body, what is left free round it, and from where to where (m)
-            frame = prism(rectangle(*plan, 2e-3), 0.0, height)
-            gap = clearance(layout)
-            for at, size in pins(plan):
-                frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
-            for piece, room, lower, upper in tuple(cuts):
-                lower, upper = (lower if lower > 0.0 else -1e-3), (upper if upper < height else height + 1e-3)
-                for outline in (piece.outline(room), *_reliefs(piece)):
-                    frame = one_solid(frame - prism(outline, lower, upper), "jig")
-            found.append((f"jig-{body.name}", frame))
-            top = body.upper + WELL
-            foot = prism(body.outline(), body.upper + (max(1, lines) * layout.spec.assembly.glue_line), top)
-            x0, y0, x1, y1 = body.footprint.box
-            collar = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), top, top + COLLAR)
-            turned = one_solid(foot + collar, "press").rotate(require("build123d").Axis.X, 180.0)
-            found.append((f"jig-{body.name}-press", one_solid(turned, "press")))
+    for lines, row in enumerate(rows, 1 if layout.spec.elastomer is not None else 0):
+        # The pieces' frame: wells of their outlines, and below them room for those that are glued already. A plate on
+        # the base with windows: each a body, what is left free round it, and from where to where (m)
+        kind, lower, upper, under = row[0].role.value, row[0].lower, row[0].upper, rows[0] if row is not rows[0] else ()
+        height = upper + WELL
+        cuts = [cut for k, body in enumerate(row) for cut in (
+            (body, clearance(layout), lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
+        frame = prism(rectangle(*plan, 2e-3), 0.0, height)
+        gap = clearance(layout)
+        for at, size in pins(plan):
+            frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
+        for piece, room, low, high in cuts:
+            low, high = (low if low > 0.0 else -1e-3), (high if high < height else height + 1e-3)
+            for outline in (piece.outline(room), *_reliefs(piece)):
+                frame = one_solid(frame - prism(outline, low, high), "jig")
+        found.append((f"jig-{kind}", frame))
+        line, boxes = max(1, lines) * layout.spec.assembly.glue_line, [body.footprint.box for body in row]
+        x0, y0, x1, y1 = (end(box[k] for box in boxes) for k, end in enumerate((min, min, max, max)))
+        press = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), height, height + COLLAR)
+        for body in row:
+            press = one_solid(prism(body.outline(), upper + line, height) + press, "press")
+        turned = press.rotate(bd.Axis.X, 180.0)
+        found.append((f"jig-{kind}-press", one_solid(turned, "press")))
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
 
 
@@ -297,6 +307,7 @@ def skin_pour(layout: Layout) -> Pour | None:
     thick, top = film.thickness, top_height(layout.spec)
     inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
     blocks = max(_area(body, thick + math.tan(DRAFT) * top / 2) for body in above_board(layout.spec))
+    blocks *= len(cell_placements(layout.spec))
     flange = max(0.0, Region(ground(layout)).area - blocks) * thick
     volume = flange + blocks * top - inside
     return Pour(1, volume, SPILL * volume)
@@ -311,9 +322,9 @@ def _area(body: Body, room: float) -> float:
 
 
 def _blocks(layout: Layout) -> list[Body]:
-    """The pieces that the skin goes round; one where the other lies within it."""
-    bodies = list(above_board(layout.spec))
-    if len({body.footprint for body in bodies}) == 1:
-        return bodies[:1]
-    return bodies
+    """The pieces that the skin goes round; one where the other is as large."""
+    found: dict[Footprint, Body] = {}
+    for body in above_board(layout.spec):
+        found.setdefault(body.footprint, body)
+    return list(found.values())
 

@@ -298,7 +298,7 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
     # The pieces that have glue under them
     named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
     wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
-    for part in [name for name in wanted if name in plates]:
+    for part in [name for kind in wanted for name in plates if _kind(name) == kind]:
         shape = _line(part, plates, line * MM)
         if shape is not None:
             found.append(Solid(f"glue-{part}", shape, glue.name, COLOUR, BodyRole.GLUE))
@@ -334,10 +334,14 @@ def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """The solids lifted by the glue lines below them, the board staying where it is."""
     bd = require("build123d")
     lifts = _lifts(layout)
-    return tuple(
-        replace(s, shape=s.shape.moved(bd.Location((0, 0, lifts.get(s.name, 0.0) * MM)))) if lifts.get(s.name) else s
-        for s in solids
-    )
+    stands = ((s, lifts.get(_kind(s.name))) for s in solids)
+    return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in stands)
+
+
+def _kind(name: str) -> str:
+    """A piece's name without the number of its cell."""
+    kind, _, number = name.rpartition("-")
+    return kind if number.isdecimal() else name
 
 
 def _lifts(layout: Layout) -> dict[str, float]:

@@ -18,6 +18,7 @@ from sitscad.scene.bodies import (
     top_height,
 )
 from sitscad.spec.circuit import LayerKind
+from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -75,7 +76,7 @@ def section(spec: SensorSpec) -> str:
 
 def _slices(spec: SensorSpec) -> Iterator[Slice]:
     above: list[Slice] = []
-    for body in above_board(spec):
+    for body in above_board(cell_specs(spec)[0]):
         label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
         colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
         above.append(Slice(*body.heights, colour, label, 40.0))

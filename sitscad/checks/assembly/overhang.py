@@ -202,7 +202,7 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
                 yield SHEET_TOO_SMALL.found("cutting.sheet", needs, has, "m", name=plate.part, x=wanted[0], y=wanted[1])
                 break
         else:
-            copies = nests(plate.size, plate.kerf, spec.cutting, spec.fpc.boards or 1)
+            copies = nests(plate.size, plate.kerf, spec.cutting, plate.count * (spec.fpc.boards or 1))
             if copies[0].count > 1 and spec.cutting.gap <= plate.kerf + ROUNDING:
                 yield CUTS_MEET.found("cutting.gap", spec.cutting.gap, plate.kerf, "m", name=plate.part)
 

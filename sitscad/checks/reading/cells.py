@@ -55,14 +55,15 @@ def _gap(one: Footprint, other: Footprint) -> float:
     """Between two alike plates, neither turned against the other (m); negative where they overlap."""
     if one.is_round:
         return one.centre.distance(other.centre) - one.size[0]
-    return min(beyond(plate.outline(), corner) for a, plate in ((one, other), (other, one)) for corner in a.corners)
+    return min(beyond(on.outline(), corner) for a, on in ((one, other), (other, one)) for corner in a.corners)
 
 
 CROSSTALK = Case(
     "cells read each other: with all around it pressed, a cell changes by at most {measured:%.2g} % of its own full "
     "signal",
-    detail="through the targets of all neighbours at most {targets:%.2g} % (of one {target:%.2g} %), as if the cell had "
-    "no target of its own to hold that off; through coils that wait grounded at most {coils:%.2g} %; pads stand apart",
+    detail="through the targets of all neighbours at most {targets:%.2g} % (of one {target:%.2g} %), as if the cell "
+    "had no target of its own to hold that off; through coils that wait grounded at most {coils:%.2g} %; pads stand "
+    "apart",
     hint="cells farther apart (array.pitch), or smaller targets", severity=Severity.NOTE, grave=Severity.WARNING,
 )
 
@@ -74,4 +75,7 @@ CLOSE = Case(
     severity=Severity.WARNING,
 )
 
-RULES: tuple[Rule, ...] = (rule_of("SIT219", crosstalk, limit=100.0 * own_limits()["cell_crosstalk"].value), rule_of("SIT328", plates_apart))
+RULES: tuple[Rule, ...] = (
+    rule_of("SIT219", crosstalk, limit=100.0 * own_limits()["cell_crosstalk"].value),
+    rule_of("SIT328", plates_apart),
+)

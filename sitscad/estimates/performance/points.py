@@ -223,7 +223,7 @@ def _at(here: _Working) -> Performance:
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
         condition_number=condition, invertible=here.felt.is_range_held and here.twins is None, ambiguous=here.twins,
         overload=overload, free_overload=free, map_degree=here.felt.working.map.degree,
-        production=_production(bench.estimates), notes=(*_too_short(bench, courses), *_notes(here, free)),
+        production=production_limits(bench.estimates), notes=(*_too_short(bench, courses), *_notes(here, free)),
     )
 
 
@@ -259,7 +259,7 @@ def _table(names: Sequence[str], columns: Sequence[str], values: Array) -> dict[
     return {name: _row(columns, values[k]) for k, name in enumerate(names)}
 
 
-def _production(estimates: Estimates) -> dict[str, dict[str, float]]:
+def production_limits(estimates: Estimates) -> dict[str, dict[str, float]]:
     """Limits of every coil's L and f before assembly: a coil outside is faulty even if it oscillates."""
     found = {}
     for coil in estimates.coils:

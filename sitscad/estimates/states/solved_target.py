@@ -39,9 +39,9 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, b
     """Whether the target of the states can be solved in a second or two: not where it is far larger than what it is
     near to.
     """
+    spec = cell_specs(spec)[0]
+    coils = coils[: len(spec.array.placements)]
     assert spec.target is not None
-    if spec.cells is not None:
-        spec, coils = cell_specs(spec)[0], coils[: spec.cells.coils]
     cover = _placed(spec, assembly).cover(spec, coils)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
     return solving_work(spec, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
@@ -77,7 +77,7 @@ def solved_target(
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(
         np.array(band),
-        {name: np.kron(np.eye(cells), total[:, k]) if cells > 1 else total[:, k] for k, name in enumerate(names)},
+        {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
         {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)},
         endless_like(spec),
     )

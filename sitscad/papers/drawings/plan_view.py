@@ -65,9 +65,9 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     ordinates_y(sheet, view, ys, left, left - 9.0)
     low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
     low -= 8.0
-    for piece in reversed(pieces):  # what each line means
-        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.name])
-        sheet.text(COLUMN + 18.0, low, f"{piece.name}: {_size(piece)}, {piece.material}", 2.6)
+    for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # what each line means
+        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
+        sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout, pieces)), 2.4)
     return sheet
@@ -101,7 +101,7 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         draw_coil(sheet, view, layout.spec.coil, coil, THIN)
     origin_cross(sheet, view)
     for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
-        sheet.draw(view.path(piece.outline()), PENS[piece.name])
+        sheet.draw(view.path(piece.outline()), PENS[piece.role.value])
     # Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece
     size = 3.2
     outlines = [view.path(piece.outline()) for piece in pieces]
