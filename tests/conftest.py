@@ -109,9 +109,14 @@ SHOWN = ("grasper_3p5mm", "racetrack_jaw", "square_bench", "three_axis_pad")
 """Templates that CI's slow tests take of all: two and four layers, round, square and long coils, a pair, a grid."""
 
 
+LARGE = ("skin_grid_4x2", "skin_strip_6")
+"""Templates of so many coils that all of their tests are slow."""
+
+
 def as_shown(stem: str) -> object:
     """A template's name as a parameter, marked where slow tests of it are left out in CI."""
-    return pytest.param(stem, marks=() if stem in SHOWN else pytest.mark.more)
+    marks = (pytest.mark.slow, pytest.mark.more) if stem in LARGE else pytest.mark.more
+    return pytest.param(stem, marks=() if stem in SHOWN else marks)
 
 
 @pytest.fixture(scope="session", params=[as_shown(path.stem) for path in sorted(TEMPLATES.glob("*.yaml"))])
