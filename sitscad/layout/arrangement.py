@@ -118,6 +118,9 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     routing = None
     if not shortfalls:
         routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)
+        if routing is None and spec.fpc.body is not None and in_line(spec) and bus.is_stacked:
+            # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
+            routing = route_freely(spec, bus, wound, front, searches)
         if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
             shortfalls.append(Shortfall(Missing.LEAD_ROOM))
         elif not _tail_is_clear(spec, routing):

@@ -309,7 +309,7 @@ def coupon_spec(spec: SensorSpec) -> SensorSpec:
     """The sensor reduced to its first coil in free air, with solder pads in place of the tail."""
     alone = CoilPlacement("C1", (0.0, 0.0), spec.array.placements[0].rotation)
     return replace(
-        spec, array=ArraySpec("single", (alone,)), fpc=replace(spec.fpc, tail=None),
+        spec, array=ArraySpec("single", (alone,)), fpc=replace(spec.fpc, tail=None, body=None, largest=None),
         readout=replace(spec.readout, chip=None), target=None, elastomer=None, encapsulation=None, mount=None,
         shield=None,
     )

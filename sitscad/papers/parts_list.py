@@ -26,7 +26,7 @@ from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column
 from sitscad.scene.plate import adapter_needed
-from sitscad.scene.stack import shield
+from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import cell_placements, place_in_words
@@ -212,6 +212,8 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.shield is not None and sheet is not None:
         x0, y0, x1, y1 = bounding_box((sheet.outline(),))
         size = f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(spec.shield.thickness)} mm"
+        if has_round_body(layout) and shield_part(layout)[0].shape == "circle":
+            size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
         note += f"; cut with laser/{spec.name}-shield.dxf"

@@ -22,7 +22,7 @@ from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
 from sitscad.scene.seating import cap_end, clearance, ledge
-from sitscad.scene.stack import ground
+from sitscad.scene.stack import ground, has_round_body
 from sitscad.scene.tail_path import Lip, lip, round_edge
 from sitscad.spec.mount import Finger, Hole
 
@@ -106,6 +106,8 @@ def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     if shield is None or under - shield[1] < 1e-9:
         return ()
     x0, y0, x1, y1 = layout.body
+    if has_round_body(layout):
+        return (prism(ground(layout), shield[1], under),)
     return (box(x0, y0, shield[1], x1, y1, under),)
 
 
@@ -115,7 +117,10 @@ def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     cuts = [raised(grown(layout), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
-        cuts.append(prism(rectangle(x0 - room, y0 - room, x1 + room, y1 + room), shield[0], 1e-3))
+        plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
+        if has_round_body(layout):  # the same wall as the board's own recess
+            plan = (grown(layout) & plan).faces()[0]
+        cuts.append(raised(plan, shield[0], 1e-3))
     if layout.stiffener is not None:
         x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
         deep = under - layout.stiffener.thickness - room

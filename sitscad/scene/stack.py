@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 
 from sitscad.geometry.convex import Footprint, within_box
-from sitscad.geometry.path import Path, Point, Region, bounding_box, enclosed_area, rectangle
+from sitscad.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.form import edge_of_body
@@ -73,15 +73,21 @@ def tail_heights(layout: Layout) -> Heights:
 
 
 def shield(layout: Layout) -> Body | None:
-    """The sheet between coil and jaw. The spec gives it no size: it is made as large as the board's body, and narrower
-    where the port asks for it. Raises `PartsError` where it does not fit into the standoff.
+    """The sheet between coil and jaw. The spec gives it no size: it is made as large as the board's body, a disc under
+    a round one, and narrower where the port asks for it. Raises `PartsError` where it does not fit into the standoff.
     """
     sheet, levels = layout.spec.shield, shield_that_fits(layout.spec)
     if sheet is None or levels is None:
         return None
     (x0, _, x1, _), y, half = layout.body, axis(layout).y, half_width(layout, levels[0])
-    plan = Region(rectangle(x0, y - half, x1, y + half))
+    is_disc = has_round_body(layout) and half >= (x1 - x0) / 2 - 1e-9
+    plan = Region(ground(layout) if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
+
+
+def has_round_body(layout: Layout) -> bool:
+    """Whether the spec makes the board's body a circle."""
+    return layout.spec.fpc.body is not None and layout.spec.fpc.body.shape == "circle"
 
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
@@ -97,9 +103,11 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
     if sheet is None or body is None:
         return ()
     x0, y0, x1, y1 = bounding_box((body.outline(),))
-    place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
+    is_disc = any(isinstance(piece, Arc) for piece in body.outline())
+    place = Footprint(is_disc, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
     words = f"goes under the board, {in_mm(sheet.gap)} mm below its lower face"
-    return (CutPart(body.name, body.material, "rectangle", place.size, sheet.thickness, sheet.kerf, place, words),)
+    shape = "circle" if is_disc else "rectangle"
+    return (CutPart(body.name, body.material, shape, place.size, sheet.thickness, sheet.kerf, place, words),)
 
 
 def encapsulation(layout: Layout) -> Body | None:

@@ -385,3 +385,8 @@ class FpcSpec(Section):
     )
     finish: str = key(Choice(FINISHES), "of the bare contacts", "enig")
     copper: str = key(Choice(("rolled-annealed", "electrodeposited")), "kind of the foil", "rolled-annealed")
+
+    @property
+    def body_key(self) -> str:
+        """The key that makes the body larger."""
+        return "fpc.margin" if self.body is None else "fpc.body"

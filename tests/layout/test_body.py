@@ -1,138 +1,168 @@
-"""The body: the mean of the coils' centres is its middle, a margin widens it, a short jaw limits only the first."""
+"""A body of a given outline: what is drawn keeps inside it, follows it exactly, or is refused with what is missing."""
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
+import numpy as np
 import pytest
-from shapely.geometry import LineString, Point, Polygon
+import shapely
 from tolerance import approx
 
-from sitscad.layout import lay_out
-from sitscad.spec.load import load_text
+import sitscad
+from sitscad.geometry.path import Arc, circle, enclosed_area
+from sitscad.layout.form import root
+from sitscad.spec.resolver.drawn_body import UnfitError, outline
 
-MM = 1e-3
-
-ARRAYS = {
-    "single": "",
-    "line": "array: {pattern: line, count: 3, pitch: 7}",
-    "triangle": "array: {pattern: triangle, pitch: 7.5}",
-    "grid": "array: {pattern: grid, count: [2, 2], pitch: 7.5}",
-    "off the axis": "array: {pattern: explicit, centres: [[-6, 2.5], [2, 3.5], [4, -6]]}",
-    "one off the axis": "array: {pattern: explicit, centres: [[3, 1.2]]}",
-}
+BUTTON = Path(__file__).parents[2] / "templates" / "round_button_12mm.yaml"
 
 
-def board(array="", fpc="", extra="", coil="outer_diameter: 6, turns: 8", connector="zif-0.5mm"):
-    return load_text(
-        f"sitscad: 1\nname: body\ncoil: {{shape: circle, {coil}, layers: 2, trace_width: 100 um, "
-        f"trace_spacing: 100 um}}\n{array}\nfpc: {{tail: {{length: 20, connector: {connector}}}{fpc}}}\n{extra}\n"
-    )
+@pytest.fixture(scope="module")
+def button() -> sitscad.SensorSpec:
+    return sitscad.load(BUTTON)
 
 
-def middle(layout):
-    x0, y0, x1, y1 = layout.body
-    return (x0 + x1) / 2, (y0 + y1) / 2
+@pytest.fixture(scope="module")
+def bare(button) -> sitscad.SensorSpec:
+    """Its board alone: soon judged."""
+    return button.replace(dict.fromkeys(["target", "elastomer", "encapsulation", "mount", "requirements"]))
 
 
-def holds_its_copper(layout):
-    """Whether all copper keeps the fabricator's distance from the outline, found with shapely."""
-    edge, inside = layout.spec.fpc.rules.copper_to_edge, Polygon(layout.outline.flattened(1e-7))
-    assert inside.is_valid
-    reach = [(LineString(t.path.flattened(1e-6)), t.width / 2) for t in layout.traces]
-    reach += [(Point(via.centre), via.pad / 2) for via in layout.vias]
-    return all(inside.buffer(1e-6 - edge - half).contains(line) for line, half in reach)
+def refusals(spec: sitscad.SensorSpec, hints: str = "decisive") -> dict[str, sitscad.Finding]:
+    found = sitscad.check(spec, hints=hints).findings
+    return {finding.rule: finding for finding in found if finding.severity is sitscad.Severity.ERROR}
 
 
-@pytest.mark.parametrize("name", ARRAYS)
-def test_the_mean_of_the_coils_centres_is_the_middle_of_the_body(name):
-    layout = lay_out(board(ARRAYS[name]))
+def copper_outside(layout: sitscad.Layout) -> float:
+    """The area (m2) of tracks and vias nearer to the edge than the fabricator asks, by another library's polygons."""
+    board = shapely.Polygon(layout.outline.flattened(1e-7))
+    inner = board.buffer(-layout.spec.fpc.rules.copper_to_edge + 1e-6, quad_segs=64)
+    pieces = [shapely.LineString(t.path.flattened(1e-7)).buffer(t.width / 2) for t in layout.traces]
+    pieces += [shapely.Point(via.centre).buffer(via.pad / 2) for via in layout.vias]
+    return float(shapely.unary_union(pieces).difference(inner).area)
+
+
+@pytest.mark.parametrize("body", [
+    {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.6}, {"shape": "rectangle", "size": [12, 13]},
+    {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
+])  # fmt: skip
+def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body):
+    layout = sitscad.lay_out(button.replace("fpc.body", body))
     assert not layout.shortfalls
-    assert middle(layout) == approx(layout.spec.array.middle, abs=1e-9)
-    assert holds_its_copper(layout)
+    assert layout.outline.is_closed
+    assert copper_outside(layout) == 0.0
+    size = np.ravel(body["size"])
+    assert list(layout.body_size) == approx([size[0] * 1e-3, size[-1] * 1e-3], rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["single", "triangle", "off the axis"])
-@pytest.mark.parametrize("connector", ["zif-0.5mm", "solder-pads"])
-def test_a_margin_is_added_on_every_side(name, connector):
-    plain, wide = (lay_out(board(ARRAYS[name], more, connector=connector)) for more in ("", ", margin: [0.7, 0.4]"))
-    assert wide.body_size == approx([plain.body_size[0] + 1.4 * MM, plain.body_size[1] + 0.8 * MM], abs=1e-9)
-    assert middle(wide) == approx(wide.spec.array.middle, abs=1e-9)
-    assert wide.tail_length == approx(plain.tail_length, rel=1e-6)
-    assert holds_its_copper(wide)
+def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button):
+    layout = sitscad.lay_out(button)
+    segments = layout.outline.segments
+    fillets = [s for s in segments if isinstance(s, Arc) and not s.ccw]
+    assert len(fillets) == 2
+    for before, after in zip(segments, (*segments[1:], segments[0]), strict=True):
+        assert before.end.distance(after.start) < 1e-9
+        if fillets[0] in (before, after) or fillets[1] in (before, after):
+            (a, b), (c, d) = before.flattened(1e-10)[-2:], after.flattened(1e-10)[:2]
+            turn = math.atan2(b.y - a.y, b.x - a.x) - math.atan2(d.y - c.y, d.x - c.x)
+            assert abs(math.remainder(turn, 2 * math.pi)) < 1e-3
+    rounds = [s for s in segments if isinstance(s, Arc) and s.ccw]
+    assert all(arc.radius == approx(6e-3, rel=1e-9) and arc.centre.distance(rounds[0].centre) < 1e-9 for arc in rounds)
 
 
-def test_one_length_is_the_margin_both_ways():
-    assert board(fpc=", margin: 0.5").fpc.margin == (0.5 * MM, 0.5 * MM)
+def test_the_place_of_the_coils_does_not_matter(button):
+    """The body goes with the mean of the coils' centres."""
+    there = [[x + 3.0, y - 2.0] for x, y in ((p.centre[0] * 1e3, p.centre[1] * 1e3) for p in button.array.placements)]
+    here = sitscad.lay_out(button).body
+    moved = sitscad.lay_out(button.replace("array", {"centres": there})).body
+    assert list(moved) == approx([here[0] + 3e-3, here[1] - 2e-3, here[2] + 3e-3, here[3] - 2e-3], rel=1e-9)
 
 
-def test_a_short_jaw_keeps_the_body_from_growing_about_the_coils_but_not_its_margin():
-    jaw = "mount: {{jaw: {{width: 9, length: {length}, height: 2}}}}"
-    free, short = (lay_out(board(extra=extra)) for extra in ("", jaw.format(length=6.5)))
-    assert short.body_size[0] < free.body_size[0] and short.body[2] == free.body[2]
-    between = lay_out(board(extra=jaw.format(length=free.body_size[0] / MM)))  # less two tolerances
-    assert between.body_size[0] == approx(free.body_size[0] - 0.2 * MM, rel=1e-6)
-    wide = lay_out(board(fpc=", margin: 0.5", extra=jaw.format(length=6.5)))
-    assert wide.body_size[0] == approx(short.body_size[0] + 1.0 * MM, rel=1e-6)
+def test_the_ball_in_the_root_touches_circle_and_tail():
+    """(R + r)^2 = x^2 + (h + r)^2 (Pythagoras)."""
+    found = root(circle(sitscad.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
+    assert found.centre.x == approx(math.sqrt(7e-3**2 - 2.75e-3**2), rel=1e-12)
+    assert math.hypot(*found.on_body) == approx(6e-3, rel=1e-9)
+    assert root(circle(sitscad.geometry.path.Point(0.0, 0.0), 1e-3), 1, 1.75e-3, 1e-3) is None
 
 
-@pytest.mark.parametrize("margin", [0.0, 0.3, 1.0, 4.0])
-@pytest.mark.parametrize("array", ["single", "line", "triangle"])
-def test_a_wider_body_before_a_wide_tail_holds_its_copper(margin, array):
-    """Small coils and many contacts: without the margin the tail is wider than the body, with it the narrower one."""
-    arrays = ARRAYS | {"triangle": "array: {pattern: triangle, pitch: 4}", "line": "array: {count: 4, pitch: 3.6}"}
-    layout = lay_out(board(arrays[array], f", margin: {margin}", coil="outer_diameter: 2.6, turns: 2"))
-    assert not layout.shortfalls and holds_its_copper(layout)
+def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
+    found = refusals(bare.replace("fpc.body.size", 11))
+    radius = (5.35 / math.sqrt(3) + 5.0 / 2) * 1e-3
+    said = found["SIT135"]
+    assert said.limit - said.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
+    larger = float(said.hint.split("fpc.body.size: ")[1].split()[0])
+    assert 11 < larger < 12.5
+    assert not sitscad.lay_out(bare.replace("fpc.body.size", larger)).shortfalls
 
 
-OFF_AXIS = {
-    "one": [[3, 5]],
-    "a row": [[-7, 4], [0, 4], [7, 4]],
-    "one above the other": [[0, 4], [0, 11]],
-    "an L": [[0, 0], [7.5, 0], [15, 0], [0, 7.5]],
-}
+def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
+    free = bare.replace("fpc.body", None)
+    x, y = sitscad.lay_out(free).body_size
+    roomy = {"shape": "rectangle", "size": [x * 1e3 + 2, y * 1e3 + 2]}
+    assert "SIT136" not in refusals(free.replace("fpc.largest", roomy), "none")
+    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": 12}))["SIT136"]
+    corner = math.hypot(x / 2 - 0.5e-3, y / 2 - 0.5e-3) + 0.5e-3  # of corners rounded by 0.5 mm
+    assert said.measured == approx(corner - 6e-3, rel=0.1)
+    assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
 
 
-def explicit(centres, **more):
-    return board(f"array: {{pattern: explicit, centres: {centres}}}", **more)
+def dxf(tmp_path: Path, draw) -> bytes:
+    import ezdxf
+
+    drawing = ezdxf.new()
+    drawing.header["$INSUNITS"] = 4
+    draw(drawing.modelspace())
+    drawing.saveas(tmp_path / "body.dxf")
+    return (tmp_path / "body.dxf").read_bytes()
 
 
-@pytest.mark.parametrize("tail", ["", ", turn: left", ", offset: -9"])
-@pytest.mark.parametrize("name", OFF_AXIS)
-def test_where_the_places_are_counted_from_changes_nothing_else(name, tail):
-    """The same coils counted from elsewhere: the same board, moved."""
-    centres, (dx, dy) = OFF_AXIS[name], (5.0, -8.3)
-    moved = [[x + dx, y + dy] for x, y in centres]
-    here, there = (lay_out(explicit(places, connector="zif-0.5mm" + tail)) for places in (centres, moved))
-    assert not here.shortfalls and not there.shortfalls
-    assert there.body_size == approx(here.body_size, abs=1e-9)
-    for one, other in (
-        (here.outline.flattened(1e-6), there.outline.flattened(1e-6)),
-        ([pad.centre for pad in here.pads], [pad.centre for pad in there.pads]),
-        ([via.centre for via in here.vias], [via.centre for via in there.vias]),
-        ([hole.outline.start for hole in here.top_openings], [hole.outline.start for hole in there.top_openings]),
-        ([here.stiffener.outline.outline.start], [there.stiffener.outline.outline.start]),
-        ([piece.path.end for piece in here.traces], [piece.path.end for piece in there.traces]),
-        ([coil.windings[0].path.start for coil in here.coils], [coil.windings[0].path.start for coil in there.coils]),
-    ):
-        assert [[x + dx * MM, y + dy * MM] for x, y in one] == [approx(list(at), abs=1e-9) for at in other]
-    assert there.coils[0].placement == there.spec.array.placements[0]
+D_SHAPE = [(5, -6, 0), (5, 6, 0), (0, 6, 1), (0, -6, 0)]
 
 
-@pytest.mark.parametrize("name", OFF_AXIS)
-def test_the_body_is_no_wider_than_coils_about_their_mean_need(name):
-    centres = OFF_AXIS[name]
-    layout = lay_out(explicit(centres))
-    mean = sum(y for _, y in centres) / len(centres)
-    coils = 2 * (max(abs(y - mean) for _, y in centres) + 3) * MM
-    assert 0.4 * MM - 1e-9 <= layout.body_size[1] - coils < 2.5 * MM  # its edges; leads and vias beside the coils
-    assert holds_its_copper(layout)
+def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
+    found = outline(dxf(tmp_path, lambda space: space.add_lwpolyline(D_SHAPE, format="xyb", close=True)))
+    assert enclosed_area(found) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
+
+    def pieces(space) -> None:  # in any order and direction
+        space.add_arc((0, 0), 6, 90, 270)
+        space.add_line((5, 6), (0, 6))
+        space.add_line((5, 6), (5, -6))
+        space.add_line((0, -6), (5, -6))
+
+    assert enclosed_area(outline(dxf(tmp_path, pieces))) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
-def test_a_jaw_too_narrow_for_a_body_about_the_mean_leaves_it_what_coils_and_leads_need():
-    jaw = "mount: {{kind: grasper-pad, standoff: 1, jaw: {{width: {width}, length: 40, height: 8}}}}"
-    free, fitted, tight = (lay_out(explicit(OFF_AXIS["an L"], extra=jaw.format(width=width))) for width in (30, 16, 10))
-    assert middle(free) == approx(free.spec.array.middle, abs=1e-9)
-    assert fitted.body_size[1] == approx(16 * MM, rel=1e-6) and free.body_size[1] > 18 * MM
-    assert tight.body_size[1] < 15.2 * MM  # coils 13.5, edges 0.4, leads
-    assert tight.body[3] == fitted.body[3] == free.body[3]
-    for layout in (free, fitted, tight):
-        assert not layout.shortfalls and holds_its_copper(layout)
+@pytest.mark.parametrize(("draw", "said"), [
+    (lambda space: space.add_spline([(0, 0), (1, 2), (3, 4)]), "SPLINE .* is no line"),
+    (lambda space: space.add_lwpolyline([(0, 0), (5, 0), (5, 5)]), r"open: LWPOLYLINE .* ends at \[5, 5\] mm"),
+    (lambda space: [space.add_circle((0, 0), 6), space.add_circle((0, 0), 1)], "CIRCLE .* does not belong"),
+    (lambda space: space.add_lwpolyline([(-6, -6), (6, -6), (6, 6), (2, 0)], close=True), r"inwards at \[2, 0\]"),
+    (lambda space: space.add_lwpolyline([(0, 0), (6, 6), (6, 0), (0, 6)], close=True), "inwards|crosses"),
+    (lambda space: space.add_circle((0, 0), 0.2), "400 um x 400 um"),
+    (lambda space: None, "0 lines and arcs"),
+])  # fmt: skip
+def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):
+    with pytest.raises(UnfitError, match=said):
+        outline(dxf(tmp_path, draw))
+
+
+IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"
+
+
+@pytest.mark.parametrize("content", [b"", b"hello\0\xff", IN_PARSECS])
+def test_a_file_that_is_no_drawing_is_refused(content):
+    with pytest.raises(UnfitError):
+        outline(content)
+
+
+def test_a_spec_with_a_drawing_follows_it(tmp_path):
+    corners = [(6, -6, 0), (6, 6, 0), (0, 6, 1), (0, -6, 0)]
+    dxf(tmp_path, lambda space: space.add_lwpolyline(corners, format="xyb", close=True))
+    text = BUTTON.read_text(encoding="utf-8").replace("{shape: circle, size: 12}", "{shape: dxf, file: body.dxf}")
+    (tmp_path / "d.yaml").write_text(text, encoding="utf-8")
+    layout = sitscad.lay_out(sitscad.load(tmp_path / "d.yaml"))
+    assert not layout.shortfalls and copper_outside(layout) == 0.0
+    with pytest.raises(sitscad.SpecError, match="a text without a folder"):
+        sitscad.load_text(text)

@@ -4,6 +4,7 @@ would do; parts lie on the sheet that they are cut from, and the board on the fi
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -27,7 +28,9 @@ from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
+from sitscad.layout.form import edge_of_body
 from sitscad.layout.laser_sheet import CutPart, cut_parts, nests, sheet_needed
+from sitscad.remedy.moves import larger_body
 from sitscad.remedy.search import Fix, Left
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
@@ -137,10 +140,10 @@ def _told(design: Design, left: Left | None) -> str:
     if found:
         return f"{'; or '.join(found)} fits on the board's body"
     if not broken:
-        return "move it onto the body, or make the body larger (fpc.margin)"
+        return f"move it onto the body, or make the body larger ({design.spec.fpc.body_key})"
     breaks, change = broken[-1]
     softer = "; take a stiffer elastomer with it" if {"SIT304", "SIT312"} & set(breaks) else ""
-    larger_body = "; a larger body (fpc.margin) may carry them as they are" if left is None else ""
+    larger_body = f"; a larger body ({design.spec.fpc.body_key}) may carry them as they are" if left is None else ""
     return (
         f"{change.words} fits on the board's body, but the smaller plates break {', '.join(breaks)}, and none larger "
         f"lies on it{softer}{larger_body}"
@@ -153,7 +156,14 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
     for fix in carried(design.spec):
         changed, also = fix.spec, fix.edits
         break
-    layout = design.layout
+    layout, low = design.layout, lowest(changed)
+    if changed.fpc.body is not None and low is not None:
+        over = low.footprint.hangs_over(ground(layout)) + film_thickness(changed)
+        fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
+        edge = edge_of_body(fix.spec)
+        if fix.edits and edge is not None and lies(fix.spec, edge):
+            yield replace(fix, edits=(*fix.edits, *also))
+        return
     for _ in range(TRIES):
         margin = more_margin(changed, layout.body)
         if max(margin) > MOST_MARGIN:

@@ -235,7 +235,8 @@ def _larger_area(design: Design, area: float, wanted: float) -> str:
     assert target is not None
     larger = replace(design.spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
-    body = "" if lies(larger, ground(design.layout)) else " on a larger body (fpc.margin), for this one is too small"
+    body = f" on a larger body ({design.spec.fpc.body_key}), for this one is too small"
+    body = "" if lies(larger, ground(design.layout)) else body
     return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)}{body},"
 
 

@@ -149,7 +149,7 @@ def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | s
     return replace(plain, message=message, hint=hint, key="fpc.body")
 
 
-GRAIN = 50e-6
+GRAIN = 100e-6
 """A body is first tried so much larger (m) on every side where nobody knows what is missing."""
 
 
@@ -185,7 +185,7 @@ def _fitting(spec: SensorSpec, left: Left) -> str:
 
     if holds(as_asked.spec):
         return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"
-    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, 2.0 * GRAIN,
+    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, GRAIN,
                         left.wants_another)
     if found is None:
         return ""

@@ -28,6 +28,7 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.lanes import Ring
 from sitscad.record import record
+from sitscad.remedy.moves import larger_body
 from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec.circuit import Plating, Stackup
@@ -338,6 +339,8 @@ def _too_near(
 
     written = f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]"
     fix = setting(design.spec, "fpc.margin", (longer, margin[1]), written)
+    if design.spec.fpc.body is not None:
+        fix = larger_body(design.spec, longer)
 
     def advice(left: Left) -> str:
         return f"{um(missing)} are missing: {fix.words} makes the body longer{tried(fix, left)}, {other}"
