@@ -7,15 +7,12 @@ from typing import Protocol
 
 from sitscad.calibration.unknowns import usual
 from sitscad.design import Design
-from sitscad.estimates.circuit.bands import bands
+from sitscad.estimates.circuit.bands import STATUS, bands
 from sitscad.estimates.circuit.settings import devices
 from sitscad.readout import ldc_registers as at
 from sitscad.record import record
 
-GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS = (
-    "good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude",
-)  # fmt: skip
-"""What is said of a coil's reading; the last is a warning."""
+GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
 
 
 class Chip(Protocol):

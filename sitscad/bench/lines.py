@@ -8,8 +8,9 @@ from collections import deque
 from time import monotonic
 from typing import Protocol
 
-from sitscad.bench.board import STALE, STATUS, Board, CoilReading
+from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.design import Design
+from sitscad.estimates.circuit.bands import STATUS
 from sitscad.estimates.circuit.settings import identity
 
 BAUD = 115_200

@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
+from sitscad.estimates.circuit.bands import STATUS
 from sitscad.version import __version__
 
 Scan = dict[int, CoilReading]
@@ -42,21 +44,44 @@ def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
         yield scan
 
 
-def lines(board: Board, rows: Sequence[Scan], newtons: InverseMap | None, tared: bool = False) -> Iterator[str]:
-    """A line a scan; with a map its newtons, by the tare of the map, or by the first whole scan where `tared`."""
-    tare = None if tared or newtons is None else newtons.rest
+class Forces:
+    """Newtons of scans by a map and its tare, or the first whole scan where `tared`; none without a map."""
+
+    def __init__(self, newtons: InverseMap | None, tared: bool = False) -> None:
+        self.map, self.tare = newtons, None if tared or newtons is None else newtons.rest
+
+    def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
+        """Forces (N) by their axes; nothing where a coil has no good reading."""
+        if self.map is None or len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
+            return {}
+        counts = np.array([[float(scan[k].counts) for k in range(len(board.bands))]])
+        self.tare = counts[0] if self.tare is None else self.tare
+        return dict(zip(self.map.axes, self.map(counts, self.tare)[0].tolist(), strict=True))
+
+
+def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, Any]:
+    """A scan for programs: when it was read (s), of every coil counts, frequency (Hz) and the number of its status,
+    newtons.
+    """
+    coils = {
+        board.bands[k].coil: {
+            "counts": one.counts, "Hz": round(board.frequency(one.counts), 1), "status": STATUS.index(one.status)
+        }
+        for k, one in sorted(scan.items())
+    }  # fmt: skip
+    forces = {f"{axis}_N": round(force, 5) for axis, force in newtons.items()}
+    return {"timestamp": round(max(one.time for one in scan.values()), 6), **coils, **forces}
+
+
+def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
+    """A line a scan."""
     for scan in rows:
         told = [f"{max(one.time for one in scan.values()):8.4f} s"]
         told += [
             f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
             for k, one in sorted(scan.items())
         ]
-        if newtons is not None and len(scan) == len(board.bands) and all(one.is_good for one in scan.values()):
-            counts = np.array([[float(scan[k].counts) for k in range(len(board.bands))]])
-            tare = counts[0] if tare is None else tare
-            told += [
-                f"{axis} {force:+.4f} N" for axis, force in zip(newtons.axes, newtons(counts, tare)[0], strict=True)
-            ]
+        told += [f"{axis} {force:+.4f} N" for axis, force in newtons(board, scan).items()]
         yield "  ".join(told)
 
 

@@ -27,7 +27,7 @@ RAMP = 33
 class Source:
     """Converters in the order of their numbers, and their clock."""
 
-    creep = 10.0
+    creep, paced = 10.0, True
     """Seconds that a pad is given to come to rest under a load, before it is read for a calibration."""
 
     def __init__(self, chips: Sequence[Chip], seconds: float | None = None) -> None:
@@ -53,6 +53,7 @@ class Simulation(Source):
 
     chips: Sequence[SimulatedConverter]
     creep = 0.0
+    paced = False
 
     def __init__(
         self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
@@ -75,9 +76,11 @@ class Simulation(Source):
         return latest * 1e-9
 
     def wait(self, seconds: float) -> None:
-        """Let simulated time go by."""
+        """Let simulated time go by, no faster than the true one where it is `paced`."""
         for chip in self.chips:
             chip.advance(round(seconds * 1e9))
+        if self.paced:
+            time.sleep(max(0.0, self.now() - (time.monotonic() - self._begun)))
 
 
 class Wired:

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
 import sitscad
 from sitscad.cli.terminal import Example, print_result, say
+
+if TYPE_CHECKING:
+    from sitscad.bench.board import Board
+    from sitscad.bench.readings import Scan
 
 
 @click.command(
@@ -18,10 +27,13 @@ from sitscad.cli.terminal import Example, print_result, say
 @click.option("--tare", is_flag=True, help="The first scan is without load: newtons count from it.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
 @click.option("--seconds", type=click.FloatRange(min=0.0, min_open=True), help="How long (sim: what it says; else 2).")
+@click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
+@click.option("--udp", metavar="HOST:PORT", help="Send every scan as a line of JSON, as PlotJuggler reads it.")
 @click.option("--log", type=click.Path(file_okay=False), help="Folder for readings.csv and readings.json.")
 def read(
     source: str, design: str | None, calibration: str | None, tare: bool, diagnose: bool, seconds: float | None,
-    log: str | None,
+    serve: bool, port: int, udp: str | None, log: str | None,
 ) -> int:
     """Set up a board's converters and read them: a line a scan, or a diagnosis.
 
@@ -33,21 +45,31 @@ def read(
 
     Newtons are by the tare that the calibration was made with, or by --tare of the first scan.
 
+    With --serve or --udp it reads until Ctrl-C where --seconds does not say how long, a simulated board as fast as a
+    true one.
+
     Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
     """
-    from pathlib import Path
-
     from sitscad.bench.diagnosis import NOT_MET, diagnosis, words
-    from sitscad.bench.readings import document, lines, scans, table
+    from sitscad.bench.readings import Forces, lines, scans
     from sitscad.bench.source import SERIAL, design_of, source_of
-    from sitscad.package.folder import write_file
+    from sitscad.cli.streaming import sinks
 
+    streams, kept = serve or udp is not None, diagnose or log is not None or not (serve or udp)
+    rows, wrong = [], list[str]()
     try:
         given, known = source_of(source, None if design is None else design_of(design))
-        newtons = None if calibration is None else sitscad.map_of(calibration)
+        forces = Forces(None if calibration is None else sitscad.map_of(calibration), tare)
         board = given.board(known)
-        wrong = board.set_up()
-        rows = list(scans(board, given, seconds or given.seconds or USUAL))
+        given.paced = given.paced or streams
+        with sinks(board, forces, udp, (calibration, port) if serve else None) as tell:
+            wrong = board.set_up()
+            try:
+                for scan in scans(board, given, seconds or (math.inf if streams else given.seconds or USUAL)):
+                    rows += [scan] if kept else []
+                    tell(scan)
+            except KeyboardInterrupt:
+                say("stopped")
         verdicts = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
     except ValueError as error:
         raise click.UsageError(str(error)) from error
@@ -58,13 +80,21 @@ def read(
     if board.said:
         say(board.said)
     if log:
-        Path(log).mkdir(parents=True, exist_ok=True)
-        write_file(Path(log) / "readings.csv", table(board, rows))
-        write_file(Path(log) / "readings.json", document(board, source))
-        say(f"wrote {Path(log) / 'readings.csv'}")
-    told = words(verdicts) if diagnose else lines(board, rows, newtons, tare)
-    print_result("\n".join(told) + "\n")
+        _logged(Path(log), board, rows, source)
+    if diagnose or not streams:
+        print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
     return int(diagnose and any(one.verdict == NOT_MET for one in verdicts))
+
+
+def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
+    """Write the readings, and what their numbers need."""
+    from sitscad.bench.readings import document, table
+    from sitscad.package.folder import write_file
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_file(folder / "readings.csv", table(board, rows))
+    write_file(folder / "readings.json", document(board, source))
+    say(f"wrote {folder / 'readings.csv'}")
 
 
 USUAL = 2.0

@@ -6,10 +6,16 @@ import json
 import sys
 import threading
 import webbrowser
+from typing import TYPE_CHECKING
 
 import click
 
 from sitscad.cli.terminal import Example, print_result, say
+
+if TYPE_CHECKING:
+    from http.server import ThreadingHTTPServer
+
+    from sitscad.watch.server import Showing
 
 
 @click.command(cls=Example, example="sitscad watch sensor.yaml --serve --open")
@@ -27,20 +33,14 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     and what the sensor feels. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
     and the assembly in 3-D, each as soon as it is ready. A save ends the work in progress.
     """
-    from sitscad.watch.server import LOOPBACK, Showing, server
+    from sitscad.watch.server import Showing
     from sitscad.watch.watching import Watch, words
     from sitscad.watch.work import Event
 
     showing, made = Showing(), None
     serve = serve or opens
     if serve:
-        made = server(showing, host, port)
-        address = f"http://{host if ':' not in host else f'[{host}]'}:{made.server_address[1]}/"
-        if host not in LOOPBACK:
-            say("whoever reaches this machine can read the page")
-        print_result(address)
-        sys.stdout.flush()
-        threading.Thread(target=made.serve_forever, daemon=True).start()
+        made, address = served(showing, host, port)
 
     def told(revision: int, event: Event, before: Event | None) -> None:
         if format_name == "json":
@@ -61,3 +61,17 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
         if made is not None:
             made.shutdown()
     return 0
+
+
+def served(showing: Showing, host: str, port: int) -> tuple[ThreadingHTTPServer, str]:
+    """A server that shows it, begun, and its address, which is printed."""
+    from sitscad.watch.server import LOOPBACK, server
+
+    made = server(showing, host, port)
+    address = f"http://{host if ':' not in host else f'[{host}]'}:{made.server_address[1]}/"
+    if host not in LOOPBACK:
+        say("whoever reaches this machine can read the page")
+    print_result(address)
+    sys.stdout.flush()
+    threading.Thread(target=made.serve_forever, daemon=True).start()
+    return made, address

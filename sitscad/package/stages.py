@@ -378,7 +378,22 @@ def _kept_name(name: str) -> str:
 def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
     """The page for a person, and the picture of a fit that fails."""
     failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
-    return {"report.html": page_of(contents, files | failing), **failing}
+    return {"report.html": page_of(contents, files | failing), **_live(contents, files), **failing}
+
+
+def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """``live.html``, where the package has a driver whose lines it reads."""
+    from sitscad.report.live import live_page
+
+    if "firmware/sensor_line.h" not in files:
+        return {}
+    return {"live.html": live_page(contents.spec, contents.estimates, _known(files), forced=bool(contents.forced))}
+
+
+def _known(files: Mapping[str, bytes]) -> dict[str, Any] | None:
+    """The map that the package has, in its document."""
+    text = files.get("calibration/calibration.json")
+    return None if text is None else dict(json.loads(text))
 
 
 def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
@@ -405,8 +420,7 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
     found = {}
     if "mount/assembly.glb" in files:
         found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
-    known = json.loads(files["calibration/calibration.json"]) if "calibration/calibration.json" in files else None
-    if (pushed := pushed_document(contents.layout, contents.estimates, felt, known)) is not None:
+    if (pushed := pushed_document(contents.layout, contents.estimates, felt, _known(files))) is not None:
         found["pushed"] = pushed
     return found
 

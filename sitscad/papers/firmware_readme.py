@@ -118,7 +118,8 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     )
     yield (
         "Run it. sensor_begin resets the converter, writes every register, reads all back and wakes it; its errors "
-        "say where to look: the bus, the identity, a register."
+        "say where to look: the bus, the identity, a register. The sketch's lines are shown by ../live.html (Chromium) "
+        "and by `sitscad read serial:PORT`."
     )
     yield (
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "

@@ -25,6 +25,9 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ALIVE = 10.0
 """Seconds after which a listener is sent an empty line, so that one that has gone is noticed."""
 
+MOST_WAITING = 1000
+"""Events that wait for one listener."""
+
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 """What the page may load: nothing but what is in it, and from here."""
 
@@ -32,11 +35,15 @@ EMPTY = "<header><h1>sitscad watch</h1><p>The first findings come as soon as the
 
 
 class Showing:
-    """What is shown now: the page, the last event of every stage, and who listens."""
+    """What is shown now: the page (left out: one that a watched spec fills), the last event of every stage, and who
+    listens.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, shown: bytes = b"") -> None:
         self.lock = threading.Lock()
-        self.page = page("sitscad watch", [EMPTY, f"<script>{scripts()}</script>"]).encode()
+        script = (files("sitscad.report") / "assets" / "live.js").read_bytes()
+        self.follows = b"" if shown else b"<script>" + script + b"</script>"
+        self.page = shown or page("sitscad watch", [EMPTY, f"<script>{scripts()}</script>"]).encode()
         self.state: dict[str, dict[str, Any]] = {}
         self.listeners: set[queue.Queue[bytes]] = set()
 
@@ -46,11 +53,16 @@ class Showing:
         data |= event.data | {"changes": changes(event, before), "has_page": bool(event.page)}
         if event.stage == "findings":
             data["verdict"] = verdict(event.data)
+        self.post(data, event.page)
+
+    def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:
+        """Tell all who listen of a stage, and keep that for those who come; who does not follow misses some."""
         with self.lock:
-            self.page = event.page or self.page
-            self.state[event.stage] = data
+            self.page = shown or self.page
+            self.state[data["stage"]] = data
             for listener in self.listeners:
-                listener.put(_line(data))
+                if listener.qsize() < MOST_WAITING:
+                    listener.put(_line(data))
 
     def listen(self) -> Iterator[bytes]:
         """Every event from now on, and first the last ones."""
@@ -76,7 +88,6 @@ def _line(data: dict[str, Any]) -> bytes:
 
 def server(showing: Showing, host: str, port: int) -> ThreadingHTTPServer:
     """A server that shows it, begun by its `serve_forever`. Raises OSError where the port is taken."""
-    script = (files("sitscad.report") / "assets" / "live.js").read_bytes()
 
     class Handler(BaseHTTPRequestHandler):
         """Answers one request."""
@@ -88,7 +99,7 @@ def server(showing: Showing, host: str, port: int) -> ThreadingHTTPServer:
             if self.headers.get("Host", "") not in names:
                 self._answer(403, "text/plain", b"this page is not for that host\n")
             elif self.path == "/":
-                live = showing.page.replace(b"</main>", b"</main><script>" + script + b"</script>", 1)
+                live = showing.page.replace(b"</main>", b"</main>" + showing.follows, 1)
                 self._answer(200, "text/html; charset=utf-8", live)
             elif self.path == "/state":
                 with showing.lock:

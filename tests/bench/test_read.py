@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import socket
 import sys
+import urllib.error
+import urllib.request
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,9 +19,10 @@ import sitscad
 from sitscad.bench.board import Board
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, diagnosis
-from sitscad.bench.readings import scans
+from sitscad.bench.readings import Forces, scans
 from sitscad.bench.source import Simulation, Wired, source_of
 from sitscad.cli import cli
+from sitscad.cli.streaming import sinks
 from sitscad.estimates.uncertainty import CAPACITOR
 from tests.bench.conftest import TEMPLATES
 
@@ -162,3 +166,32 @@ def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(ValueError, match=r"sitscad\[bench\]"):
         source_of("/dev/i2c-7", design)
+
+
+def test_scans_go_out_as_lines_of_json_and_to_a_page(design):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+        ours.bind(("127.0.0.1", 0))
+        ours.settimeout(10.0)
+        port = ours.getsockname()[1]
+        done = _run(f"sim:{SPEC}", "--udp", f"127.0.0.1:{port}", "--seconds", "0.1")
+        assert done.return_value == 0 and done.stdout == ""
+        first, second = (json.loads(ours.recv(4096)) for _ in range(2))
+    assert 0.0 < first["timestamp"] < second["timestamp"] < 0.2 and first["C2"]["status"] == 0
+    assert first["C1"]["Hz"] == approx(design.estimates.coils[0].states["rest"].frequency, rel=1e-4)
+    assert "HOST:PORT" in str(_run(f"sim:{SPEC}", "--udp", "9870").exception)
+    source, _ = source_of(f"sim:{SPEC}", design)
+    board = source.board(design)
+    board.set_up()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with sinks(board, Forces(None), None, (None, port)) as tell:
+        scan = next(row for row in scans(board, source, 1.0) if len(row) == 2)
+        tell(scan)
+        state = json.loads(urllib.request.urlopen(f"http://127.0.0.1:{port}/state").read())
+        page = urllib.request.urlopen(f"http://127.0.0.1:{port}/").read()
+        strange = urllib.request.Request(f"http://127.0.0.1:{port}/state", headers={"Host": "elsewhere"})
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(strange)
+    assert state["reading"]["counts"] == [scan[0].counts, scan[1].counts] and state["reading"]["tare"] is None
+    assert b"bench-7mm, live" in page and b"connect" not in page.partition(b"<script")[0]

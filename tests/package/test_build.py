@@ -65,7 +65,8 @@ def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
     assert {entry["stage"] for entry in manifest["files"].values()} == {*LIGHT, "check"}
     folders = {name.partition("/")[0] for name in found if "/" in name}
     assert folders == {"fpc", "kicad", "laser", "firmware", "spec"}
-    assert {name for name in found if "/" not in name} == {"bom.csv", "estimate.json", "findings.json", "report.html"}
+    beside = {"bom.csv", "estimate.json", "findings.json", "live.html", "report.html"}
+    assert {name for name in found if "/" not in name} == beside
 
 
 def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):

@@ -13,6 +13,10 @@ SIGMAS = 5.0
 """Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside."""
 
 
+STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
+"""What is said of a coil's reading, in the order of the driver's numbers; the last is a warning."""
+
+
 @record
 class Band:
     """A frequency (Hz) of the design, and the lowest and highest that manufacture makes of it."""

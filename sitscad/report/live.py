@@ -1,0 +1,115 @@
+"""The page of a board that is being read: bars of coils and forces, by Web Serial from a disk or served by `read`."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from sitscad.calibration.inverse_map import BEYOND, LEAST
+from sitscad.calibration.unknowns import usual
+from sitscad.drawing.frame import FORCED
+from sitscad.drawing.web_page import page, part
+from sitscad.estimates import Estimates
+from sitscad.estimates.circuit.bands import STATUS, bands
+from sitscad.estimates.circuit.settings import devices, identity
+from sitscad.report.moving import Document, embedded
+from sitscad.spec.sensor import SensorSpec
+
+STYLE = (
+    "<style>.swing{position:relative;min-width:12rem;height:1.1rem;background:var(--code);border-radius:.25rem}"
+    ".swing i{position:absolute;top:0;bottom:0;background:var(--note)}.swing.full i{background:var(--error)}"
+    ".swing::after{content:'';position:absolute;left:50%;top:0;bottom:0;border-left:1px solid var(--soft)}</style>"
+)
+
+BAR = (
+    '<button type="button" data-do="connect">connect</button><button type="button" data-do="tare">tare: nothing is on '
+    'it</button><label>baud <input data-in="baud" value="115200" size="7" inputmode="numeric"></label>'
+)
+
+AXES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
+
+
+def live_page(
+    spec: SensorSpec, estimates: Estimates, calibration: Document | None, served: bool = False, forced: bool = False
+) -> bytes:
+    """The page of one sensor: forces by the map in the document of a calibration, where there is one. From a disk it
+    reads a serial port, `served` the events of a server; of a `forced` package it says so. Raises ValueError where the
+    sensor cannot be read.
+    """
+    known = None if calibration is None else calibration.get("map", calibration) | {"least": LEAST, "beyond": BEYOND}
+    document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
+    names = [coil["name"] for coil in document["coils"]]
+    bar = "" if served else BAR
+    if not served and known is not None:
+        bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
+    warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""
+    parts = [
+        f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
+        f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
+        part("Forces", _forces(known, calibration)),
+        part("Coils", _table(
+            ("coil", "state", "counts", "Hz", "change, Hz", "change"),
+            [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
+             for name in names],
+        )),
+        embedded("readings-data", document), f"<script>{_scripts()}</script>",
+    ]  # fmt: skip
+    return page(f"{spec.name}, live", parts).encode("utf-8")
+
+
+def _scripts() -> str:
+    folder = files("sitscad.report") / "assets"
+    return "\n".join((folder / name).read_text(encoding="utf-8") for name in ("pushed.js", "readings.js"))
+
+
+def _document(spec: SensorSpec, estimates: Estimates, known: Document | None) -> dict[str, Any]:
+    """What the page's script reads: by what lines are known, how counts become Hz, the coils, the map."""
+    conversion, found = estimates.readout.conversion, bands(estimates, usual("coil_inductance"))
+    if conversion is None:
+        raise ValueError(f"{spec.name} has no converter that is set")
+    per_hz = 2.0**conversion.device.count_bits / conversion.full_scale
+    coils = [
+        {
+            "name": one.coil, "rest": round(one.assembled.design * per_hz),
+            "span": max(round((one.working.high - one.assembled.high) * per_hz), 1),
+        }
+        for one in found
+    ]
+    name = identity(spec.name, devices(spec.readout.device, estimates))
+    return {
+        "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
+        "map": known,
+    }
+
+
+def _forces(known: Document | None, calibration: Document | None) -> str:
+    if known is None or calibration is None:
+        return "<p>There is no map to newtons: this sensor has no target on a pad, or no calibration was given.</p>"
+    by = (
+        "Forces by the calibration of this sensor." if calibration.get("is_calibrated") else
+        "Forces by the map of the sensor as it is drawn: calibrate yours, and give its calibration.json."
+    )  # fmt: skip
+    rows = [(AXES[axis], *(f"{what}.{axis}" for what in ("force_N", "sigma_N", "bar"))) for axis in known["axes"]]
+    table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
+    for axis, error in zip(known["axes"], known["error"], strict=True):
+        table = table.replace(f'data-out="sigma_N.{axis}">', f'data-out="sigma_N.{axis}">{error:.2g}')
+    return f"{table}<p class='warned' data-out='range'></p><p class='soft' data-out='map'>{by}</p>"
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A table whose cells are filled by the script: the first of a row is its name, the others are names of cells."""
+    def cell(name: str) -> str:
+        if name.startswith("bar."):
+            return f'<td><div class="swing"><i data-out="{escape(name)}"></i></div></td>'
+        return f'<td class="number" data-out="{escape(name)}"></td>'
+
+    body = "".join(
+        f'<tr><th scope="row">{escape(first)}</th>{"".join(map(cell, names))}</tr>' for first, *names in rows
+    )
+    names = ("", *rows[0][1:])
+    heading = "".join(
+        f"<th{'' if not name or name.startswith('bar.') else ' class=number'}>{escape(word)}</th>"
+        for word, name in zip(head, names, strict=True)
+    )
+    return f"<div class='scroll'><table><thead><tr>{heading}</tr></thead><tbody>{body}</tbody></table></div>"
