@@ -165,6 +165,7 @@ def _files() -> Iterator[str]:
         ),
         ("zephyr/", "Zephyr: name your bus in app.overlay"),
         ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
+        ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch"),
         ("simulated/", "a simulated converter, to try all of it without a board"),
         ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
     ):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -165,6 +167,66 @@ def test_the_micropython_module_tells_faults(pad, micropython):
     chip.words[0x7F] = 0x3054
     with pytest.raises(micropython.SensorError, match="no LDC1612"):
         micropython.Sensor(FakeI2C(chip))
+
+
+@pytest.fixture
+def node(pad, monkeypatch):
+    """The node of ROS 2 on stubs of what it imports."""
+    sent, said = [], []
+    logger = SimpleNamespace(warning=said.append, error=said.append)
+
+    class Node:
+        def __init__(self, name):
+            self.publisher = SimpleNamespace(publish=sent.append)
+
+        declare_parameter = staticmethod(lambda name, value: SimpleNamespace(value=value))
+        create_publisher = staticmethod(lambda kind, topic, depth: SimpleNamespace(publish=sent.append))
+        create_timer = staticmethod(lambda period, act: None)
+        get_logger = staticmethod(lambda: logger)
+        get_clock = staticmethod(lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: "now")))
+
+    class Wrench:
+        def __init__(self):
+            self.header = SimpleNamespace()
+            self.wrench = SimpleNamespace(force=SimpleNamespace(), torque=SimpleNamespace())
+
+    received: list[bytes] = []
+    port = SimpleNamespace(read=lambda size: received.pop(0) if received else b"")
+    stubs = {
+        "rclpy": SimpleNamespace(), "rclpy.node": SimpleNamespace(Node=Node), "geometry_msgs": SimpleNamespace(),
+        "geometry_msgs.msg": SimpleNamespace(WrenchStamped=Wrench),
+        "serial": SimpleNamespace(Serial=lambda *given, **named: port),
+    }
+    for name, stub in stubs.items():
+        monkeypatch.setitem(sys.modules, name, stub)
+    path = pad.folder / "ros2" / "sensor_node.py"
+    module = {"__name__": "sensor_node", "__file__": str(path)}
+    exec(compile(path.read_text(), str(path), "exec"), module)
+    return module["SensorNode"](), received, sent, said
+
+
+def _checked(*cells: object) -> bytes:
+    text = ",".join(map(str, cells))
+    return f"{text}*{_crc(text):04X}\r\n".encode()
+
+
+def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
+    one, received, sent, said = node
+    head = _checked("id", "sequence", "C1_counts", "C1_status", "normal_N", "shear_x_N")
+    whole = _checked(one.identity, 0, 1, 0, "1.5", "-0.25")
+    stream = [
+        b"f,a,line*0000\r\n" + whole + head, whole[:9], whole[9:], _checked(one.identity, 4, 1, 4, "", ""),
+        whole.replace(b"1.5", b"9.5") + _checked("0" * 8, 5, 1, 0, "7.0", "0.1"),
+        _checked(one.identity, 5, 1, 0, "2.0", "0.0"),
+    ]
+    received += stream
+    for _ in range(len(stream) + 1):
+        one.read()
+    one.tell()
+    one.tell()
+    assert [(each.wrench.force.x, each.wrench.force.z) for each in sent] == [(-0.25, -1.5), (0.0, -2.0)]
+    assert all(math.isnan(value) for value in (sent[0].wrench.force.y, sent[0].wrench.torque.x))
+    assert said == ["3 lines lost, 1 corrupted, 1 of another sensor"]
 
 
 def test_the_readme_wires_every_contact_and_has_ten_steps(pad):
