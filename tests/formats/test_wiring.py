@@ -41,6 +41,12 @@ def test_kicad_finds_nothing_wrong_and_reads_the_nets(name, converter, tmp_path)
         r'\(net \(code "\d+"\) \(name "/?([^"]+)"\)(.*?)(?=\(net \(code|\Z)', (tmp_path / "nets.net").read_text(), re.S
     ):
         nets[found[1]] = set(re.findall(r'\(ref "(\w+)"\)\s*\(pin "(\d+)"', found[2]))
+    whole = (tmp_path / "nets.net").read_text()
+    given = dict(re.findall(r'\(comp \(ref "(\w+)"\)\s*\(value "[^"]*"\)\s*\(footprint "([^"]+)"\)', whole))
+    refs = set(re.findall(r'\(comp \(ref "(\w+)"\)', whole))
+    assert refs - set(given) == {"J1"} and given["Y1"].startswith("Oscillator:")
+    assert f"PinHeader_1x{5 + design.converter.needed(len(design.layout.coils)):02}_" in given["J2"]
+    assert ("WQFN-16" if converter == "ldc1614" else "WSON-12") in given["U1"]
     pins = {f"IN{channel}{end}": str(9 + 2 * channel + k) for channel in range(4) for k, end in enumerate("AB")}
     for one in contacts(design.layout):
         if one.net != "-":

@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 
+from sitscad.data import rows
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.estimates.values import Estimates
@@ -67,6 +68,14 @@ class Part:
         """Rows of pins."""
         return max(len(self.left), len(self.right))
 
+    @property
+    def footprint(self) -> str:
+        """Its footprint in KiCad's own libraries; empty for the tail's socket, of which the make decides the order of
+        the contacts, and for converters without one in the table.
+        """
+        named = {row["symbol"]: row["footprint"] for row in rows("footprints")}
+        return named.get(self.symbol, "").format(pins=f"{len(self.left) + len(self.right):02}")
+
     def at(self) -> Iterator[tuple[Pin, int, int]]:
         """Every pin with where it ends, in steps from the box's upper middle, y down, and on which side (-1 left)."""
         for side, pins in ((-1, self.left), (1, self.right)):
@@ -80,7 +89,11 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     if device.needed(count) > len(device.addresses) or not layout.pads:
         return {}
     found = parts(layout, estimates)
-    project = {"meta": {"filename": f"{LIBRARY}.kicad_pro", "version": 3}, "sheets": [], "text_variables": {}}
+    # whether KiCad's libraries of footprints are installed is no matter of the circuit; the board's editor says it
+    project = {
+        "meta": {"filename": f"{LIBRARY}.kicad_pro", "version": 3}, "sheets": [], "text_variables": {},
+        "erc": {"rule_severities": {"footprint_link_issues": "ignore"}},
+    }
     texts = {
         f"{LIBRARY}.kicad_sch": _schematic(layout.spec.name, found),
         f"{LIBRARY}.kicad_sym": node(
@@ -106,8 +119,8 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
         value = show(estimates.readout.capacitance, "F").replace(" ", "")
         capacitors += [(f"{value} C0G", f"{coil.name}.A", f"{coil.name}.B") for coil in coils]
     resistors = [("4.7k", "SCL", "VDD"), ("4.7k", "SDA", "VDD"), ("10k", "SD", "VDD")]
-    for symbol, rows, column in (("C", capacitors, 40), ("R", resistors, 62)):
-        for k, (value, one, other) in enumerate(rows):
+    for symbol, two_ended, column in (("C", capacitors, 40), ("R", resistors, 62)):
+        for k, (value, one, other) in enumerate(two_ended):
             ends = (Pin(1, "~", "passive", one),), (Pin(2, "~", "passive", other),)
             # from 101, for coils are called C1, too
             found.append(Part(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
@@ -163,8 +176,8 @@ def _symbols(found: Iterable[Part], prefix: str = "") -> Iterator[str]:
             f"symbol {quoted(prefix + part.symbol)}", "(pin_names (offset 0.508))", "(exclude_from_sim no)",
             "(in_bom yes)", "(on_board yes)",
             *(node(f"property {quoted(key)} {quoted(text)}", "(at 0 0 0)", HIDDEN if key != "Reference" else FONT)
-              for key, text in (("Reference", letter), ("Value", part.symbol), ("Footprint", ""), ("Datasheet", ""),
-                                ("Description", ""))),
+              for key, text in (("Reference", letter), ("Value", part.symbol), ("Footprint", part.footprint),
+                                ("Datasheet", ""), ("Description", ""))),
             node(f"symbol {quoted(f'{part.symbol}_0_1')}",
                  f"{box} (stroke (width 0.254) (type default)) (fill (type background)))"),
             node(f"symbol {quoted(f'{part.symbol}_1_1')}", *pins),
@@ -207,8 +220,8 @@ def _instance(name: str, root: str, part: Part) -> str:
         identity(name, "wiring", part.reference),
         *(node(f"property {quoted(key)} {quoted(text)}", f"(at {_mm(x - part.half)} {_mm(height)} 0)", LEFT_FONT)
           for key, text, height in shown),
-        *(node(f"property {quoted(key)} {quoted('')}", f"(at {_mm(x)} {_mm(y)} 0)", HIDDEN)
-          for key in ("Footprint", "Datasheet", "Description")),
+        *(node(f"property {quoted(key)} {quoted(text)}", f"(at {_mm(x)} {_mm(y)} 0)", HIDDEN)
+          for key, text in (("Footprint", part.footprint), ("Datasheet", ""), ("Description", ""))),
         *(node(f'pin "{pin.number}"', identity(name, "wiring", part.reference, pin.number, "pin"))
           for pin, _, _ in part.at()),
         node("instances", node(f"project {quoted(LIBRARY)}",
