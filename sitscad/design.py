@@ -159,7 +159,7 @@ class Design:
         if self.spec.cells is not None:
             from sitscad.estimates.response.pad import NoResponse
 
-            raise NoResponse(f"the sensor has {self.cells} cells, each with a target of its own: ask for one of them")
+            raise NoResponse(f"the sensor has {self.cells} cells, each with a target of its own: ask for one, --cell 1")
         from sitscad.estimates.response.model import response_model
 
         return response_model(self.layout, self.estimates)

@@ -105,6 +105,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 @click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
+@click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
@@ -120,6 +121,7 @@ def response(
     tolerance: float | None,
     jacobian: bool,
     performance: bool,
+    cell: int | None,
     format_name: str,
     output: str | None,
 ) -> int:
@@ -187,7 +189,8 @@ def response(
     loaded = spec_of(spec)
     if loaded is None:
         return 2
-    design = sitscad.Design(loaded)
+    whole = sitscad.Design(loaded)
+    design = _of_cell(whole, cell)
     progress = _points if sys.stderr.isatty() and len(motions) > MANY else None
     try:
         found = respond_to(design, motions, at, tolerance, progress, jacobian, method != "law")
@@ -199,8 +202,16 @@ def response(
         say(f"wrote {output}: {counted(len(found), 'point')}")
     else:
         print_result(show(spec, found, coloured(sys.stdout), felt))
-    result = sitscad.check(loaded, design.layout, design.estimates)
+    result = sitscad.check(loaded, whole.layout, whole.estimates)
     return exit_code_of(as_configured(loaded, result), spec)
+
+
+def _of_cell(whole: sitscad.Design, number: int | None) -> sitscad.Design:
+    """The design of the cell that is asked for, of all where none is. Raises click.BadParameter where it has none."""
+    try:
+        return whole if number is None else whole.cell(number)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--cell") from error
 
 
 MANY = 200
@@ -223,8 +234,10 @@ def _points(done: int, of: int) -> None:
     help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
 @click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")
+@click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
 def calibrate(
-    spec: str, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None
+    spec: str, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None,
+    cell: int | None,
 ) -> int:
     """Plan a calibration, or fit the points of DATA.
 
@@ -267,8 +280,11 @@ def calibrate(
     loaded = spec_of(spec)
     if loaded is None:
         return 2
-    design = sitscad.Design(loaded)
-    folder = output or f"{loaded.name}-calibration"
+    whole = sitscad.Design(loaded)
+    design = _of_cell(whole, cell)
+    if source is not None and design is not whole:
+        raise click.UsageError("--from does not lead through one of several cells yet: fill in its plan.csv")
+    folder = output or f"{loaded.name}-calibration{f'-cell-{cell}' if cell else ''}"
     try:
         if source is not None:
             data, planned = f"{folder}/measured.csv", sitscad.calibrate(design, rotation=rotation, points=points)
@@ -283,4 +299,4 @@ def calibrate(
     for path in sitscad.write_calibration(found, folder):
         say(f"wrote {path}")
     print_result(calibration_text(found))
-    return exit_code_of(as_configured(loaded, sitscad.check(loaded, design.layout, design.estimates)), spec)
+    return exit_code_of(as_configured(loaded, sitscad.check(loaded, whole.layout, whole.estimates)), spec)

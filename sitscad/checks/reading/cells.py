@@ -21,6 +21,8 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     if found is None:
         yield Undecided("no cell has a signal of its own to hold its neighbours' against")
         return
+    if design.spec.encapsulation is not None:
+        yield Undecided("what the film over all cells carries from one to the next is not computed")
     yield CROSSTALK.found(
         design.distance_key, found.total, limit.value, None, is_grave=found.total > limit.value, source=limit.source,
         target=found.target, targets=found.targets, coils=found.coils, keeps_limit=found.total <= limit.value,

@@ -1,0 +1,92 @@
+"""Cells: each is the sensor of its coils alone, and what it reads of its neighbours is within what is stated."""
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.design import Design, respond
+from sitscad.estimates.states.finite_target import equivalent_rings
+from sitscad.scene.bodies import target_gap
+from tests.validation.two_targets import change
+
+TWO = """
+sitscad: 1
+name: two-cells
+coil: {{shape: circle, outer_diameter: 7, turns: 7.75, layers: 4, trace_width: 153 um, trace_spacing: 153 um}}
+array: {array}
+fpc: {{margin: [1, 2], tail: {{length: 20}}}}
+{cells}
+target: {{size: {size}, thickness: 0.2, material: copper}}
+elastomer: {{size: {size}, thickness: 1.5}}
+readout: {{capacitance: 100 pF, drive_code: 20}}
+requirements: {{normal_force: 8 N}}
+"""
+
+
+def design(array: str, cells: str = "cells: {coils: 1}", size: float = 10) -> Design:
+    return Design(sitscad.load_text(TWO.format(array=array, cells=cells, size=size)))
+
+
+@pytest.fixture(scope="module")
+def two() -> Design:
+    return design("{pattern: line, count: 2, pitch: 12}")
+
+
+def test_a_cell_reads_as_the_same_sensor_alone(two):
+    """In the states and under a load: what its target changes, to within what it reads of the other cell."""
+    alone = design("{pattern: single}", "")
+    for coil in two.estimates.coils:
+        for state, own in alone.estimates.coils[0].states.items():
+            if state != "free":
+                assert coil.states[state].target_change == approx(own.target_change, rel=two.crosstalk.total)
+    load = [[4.0, 0.0, 0.0]]
+    found, own = (respond(one, loads=load, rotation="held") for one in (two.cell(2), alone))
+    assert found.coils == ("C2",) and np.array_equal(found.poses, own.poses)
+    assert found.target_change == approx(own.target_change, rel=two.crosstalk.total)
+
+
+@pytest.mark.parametrize("pitch", [12.0, 16.0])
+def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch):
+    """Of the other target alone within a tenth; with both there, as they are, less than half of it."""
+    cells = two if pitch == 12.0 else design(f"{{pattern: line, count: 2, pitch: {pitch}}}")
+    spec, coil = cells.spec, cells.layout.coils[0]
+    rings = equivalent_rings(spec.coil, [winding.z for winding in coil.windings])
+    gap, press = target_gap(spec), next(s.pose.z for s in cells.estimates.states if s.name == "pressed")
+    turns = np.round(rings.turns).astype(bool)  # box_of_loops has whole turns
+    places = {"radii": rings.radii[turns], "heights": rings.heights[turns], "size": (10e-3, 10e-3), "thickness": 0.2e-3}
+
+    def step(*still: tuple[float, float], x: float) -> float:
+        before, after = (change([*still, (x, z)], **places) for z in (gap, gap + press))
+        return after - before
+
+    own, other, both = step(x=0.0), step(x=1e-3 * pitch), step((0.0, gap), x=1e-3 * pitch)
+    assert cells.crosstalk.target == approx(other / own, rel=0.1)
+    assert abs(both) < 0.5 * abs(other)
+
+
+def test_cells_that_overlap_or_nearly_touch_are_told():
+    def said(size: float) -> list[str]:
+        wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
+        return [f.severity.value for f in sitscad.check(wanted.spec, hints="none").findings if f.rule == "SIT328"]
+
+    assert said(12.5) == ["error", "error"] and said(11.8) == ["warning", "warning"] and said(10) == []
+
+
+@pytest.mark.parametrize(("array", "cells", "rule"), [
+    ("{pattern: line, count: 3, pitch: 12}", "cells: {coils: 2}", "SIT009"),
+    ("{pattern: line, count: 2, pitch: 12}", "cells: {coils: 2}", "SIT009"),
+    ("{centres: [[0, 0], [12, 0], [0, 12], [13, 12]]}", "cells: {coils: 2}", "SIT009"),
+    ("{pattern: line, count: 2, pitch: 12}", "cells: {coils: 5}", "SIT006"),
+])
+def test_coils_that_make_no_alike_cells_are_refused(array, cells, rule):
+    with pytest.raises(sitscad.SpecError) as caught:
+        design(array, cells)
+    assert {finding.rule for finding in caught.value.findings} == {rule}
+
+
+def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
+    with pytest.raises(sitscad.NoResponse, match="2 cells"):
+        respond(two, loads=[[1.0, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="no cell 3"):
+        two.cell(3)
