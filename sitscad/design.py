@@ -118,7 +118,7 @@ class Design:
     def _cell(self, number: int, coils: int) -> Design:
         layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
         readout = replace(layout.spec.readout, capacitance=found.readout.capacitance)
-        spec = replace(layout.spec, readout=readout)
+        spec = replace(layout.spec, readout=readout, name=f"{self.spec.name}-cell-{number}")
         return Design(spec, replace(layout, spec=spec), found)
 
     @property

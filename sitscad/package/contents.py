@@ -206,7 +206,8 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
         return {}
     if design.spec.cells is not None:
         cells = ((k, drawn_calibration(design.cell(k), forced)) for k in range(1, design.cells + 1))
-        return {name.replace("/", f"/cell-{k}/", 1): made for k, own in cells for name, made in own.items()}
+        maps = {name.replace("/", f"/cell-{k}/", 1): made for k, own in cells for name, made in own.items()}
+        return maps | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if maps else {}
     try:
         found = foretell(design.response)
     except NoResponse:
@@ -214,6 +215,14 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     if forced:
         found = replace(found, remarks=(FORCED, *found.remarks))
     return {f"calibration/{name}": content for name, content in calibration_files(found).items()}
+
+
+CELLS_READ = """Every cell has a map of its own: cell-1, cell-2, ... in the order of the coils.
+
+Fill in a cell's plan.csv, and fit it by `sitscad calibrate SPEC cell-N/plan.csv --cell N`. The driver in firmware/
+takes one map of all coils and refuses these: compile each cell's calibration.h in a C file of its own, and give its
+sitscad_forces() the counts of its own coils, which the header names.
+"""
 
 
 def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:

@@ -138,7 +138,10 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     else:
         yield f"Press on {found[0].coil}: its frequency has to rise, and to come back."
     yield f"Assemble the sensor and run the self-test again: it has to say that it read an assembled one, at {rate}."
-    if is_felt(spec):
+    if spec.cells is not None:
+        yield "Calibrate each cell (calibration/readme.txt): forces come by the cells' maps, not by sensor_forces."
+        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
+    elif is_felt(spec):
         yield "Calibrate it (calibration/plan.txt), and put the calibration.h that results into this folder."
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     else:

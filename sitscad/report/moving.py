@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.drawing.pictures.board import coil_extent
 from sitscad.estimates import Estimates
+from sitscad.estimates.cells import weakest_cell
 from sitscad.layout.board import Layout
 from sitscad.scene import bodies
 from sitscad.scene.fit import closed_section
@@ -108,6 +109,10 @@ def pushed_document(
     """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
     how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
     """
+    cells = layout.spec.cells
+    if cells is not None:  # the cell that the data sheet is of
+        number = weakest_cell(estimates, cells.coils)
+        layout, estimates = layout.cell(number), estimates.part((number - 1) * cells.coils, number * cells.coils)
     table, conversion = sheet.get("pushed"), estimates.readout.conversion
     spec = layout.spec
     pad, target = bodies.elastomer(spec), bodies.target(spec)

@@ -284,8 +284,8 @@ def _rows() -> Iterator[DesignMeasure]:
                                 read(axis), levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its own "
                         "(curved map)", f"{NEEDS_PAD}, two coils", _crosstalk, (FULL,))
-    yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once change, "
-                        "at most", "cells", _cell_crosstalk, (FULL,))
+    yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
+                        "change, at most", "cells", _cell_crosstalk, (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
                         "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", NEEDS_JAW,

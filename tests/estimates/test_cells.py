@@ -90,3 +90,13 @@ def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
         respond(two, loads=[[1.0, 0.0, 0.0]])
     with pytest.raises(ValueError, match="no cell 3"):
         two.cell(3)
+
+
+@pytest.mark.slow
+def test_every_cell_has_a_map_of_its_own_coils(two):
+    from sitscad.package.contents import drawn_calibration
+
+    files = drawn_calibration(two)
+    assert {name.split("/")[1] for name in files} == {"cell-1", "cell-2", "readme.txt"}
+    headers = [files[f"calibration/cell-{k}/calibration.h"].decode("ascii") for k in (1, 2)]
+    assert all("#define SITSCAD_COILS 1\n" in header for header in headers) and headers[0] != headers[1]
