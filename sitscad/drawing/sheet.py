@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import repeat
 from typing import Any, Union
 
 from sitscad.geometry.path import Line, Path, Point, closed_polygon, polyline
@@ -32,7 +34,7 @@ _WIDTHS = (
     "667 667 611 278 278 278 469 556 333 556 556 500 556 556 278 556 556 222 222 500 222 833 556 556 556 556 333 500 "
     "278 556 500 722 500 500 500 334 260 334 584"
 )
-_CHARACTER_WIDTHS = tuple(int(width) for width in _WIDTHS.split())
+_CHARACTER_WIDTHS = {chr(32 + k): int(width) for k, width in enumerate(_WIDTHS.split())}
 
 
 @record
@@ -158,8 +160,13 @@ def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
 
 def text_width(text: str, size: float) -> float:
     """Width (mm) of a text in Helvetica; characters outside ASCII count as wide as a digit."""
-    widths = (_CHARACTER_WIDTHS[ord(c) - 32] if 32 <= ord(c) <= 126 else 556 for c in text)
-    return sum(widths) * size / 1000.0
+    return _thousandths(text) * size / 1000.0
+
+
+@lru_cache(maxsize=1 << 14)  # lines are broken again in every size that is tried
+def _thousandths(text: str) -> int:
+    """Width of a text in thousandths of its size."""
+    return sum(map(_CHARACTER_WIDTHS.get, text, repeat(556)))
 
 
 ADVANCE = 6.0

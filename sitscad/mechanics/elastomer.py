@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
@@ -184,6 +185,7 @@ def apparent_modulus(
     return shear_modulus * pad_law.compression(block, bulk_modulus / shear_modulus).modulus
 
 
+@lru_cache(maxsize=1024)  # designs of a study, trials for hints and states press one pad
 def compress(
     width_x: float,
     width_y: float,

@@ -249,11 +249,18 @@ class Pad:
         wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
         points = np.full((len(wanted), 3), self.height / self.thickness)
         points[:, :2] = 0.0 if at is None else np.asarray(at) / self.thickness
+        turned = np.zeros_like(points)
+        if turns is not None:
+            turned[:] = turns
+        solve = _solved if len(wanted) <= KEPT else _solved.__wrapped__
+        asked = tuple(each.tobytes() for each in (wanted, points, turned))
+        return solve(self, *asked, is_held or turns is not None, is_stuck).copy()
+
+    def _posed(self, wanted: Array, points: Array, turned: Array, free: slice) -> Array:
+        """What `pose` says of wrenches, places of the loads and turns (no units: `balance`), the `free` ones found."""
         squeeze, start = self.courses.squeeze, np.zeros_like(wanted)
         start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wanted[:, 2].tolist()]
-        free = STUCK if is_stuck else LEVEL if is_held or turns is not None else FREE
-        if turns is not None:
-            start[:, 3:] = turns
+        start[:, 3:] = turned
         found = self._balanced(start, wanted, points, free)
         lost = np.isnan(found[:, 0])
         if np.any(lost):
@@ -352,6 +359,17 @@ class Pad:
     def _aside(self) -> Array:
         """A pose and its neighbours (13, 6; m and rad): nowhere, forth and back."""
         return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
+
+
+KEPT = 64
+"""Loads at once up to which poses are kept: rules, data sheet and calibration ask alike, and designs of one study."""
+
+
+@lru_cache(maxsize=256)
+def _solved(pad: Pad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
+    """`Pad._posed` of the numbers of arrays, which are exactly those that were asked for."""
+    arrays = (np.frombuffer(each).reshape(-1, columns) for each, columns in ((wanted, 6), (points, 3), (turned, 3)))
+    return pad._posed(*arrays, STUCK if is_stuck else LEVEL if is_level else FREE)
 
 
 def _as_wrenches(loads: Array) -> Array:

@@ -87,7 +87,9 @@ class Contents:
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        result, source = reviewed(self.design, self.hints), self.design.spec.source
+        # kept by the design: what is measured on the solids later changes nothing that the rules look at
+        result = self.design.once(f"reviewed with {self.hints} hints", lambda: reviewed(self.design, self.hints))
+        source = self.design.spec.source
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(

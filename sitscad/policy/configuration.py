@@ -19,6 +19,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -135,11 +136,17 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
+@lru_cache(maxsize=8)
+def _parsed(content: bytes) -> dict[str, Any]:
+    """A file's TOML, read once for all the designs of a study; ValueError where it is none."""
     import tomllib  # only where there is a file
 
+    return tomllib.loads(content.decode("utf-8"))
+
+
+def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
     try:
-        document = tomllib.loads(_content(path).decode("utf-8"))
+        document = _parsed(_content(path))
     except (ValueError, RecursionError) as error:
         raise PolicyError(f"{path} is not TOML: {error}") from error
     if has_table:
