@@ -228,18 +228,28 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
     Raises `MissingExtra` where matplotlib is not installed.
     """
     matplotlib = require("matplotlib")
-    from matplotlib.backend_bases import FigureCanvasBase
-    from matplotlib.figure import Figure
-
     left, low, width, height = box
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_manner())
-        figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
-        FigureCanvasBase(figure)
-        draw(figure)
+        figure = _laid_out(width, height, draw)
         with sheet.group():
             figure.draw(_renderer(sheet, (left, low), (width, height)))
+
+
+@lru_cache(maxsize=4)  # a data sheet has every figure on its page and on its paper
+def _laid_out(width: float, height: float, draw: Callable[[Any], None]) -> Any:
+    """The matplotlib figure of a size (mm), its axes where their labels leave them room, which takes longest."""
+    from matplotlib.backend_bases import FigureCanvasBase
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
+    FigureCanvasBase(figure)
+    draw(figure)
+    if figure.axes:
+        figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
+    return figure
 
 
 def _manner() -> dict[str, Any]:
