@@ -246,8 +246,9 @@ def _laid_out(width: float, height: float, draw: Callable[[Any], None]) -> Any:
     figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
     FigureCanvasBase(figure)
     draw(figure)
-    if figure.axes:
-        figure.get_layout_engine().execute(figure)
+    engine = figure.get_layout_engine()
+    if figure.axes and engine is not None:
+        engine.execute(figure)
     figure.set_layout_engine("none")
     return figure
 

@@ -368,8 +368,9 @@ KEPT = 64
 @lru_cache(maxsize=256)
 def _solved(pad: Pad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
     """`Pad._posed` of the numbers of arrays, which are exactly those that were asked for."""
-    arrays = (np.frombuffer(each).reshape(-1, columns) for each, columns in ((wanted, 6), (points, 3), (turned, 3)))
-    return pad._posed(*arrays, STUCK if is_stuck else LEVEL if is_level else FREE)
+    forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
+    free = STUCK if is_stuck else LEVEL if is_level else FREE
+    return pad._posed(forces.reshape(-1, 6), places, turns, free)
 
 
 def _as_wrenches(loads: Array) -> Array:
