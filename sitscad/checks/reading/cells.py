@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import combinations
 
 from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.geometry.convex import Footprint, beyond
+from sitscad.geometry.convex import Footprint
 from sitscad.scene.bodies import elastomers, targets
 from sitscad.scene.column import print_limit
 
@@ -57,7 +58,8 @@ def _gap(one: Footprint, other: Footprint) -> float:
     """Between two alike plates, neither turned against the other (m); negative where they overlap."""
     if one.is_round:
         return one.centre.distance(other.centre) - one.size[0]
-    return min(beyond(on.outline(), corner) for a, on in ((one, other), (other, one)) for corner in a.corners)
+    x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))
+    return math.hypot(max(x, 0.0), max(y, 0.0)) or max(x, y)
 
 
 CROSSTALK = Case(
