@@ -312,3 +312,13 @@ def test_a_load_alone_is_posed_like_one_among_many():
         together = pad.pose(wrenches)
         assert not np.isnan(together).any()
         assert np.concatenate([pad.pose(one[None]) for one in wrenches]) == approx(together, abs=2e-9)
+
+
+def test_who_writes_into_poses_changes_nobody_elses():
+    loads = np.array([[1.0, 0.1, 0.2]])
+    first = SQUARE.pose(loads)
+    known = first.copy()
+    first[:] = 0.0
+    assert np.array_equal(SQUARE.pose(loads), known)
+    assert not np.array_equal(SQUARE.pose(loads, is_held=True), known)
+    assert not np.array_equal(SQUARE.pose(loads, at=np.array([[1e-4, 0.0]])), known)

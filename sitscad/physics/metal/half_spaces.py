@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -39,9 +40,23 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[P
 
     At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers).
     Transmission-line recursion of the surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the
-    last plate (vacuum behind it unless it is a half-space) to the first.
+    last plate (vacuum behind it unless it is a half-space) to the first. The result cannot be written to.
     """
-    k = np.asarray(wave_numbers, dtype=float)
+    k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
+    solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
+    return solve(k.tobytes(), k.shape, at.tobytes(), at.shape, tuple(plates))
+
+
+KEPT = 1 << 13
+"""Factors of one stack up to which they are kept: states, tanks and poses ask again and again for one metal's."""
+
+
+@lru_cache(maxsize=64)
+def _reflection(
+    wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...], plates: tuple[Plate, ...]
+) -> ComplexArray:
+    """`reflection` of the numbers of arrays and their shapes."""
+    k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)
     admittance = k.astype(complex)
     for plate in reversed(plates):
         alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
@@ -52,7 +67,9 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[P
         decay = np.exp(-2.0 * alpha * plate.thickness)
         tanh = (1.0 - decay) / (1.0 + decay)
         admittance = own * (admittance + own * tanh) / (own + admittance * tanh)
-    return (k - admittance) / (k + admittance)
+    found = np.asarray((k - admittance) / (k + admittance))
+    found.setflags(write=False)
+    return found
 
 
 def returned_waves(
