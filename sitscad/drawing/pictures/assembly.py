@@ -20,6 +20,7 @@ from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.jaws import section
+from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 CHORD, TURN = 0.02, 0.5  # mm, rad: a picture's mesh
@@ -64,13 +65,16 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
 
 
 def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
-    """The meshes moved apart along z: each stands clear of all that was drawn before it."""
+    """The meshes moved apart along z: each stands clear of all that was drawn before it, but for pieces of one kind at
+    one height, those of cells, which go together.
+    """
     depth = max(float(m.vertices[:, 1].max() - m.vertices[:, 1].min()) for _, m in meshes)
-    gap, top, found = 0.3 * depth, None, []
+    gap, top, found, lift, before = 0.3 * depth, None, [], 0.0, None
     for solid, mesh in meshes:
         low, high = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
-        lift = 0.0 if top is None else top + gap - low
-        top = high + lift
+        if top is not None and before != (solid.role, round(low, 6)):
+            lift = top + gap - low
+        top, before = high + lift, (solid.role, round(low, 6))
         found.append((solid, TriangleMesh(mesh.name, mesh.vertices + np.array([0.0, 0.0, lift]), mesh.triangles)))
     return found
 
@@ -103,8 +107,11 @@ def _outlines(polygons: Polygons, place: Place) -> list[Path]:
 
 
 def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
-    """The solid's polygons (y, z in mm) in the plane through the middle of the array, across the jaw."""
-    centres = [placement.centre[0] for placement in spec.array.placements]
+    """The solid's polygons (y, z in mm) in the plane through the middle of the array, or of a cell in the middle,
+    across the jaw.
+    """
+    cells = cell_placements(spec)
+    centres = [placement.centre[0] for placement in cells[len(cells) // 2]]
     middle = 1e3 * math.fsum(centres) / len(centres) + 1e-4
     turned = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
     cut = manifold(tessellate(solid, CHORD, TURN / 4)).transform(turned).slice(middle)
