@@ -116,7 +116,9 @@ class Making:
         paths = sorted((ROOT / "templates").glob("*.yaml"))
         heads = "| template | normal force told apart | L | Rp | amplitude | to spare in the jaw | study |\n"
         heads += 7 * "|---" + "|\n"
-        return heads + "".join((*map(self._row, paths), *map(self._template, paths)))
+        page = heads + "".join((*map(self._row, paths), *map(self._template, paths)))
+        self.written[self.page.parent / "pictures" / "gallery.svg"] = gallery(self.written)
+        return page
 
     def _row(self, path: Path) -> str:
         """One template's five numbers, and the study that searches around it."""
@@ -139,6 +141,31 @@ class Making:
         self.written[picture] = (self.folder / "gallery" / name / "fpc" / picture.name).read_bytes()
         board = f"![The board of {path.stem}](pictures/{picture.name})"
         return f"\n## {path.stem}\n\n{about}\n\n```text\n{told}```\n\n{board}\n"
+
+
+COLUMNS, WIDTH, HEIGHT, WORDS = 4, 300, 240, 34
+"""Of the gallery: boards in a row, room for each, and for its name below."""
+
+
+def gallery(pictures: dict[Path, bytes]) -> bytes:
+    """All boards in one picture, each as large as its room lets it be."""
+    rooms = []
+    for number, (path, content) in enumerate(sorted(pictures.items())):
+        # the board without its legend, to a whole unit of 1200: finer than it is shown here
+        whole = content.decode("utf-8")
+        drawn = whole[whole.index("<svg x='0' y='0'") : whole.index("</svg>")] + "</svg>"
+        drawn = re.sub(r"-?\d+\.\d+", lambda found: f"{float(found[0]):.0f}", drawn)
+        x, y = WIDTH * (number % COLUMNS), (HEIGHT + WORDS) * (number // COLUMNS)
+        room = f"<svg x='{x + 8}' y='{y + 8}' width='{WIDTH - 16}' height='{HEIGHT - 16}'"
+        drawn = re.sub(r"<svg x='0' y='0' width='\d+' height='\d+'", room, drawn, count=1)
+        name = path.stem.removesuffix("-body")
+        rooms.append(f"{drawn}\n<text x='{x + WIDTH // 2}' y='{y + HEIGHT + 14}'>{name}</text>\n")
+    size = WIDTH * COLUMNS, (HEIGHT + WORDS) * -(-len(rooms) // COLUMNS)
+    head = f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {size[0]} {size[1]}' role='img'>\n"
+    paper = f"<title>the boards of all templates</title>\n<rect width='{size[0]}' height='{size[1]}' fill='#ffffff'/>\n"
+    words = "<g font-family='Helvetica, Arial, sans-serif' font-size='18' text-anchor='middle' "
+    words += "stroke-linecap='round' stroke-linejoin='round'>\n"
+    return "".join((head, paper, words, *rooms, "</g>\n</svg>\n")).encode()
 
 
 def made(name: str) -> dict[Path, bytes]:
