@@ -275,7 +275,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     pad, (face, _) = pressed(spec), loaded_face(spec)
     way = pad_of(design).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
-    stiffness = rigidity(target.material.young_modulus, thicker) * face.area * way / force
+    stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
     bent, limit = bending(target.size, target.outline.is_round, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)])) if bent[-1] <= limit else None
