@@ -281,6 +281,7 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
         sitscad.Study.load(folder / "study.yaml")
     first = refused.value.findings[0]
     assert (first.rule, first.line) == (rule, line) and first.column and first.message
+    assert first.message.isprintable() and str(first.key).isprintable()
 
 
 def test_the_study_that_new_writes_is_one_of_the_template_beside_it(tmp_path, monkeypatch):

@@ -47,7 +47,7 @@
       var cell = document.createElement("td");
       cell.textContent = text;
       if (i) cell.className = "number";
-      if (i === 2 && before !== here) cell.style.fontWeight = "600";
+      if (i === 2 && before !== here && Number(before) !== Number(here)) cell.style.fontWeight = "600";
       made.appendChild(cell);
     });
     return made;

@@ -210,7 +210,7 @@ def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
     """A complaint about values that do not fit each other."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
-    return _finding(flaw.rule, f"{flaw.key}: {flaw.message}", flaw.hint, flaw.key, source.locate(flaw.key), **facts)
+    return _finding(flaw.rule, f"{undotted(flaw.key)}: {flaw.message}", flaw.hint, flaw.key, source.locate(flaw.key), **facts)
 
 
 def _finding(
@@ -251,9 +251,9 @@ def _from_pydantic(error: Mapping[str, Any], key: str, source: SpecSource, form:
             facts["fixes"] = (Remedy((Edit(key, context["meant"]),), is_sure=context.get("is_sure", True)),)
         message = context.get("message", error["msg"])
         hint = context.get("hint", "write a preset's name, or write it out")
-        return _finding(kind, f"{key}: {message}", hint, key, place_of_value, **facts)
+        return _finding(kind, f"{undotted(key)}: {message}", hint, key, place_of_value, **facts)
     wanted = "a list" if "list" in kind else "a section of keys and values"
-    message = f"{key}: {described(error['input'])}, where {wanted} is wanted"
+    message = f"{undotted(key)}: {described(error['input'])}, where {wanted} is wanted"
     return _finding("SIT004", message, "see `sitscad schema` for its form", key, place_of_value)
 
 
