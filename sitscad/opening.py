@@ -54,6 +54,11 @@ STUDY = "sitscad_study:"
 """How the line begins by which a file says that it is a study."""
 
 
+def is_study(path: str) -> bool:
+    """Whether a file says that it is a study and no spec."""
+    return _begins(path, STUDY)
+
+
 def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
     """Paths as they are, folders as the specs in them and below, in order of their names.
 
@@ -64,13 +69,13 @@ def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = Non
     found: list[str] = []
     for path in paths:
         if path == STDIN or not os.path.isdir(path):
-            if path != STDIN and _begins(path, STUDY):
+            if path != STDIN and is_study(path):
                 raise ValueError(f"{path} is a study and no spec: `sitscad design {path}`")
             found.append(path)
             continue
         named = _yaml_files(path)
         if passed_by is not None:
-            for name in (name for name in named if _begins(name, STUDY)):
+            for name in (name for name in named if is_study(name)):
                 passed_by(name)
         below = [name for name in named if _begins(name, "sitscad:")]
         if not below:

@@ -32,6 +32,9 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     First the verdict with findings that are new (+), gone (-) or moved (~), then numbers that are others, old -> new,
     and what the sensor feels. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
     and the assembly in 3-D, each as soon as it is ready. A save ends the work in progress.
+
+    Of a study (docs/studies.md) the designs with which its search begins are looked at, and what they show is told
+    while they fill up.
     """
     from sitscad.watch.server import Showing
     from sitscad.watch.watching import Watch, words

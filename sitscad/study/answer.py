@@ -155,18 +155,24 @@ def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point
     """The designs judged in full that keep everything and that no other one beats, the best by the first goal first; as
     if some had not been found.
     """
-    good = [point for point in _passing(asked, found) if point not in but]
-    ranks = ranked([costs(asked, found.full[point]) for point in good])
+    return best_of(asked, {point: one for point, one in found.full.items() if point not in but})
+
+
+def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+    """Of some designs those that keep everything and that no other one beats, the best by the first goal first."""
+    good = passing(asked, judged)
+    ranks = ranked([costs(asked, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
-    return sorted(first, key=lambda point: (_goals(asked.goals, found.full[point]), point))
+    return sorted(first, key=lambda point: (_goals(asked.goals, judged[point]), point))
 
 
-def _passing(asked: Asked, found: Found) -> list[Point]:
-    return [point for point, one in found.full.items() if not violations(asked, one)]
+def passing(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
+    """The designs that keep everything."""
+    return [point for point, one in judged.items() if not violations(asked, one)]
 
 
 def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
-    return tuple(goal.cost(one.values[goal.measure][0]) for goal in goals)
+    return tuple(goal.cost(one.values[goal.measure][0]) if goal.measure in one.values else math.inf for goal in goals)
 
 
 NEAR = 0.1
@@ -178,7 +184,7 @@ def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list
     the front (greedy hypervolume).
     """
     if len(asked.goals) == 1:
-        good = [point for point in _passing(asked, found) if point not in but]
+        good = [point for point in passing(asked, found.full) if point not in but]
         order = sorted(good, key=lambda point: (_goals(asked.goals, found.full[point]), point))
         return _apart(asked, order)
     points = front(asked, found, but)

@@ -56,8 +56,8 @@ def _breach(one: Breach | None) -> dict[str, Any] | None:
 def yield_json(units: Yield) -> dict[str, Any]:
     """A yield as plain values."""
     return {"share": units.share, "interval": list(units.interval), "units": units.units, "good": units.good,
-            "failed": units.failed, "broken": dict(units.broken), "costs": dict(units.costs),
-            "sigmas": dict(units.sigmas)}
+            "calibrated": units.calibrated, "failed": units.failed, "broken": dict(units.broken),
+            "costs": dict(units.costs), "sigmas": dict(units.sigmas)}
 
 
 def front_csv(said: StudyAnswer) -> str:

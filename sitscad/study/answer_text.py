@@ -8,7 +8,7 @@ from typing import Any
 from sitscad.study.answer import Kept
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.spreads import Yield
+from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweep_files import rule_titles, shown
 from sitscad.units import show
@@ -112,6 +112,9 @@ def yield_words(units: Yield) -> str:
     words = f"yield {units.share:.1%} ({low:.1%} to {high:.1%} at 95 %, {units.units} units)"
     if units.broken:
         words += f", lost by {', '.join(f'{name} {share:.1%}' for name, share in units.broken.items())}"
+    if units.calibrated > units.good:
+        low, high = wilson(units.calibrated, units.units)
+        words += f"; once calibrated {units.calibrated / units.units:.1%} ({low:.1%} to {high:.1%})"
     if units.failed:
         words += f"; {units.failed} could not be computed"
     if units.costs:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from html import escape
 from importlib.resources import files
@@ -15,7 +15,7 @@ from sitscad.layout.arrangement import arrange, sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
-from sitscad.study.answer import Slice, at_key
+from sitscad.study.answer import Agreement, Slice, at_key, bindings, relaxation
 from sitscad.study.answer_text import (
     breach_words,
     keys_words,
@@ -39,9 +39,10 @@ from sitscad.study.charts import (
     slice_of,
 )
 from sitscad.study.evaluation import Evaluation
-from sitscad.study.running import violations
+from sitscad.study.running import Found, violations
+from sitscad.study.screen import screened
 from sitscad.study.space import Point
-from sitscad.study.study import StudyAnswer
+from sitscad.study.study import Study, StudyAnswer
 from sitscad.study.sweep_files import rule_titles, scale_of, shown
 from sitscad.units import counted
 
@@ -132,10 +133,11 @@ class StudyPage:
     def html(self) -> str:
         """The whole file."""
         words = [goal.words for goal in self.asked.goals]
+        verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
         script = (files("sitscad.report") / "assets" / "study.js").read_text(encoding="utf-8")
         parts = [
             f"<style>{STYLE}</style>",
-            self.head(words),
+            self.head(words, verdict, verdict_lines(self.said)),
             part("What stands in the way", self.in_the_way()) if not self.said.is_met else "",
             part("Designs", self.designs()),
             part("Yield", self.yields()),
@@ -151,15 +153,25 @@ class StudyPage:
         return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(_file(self.asked.base.path))}, SHA-256 "
                     f"{self.asked.base.spec.source.sha256}")
 
-    def head(self, goals: Sequence[str]) -> str:
+    def so_far(self, of: int) -> str:
+        """The page while a sweep of so many designs fills up: what the screen says, nothing chosen yet."""
+        said, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
+        words = f"{len(said.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
+        head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", words), ())
+        return page(f"{said.name}: sweep", [
+            head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
+            part("The front so far", self.front(), "front"), part("All keys and goals", self.lines(), "lines"),
+            part("Why designs were refused", self.in_the_way(), "refused"),
+        ])
+
+    def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
         """The name, whether it can be met, and the best of each goal beside the base."""
-        said = self.said
-        kind, words = ("good", "It can be met") if said.is_met else ("bad", "No design keeps everything")
-        first, *more = verdict_lines(said)
+        said, (kind, words) = self.said, verdict
         asks = [f"{one.measure} {one.written}" for one in self.asked.require]
         tiles = []
         for goal in self.asked.goals:
-            values = [said.found.full[p].values[goal.measure][0] for p in said.front]
+            every = (said.found.of(point).values for point in said.front)
+            values = [values[goal.measure][0] for values in every if goal.measure in values]
             if values:
                 base = said.base.values.get(goal.measure)
                 beside = f"; the base has {shown(goal.measure, base[0])}" if base else ""
@@ -169,7 +181,7 @@ class StudyPage:
         return (
             f"<header><h1>{escape(said.name)}</h1><p class='soft'>{escape(', '.join(goals))}"
             f"{escape('; require ' + ', '.join(asks) if asks else '')}</p><p class='verdict {kind}'>{words}</p>"
-            f"{''.join(_paragraphs([first, *more]))}</header>"
+            f"{''.join(_paragraphs(lines))}</header>"
             + (f"<div class='tiles'>{''.join(tiles)}</div>" if tiles else "")
         )
 
@@ -255,11 +267,11 @@ class StudyPage:
             beyond = sum(1 for mark in self.marks if not _is_on(axes, place(mark)))
             drawn += figure(field(f"field-{k}", axes, self.marks, place, at), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
-        return f"<div class='fields'>{drawn}</div>{CHOSEN}" + self._front_table()
+        return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}" + self._front_table()
 
     def _front_table(self) -> str:
         rows = [[str(self.numbers.get(point, "")), *map(str, self.asked.space.chosen(point).values()),
-                 *self._cells(self.said.found.full[point])] for point in self.said.front]
+                 *self._cells(self.said.found.of(point))] for point in self.said.front]
         keys = [v.key for v in self.asked.space.variables]
         numbers = [False, *[True] * (len(keys) + len(self.names))]
         told = table(["kept", *keys, *self.names], rows, numbers)
@@ -362,7 +374,7 @@ MOST_BARS = 10
 FILES = ("front.csv has the front, study.json the whole answer, archive.jsonl every design that was looked at: the "
          "same command goes on from there.")
 
-CAPTION = ("Grey: refused; light blue: keeps everything by the screen; blue: the front, judged in full; orange: "
+CAPTION = ("Grey: refused; light blue: keeps everything, by the screen; blue: not beaten by another; orange: "
            "kept, or the nearest where none is; ring: the base.")
 
 BEST = ("kept", "nearest", "front")
@@ -404,7 +416,7 @@ article .paper { max-width: 44rem; }
 """
 
 
-def _paragraphs(lines: Sequence[str] | Iterator[str]) -> Iterator[str]:
+def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
     return (f"<p>{escape(line)}</p>" for line in lines)
 
 
@@ -424,3 +436,13 @@ def _file(path: str) -> str:
 def study_page(said: StudyAnswer) -> str:
     """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
     return StudyPage(said).html()
+
+
+def page_so_far(study: Study, found: Found, front: Sequence[Point], of: int) -> str:
+    """The page of a study of which so many of `of` designs were looked at by the screen."""
+    asked = study.asked
+    nothing = Agreement(0, 0, 0, {})
+    base = screened([asked.base.spec], asked.measures)[0]
+    said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)), relaxation(asked, found), nothing,
+                       (), tuple(front), (), ())
+    return StudyPage(said).so_far(of)

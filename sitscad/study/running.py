@@ -19,6 +19,7 @@ from sitscad.study.document import ALL, Asked
 from sitscad.study.evaluating import Workers
 from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
 from sitscad.study.measures import MEASURES
+from sitscad.study.screen import IN_FULL
 from sitscad.study.search import Costs, method_for, ranked, search
 from sitscad.study.space import Point
 from sitscad.study.spreads import DRAWS, UnitJudged, draws, judge_units
@@ -28,6 +29,9 @@ IN_VAIN = "SIT020"
 
 LEAST_FULL = 24
 """Designs that are judged in full at least, where there are so many; four times those that are kept if that is more."""
+
+MOST_FRONT = 256
+"""Designs of the front that are judged in full at most: those beyond are in the archive alone."""
 
 MOST_AT_ONCE = 8
 """Designs of one generation that are judged in full while searching."""
@@ -67,7 +71,7 @@ class Found:
 
 def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     """What a design breaks: rules with errors, warnings that may not stay, and requirements of the study; a measure
-    that is asked for and that it does not have is broken, too.
+    that is asked for and that it does not have is broken, too, but for what only the full level has.
     """
     broken = dict(found.refused)
     broken |= {rule: breach for rule, breach in found.warned.items() if not _is_accepted(rule, asked.accept)}
@@ -75,6 +79,8 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
         if one.measure == "yield":
             continue
         value, unit = found.values.get(one.measure), MEASURES[one.measure].unit
+        if found.absent.get(one.measure) == IN_FULL:
+            continue
         if value is None or not one.holds(value[0]):
             broken[one.measure] = Breach(None if value is None else value[0], one.limit, unit)
         elif (sigma := found.values.get(f"sigma.{one.measure}")) is not None and asked.least_yield is not None:
@@ -83,7 +89,8 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
             if not one.holds(worst):  # so many units would not keep it: to first order, each limit by itself
                 broken[f"yield by {one.measure}"] = Breach(worst, one.limit, unit)
     if not broken:
-        lacking = [goal.measure for goal in asked.goals if goal.measure not in found.values]
+        lacking = [goal.measure for goal in asked.goals
+                   if goal.measure not in found.values and found.absent.get(goal.measure) != IN_FULL]
         broken |= dict.fromkeys(lacking, Breach())
     return broken
 
@@ -126,7 +133,7 @@ class _Tally:
         self.done += 1
         if not violations(self.asked, one):
             self.good += 1
-            for goal in self.asked.goals:
+            for goal in (goal for goal in self.asked.goals if goal.measure in one.values):
                 value = one.values[goal.measure][0]
                 self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
         self.progress(State(self.level, self.done, max(self.of, self.done), self.good, dict(self.best)))
@@ -180,10 +187,22 @@ class Run:
         count = min(asked.evaluations, asked.space.size)
         search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of)
         for _ in range(MOST_ROUNDS):
-            wanted = [point for point in self.best(max(LEAST_FULL, 4 * asked.keep)) if point not in self.found.full]
+            count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, self._on_front()))
+            wanted = [point for point in self.best(count) if point not in self.found.full]
             if not wanted:
                 break
             self.evaluate(wanted, FULL)
+
+    def _good(self) -> list[Point]:
+        """The designs that keep everything by the best that is known, as many as fronts are told apart among."""
+        good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
+        if len(good) <= MOST_RANKED:
+            return good
+        return nsmallest(MOST_RANKED, good, key=lambda point: self._costs[point].goals)
+
+    def _on_front(self) -> int:
+        """How many of them no other one beats."""
+        return int(np.count_nonzero(ranked([self._costs[point] for point in self._good()], 1) == 0))
 
     def _costs_of(self, points: list[Point]) -> list[Costs]:
         """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
@@ -198,9 +217,7 @@ class Run:
 
     def best(self, count: int) -> list[Point]:
         """The points that cost least by the best that is known, front by front; behind them those that break least."""
-        good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
-        if len(good) > MOST_RANKED:
-            good = sorted(good, key=lambda point: self._costs[point].goals)[:MOST_RANKED]
+        good = self._good()
         ranks = ranked([self._costs[point] for point in good], count)
         order = [good[k] for k in np.argsort(ranks, kind="stable")]
         bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)

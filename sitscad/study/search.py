@@ -57,11 +57,16 @@ def search(method: str, space: Space, evaluations: int, seed: int, goals: int, e
     if method == "sobol":
         _in_turn(sobol_set(space, evaluations, seed), evaluate)
         return
-    count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
-    first = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
+    first = first_set(space, evaluations, seed)
     known = dict(zip(first, _in_turn(first, evaluate), strict=True))
     further = _nsga2 if method == "nsga2" else _differential_evolution
     further(space, evaluations, seed, goals, known, evaluate)
+
+
+def first_set(space: Space, evaluations: int, seed: int) -> list[Point]:
+    """The points with which a search of so many evaluations begins."""
+    count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
+    return sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
 
 
 def _in_turn(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:

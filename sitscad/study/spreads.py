@@ -34,6 +34,11 @@ DRAWS, SEED = 256, 20261124
 KEPT_BY_UNITS = ("SIT2", "SIT4")
 """Rules that every unit has to keep: electrical, reading and feeling. Board and fit are the design's own."""
 
+BY_CALIBRATION = ("error.gap",)
+"""Measures that tell what units err by that are tared alone: a calibration of every unit takes it away. What all other
+measures and rules ask is what a calibration leaves, or no error of a force at all.
+"""
+
 LEAST_FACTOR = 0.05
 """What a figure is scaled by at least, however large its sigma is."""
 
@@ -201,9 +206,10 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
 
 @record
 class Yield:
-    """Of `units` so many are `good`, and `failed` made a computation fail; the interval of 95 % (Wilson 1927); by what
-    part of all units a rule or requirement is broken (`broken`); by how much each spread decides it (`costs`); and the
-    standard deviations of the measures that were drawn.
+    """Of `units` so many are `good` as they are made, `calibrated` once each was calibrated, and `failed` made a
+    computation fail; the interval of 95 % (Wilson 1927); by what part of all units a rule or requirement is broken
+    (`broken`); by how much each spread decides it (`costs`); and the standard deviations of the measures that were
+    drawn.
     """
 
     units: int
@@ -213,6 +219,7 @@ class Yield:
     broken: Mapping[str, float]
     costs: Mapping[str, float]
     sigmas: Mapping[str, float]
+    calibrated: int
 
     @property
     def share(self) -> float:
@@ -224,11 +231,13 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
     """The yield of units; `holds` says which requirements a unit's figures break."""
     broken = [(*one.broken, *holds(one.values)) if one.is_computed else () for one in judged]
     good = np.array([one.is_computed and not rules for one, rules in zip(judged, broken, strict=True)])
+    mended = [one.is_computed and not set(rules) - set(BY_CALIBRATION)
+              for one, rules in zip(judged, broken, strict=True)]
     names = sorted({name for rules in broken for name in rules})
     shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
     count = len(judged)
     return Yield(count, int(good.sum()), sum(not one.is_computed for one in judged), wilson(int(good.sum()), count),
-                 shares, _first_order(good.astype(float), draws(count)), _deviations(judged))
+                 shares, _first_order(good.astype(float), draws(count)), _deviations(judged), sum(mended))
 
 
 def _deviations(judged: Sequence[UnitJudged]) -> dict[str, float]:

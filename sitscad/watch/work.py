@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
-from sitscad.opening import opened, policy_for
+from sitscad.opening import is_study, opened, policy_for
 from sitscad.package.contents import Contents, drawn_calibration, read_by
 from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
@@ -28,8 +28,8 @@ from sitscad.report.findings import CheckedSpec
 from sitscad.report.measures import quantity
 from sitscad.spec.format.reading import SpecError
 
-STAGES = ("findings", "board", "estimate", "feeling", "solids")
-"""What is told, in the order of working it out."""
+STAGES = ("findings", "board", "estimate", "feeling", "solids", "sweep")
+"""What is told, in the order of working it out; of a study findings and the sweep."""
 
 DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
 """The files of a package that the page's views read."""
@@ -51,20 +51,27 @@ class Event:
 
 @record(eq=False)
 class Before:
-    """What is kept of the saves before: the last design that could be read, and files with what they were made of."""
+    """What is kept of the saves before: the last design that could be read, files with what they were made of, and
+    evaluations of a study's designs by their keys.
+    """
 
     designs: list[Design] = field(default_factory=list)
+    evaluated: dict[str, Any] = field(default_factory=dict)
     files: dict[str, tuple[object, dict[str, bytes]]] = field(default_factory=dict)
 
 
 def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """All stages of the spec at a path; those that only a page shows where it `serves` one."""
+    """All stages of the spec at a path, or of the study; those that only a page shows where it `serves` one."""
+    if is_study(path):
+        from sitscad.watch.sweeping import filling
+
+        yield from filling(path, before.evaluated, serves)
+        return
     began, policy = time.perf_counter(), policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
-        said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
-        yield Event("findings", said, seconds=time.perf_counter() - began)
+        yield refused(path, error, time.perf_counter() - began)
         return
     design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
     read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
@@ -74,7 +81,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         page = page_of(contents, files) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
-    yield Event("findings", _verdict(contents.checked, read), seconds=time.perf_counter() - began)
+    yield Event("findings", findings_of(contents.checked, read), seconds=time.perf_counter() - began)
     before.designs[:] = [design]
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
@@ -91,7 +98,13 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     if serves and feeling:
         files |= _kept(before, "calibration", made_of, lambda: _calibration(contents))
     contents = Contents(design, policy)  # with hints, which cost as much as all rules
-    yield event("findings", _verdict(contents.checked, read) | {"last": True})
+    yield event("findings", findings_of(contents.checked, read) | {"last": True})
+
+
+def refused(path: str, error: SpecError, seconds: float) -> Event:
+    """What is told of a file that cannot be read."""
+    said = findings_of(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
+    return Event("findings", said, seconds=seconds)
 
 
 def _kept(before: Before, name: str, made_of: object, make: Any) -> dict[str, bytes]:
@@ -124,7 +137,7 @@ def _solids(design: Design) -> dict[str, bytes]:
         return {}
 
 
-def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
+def findings_of(checked: CheckedSpec, read: list[str]) -> Document:
     """How many errors, warnings and notes there are, each of them, and the files that were read."""
     found = [
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,

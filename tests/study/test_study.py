@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,14 @@ from tolerance import approx
 import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
-from sitscad.study.answer import hypervolume
+from sitscad.study.answer import bindings, hypervolume, relaxation
 from sitscad.study.answer_files import answer_files, answer_json
-from sitscad.study.answer_text import answer_text
+from sitscad.study.answer_text import answer_text, yield_words
 from sitscad.study.archive import ARCHIVE, Archive
-from sitscad.study.document import StudyDocument
+from sitscad.study.document import Goal, StudyDocument
+from sitscad.study.evaluation import Breach, Evaluation
+from sitscad.study.running import Found, costs, violations
+from sitscad.study.screen import IN_FULL, screen_errors
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
@@ -233,6 +237,22 @@ def test_a_changed_study_uses_again_what_still_fits(folder):
     assert first.found.reused == 0 and second.found.reused >= 20 and len(second.found.screened) == 24
 
 
+def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
+    asked = replace(answered[0].asked, goals=(Goal("board.area"),))
+    screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
+    assert violations(asked, screen) == {}
+    assert set(violations(asked, replace(screen, absent={"board.area": "it has no board"}))) == {"board.area"}
+
+
+def test_an_undrawable_design_is_no_relaxation(folder):
+    asked = sitscad.Study.load(folder / "study.yaml").asked
+    unmade = Evaluation({}, {}, {"SIT016": Breach(8.5, 8.24)})
+    weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
+    found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak})
+    assert relaxation(asked, found).names == ("inductance",)
+    assert {one.name: one.alone for one in bindings(asked, found)} == {"SIT016": 0.0, "inductance": 0.5}
+
+
 def test_a_folder_of_specs_passes_studies_by(folder, capsys):
     assert run(["check", str(folder)]) in (0, 1)
     said = capsys.readouterr()
@@ -369,6 +389,44 @@ def test_a_front_of_nsga2_is_that_of_all_designs():
     assert {cost.goals for cost, rank in zip(found, ranked(found), strict=True) if rank == 0} == best
 
 
+WIDE = {"coil.outer_diameter": {"from": 9, "to": 12, "step": 0.2}}
+GRIDS = {
+    "rp against area": ({"coil.turns": {"from": 8, "to": 15, "step": 0.5}, **WIDE},
+                        [{"maximize": "rp"}, {"minimize": "board.area"}]),
+    "three keys": ({"coil.turns": [8, 9, 10, 11, 12, 13], "coil.outer_diameter": [9, 10, 11, 12],
+                    "coil.trace_width": {"from": "100 um", "to": "160 um", "step": "10 um"}},
+                   [{"maximize": "q"}, {"minimize": "inductance"}]),
+    "three goals": ({"coil.turns": {"from": 8, "to": 14, "step": 1}, **WIDE},
+                    [{"maximize": "rp"}, {"minimize": "board.area"}, {"minimize": "inductance"}]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.more
+@pytest.mark.parametrize("vary, goals", GRIDS.values(), ids=GRIDS)
+def test_the_search_finds_the_front_of_the_whole_grid(folder, vary, goals):
+    pytest.importorskip("pymoo")
+
+    def found(method, evaluations):
+        asked = {"base": "coil.yaml", "vary": vary, "goals": goals, "accept": ["all"],
+                 "search": {"method": method, "evaluations": evaluations}}
+        return sitscad.Study.from_mapping(asked, folder).run(folder=folder / "out", draws=0)
+
+    whole = found("grid", 1000)
+    size = whole.asked.space.size
+    some = found("nsga2", size * 3 // 4)
+    assert len(some.found.screened) <= size * 3 // 4 < len(whole.found.screened) == size
+
+    def goals_of(answer):  # of the front, as figures to make small
+        return np.array([costs(answer.asked, answer.found.full[point]).goals for point in answer.front])
+
+    off = [screen_errors().get(goal.measure, 0.0) + 1e-9 for goal in whole.asked.goals]
+    ours, true = goals_of(some), goals_of(whole)
+    for one, other in ((ours, true), (true, ours)):  # equal but for what the screen is off by
+        excess = (one[:, None] - other[None, :]) / np.abs(other[None, :])
+        assert (excess <= off).all(axis=2).any(axis=0).all()
+
+
 def test_what_keeps_all_is_in_front_of_what_does_not():
     costs = [Costs((1.0,), 3.0), Costs((5.0,), 0.0), Costs((4.0,), 0.0), Costs((None,), 1.0)]
     assert ranked(costs).tolist() == [3, 1, 0, 2]
@@ -406,6 +464,14 @@ def test_wilson_is_the_published_interval():
     low, high = wilson(81, 263)  # Newcombe 1998, Statistics in Medicine 17, table I: 0.2553 to 0.3662
     assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
     assert wilson(10, 10)[1] == approx(1.0, rel=1e-12) and wilson(0, 10)[0] == 0.0
+
+
+def test_what_a_calibration_takes_away_is_told_apart():
+    judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
+    found = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
+                     + (("rp",) if values["rp"] < 1.0 else ()))
+    assert (found.good, found.calibrated) == (3, 7)
+    assert "yield 37.5%" in yield_words(found) and "once calibrated 87.5%" in yield_words(found)
 
 
 def test_which_spread_costs_the_yield_is_the_one_that_decides_it():

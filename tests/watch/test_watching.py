@@ -213,3 +213,24 @@ def test_a_hundred_saves_broken_ones_among_them(watched):
 
 def _children(pid: int) -> list[int]:
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def test_a_study_fills_up_and_a_save_uses_again_what_still_fits(tmp_path):
+    (tmp_path / "coil.yaml").write_text(SPEC, encoding="utf-8")
+    path = tmp_path / "study.yaml"
+    text = "sitscad_study: 1\nbase: coil.yaml\nvary: {coil.turns: [11, 12, 13]}\ngoals: [maximize: rp]\naccept: all\n"
+    path.write_text(text, encoding="utf-8")
+    before = Before()
+    first, *sweep = worked_out(str(path), before, serves=True)
+    assert first.stage == "findings" and first.data["read"] == [str(path), str(tmp_path / "coil.yaml")]
+    assert {event.stage for event in sweep} == {"sweep"} and len(before.evaluated) == 3
+    numbers = sweep[-1].data["numbers"]
+    assert numbers["designs"] == "3 of 3" and "with coil.turns: " in numbers["maximize rp"]
+    assert b"The front so far" in sweep[-1].page and b"3 of 3 designs" in sweep[-1].page
+    path.write_text(text.replace("maximize", "minimize"), encoding="utf-8")
+    known = dict(before.evaluated)
+    last = list(worked_out(str(path), before, serves=False))[-1]
+    assert "minimize rp" in last.data["numbers"] and before.evaluated == known
+    path.write_text(text.replace("turns", "turs"), encoding="utf-8")
+    (broken,) = worked_out(str(path), before, serves=False)
+    assert broken.data["unreadable"] and broken.data["findings"][0]["line"] == 3

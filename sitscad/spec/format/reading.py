@@ -210,7 +210,8 @@ def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
     """A complaint about values that do not fit each other."""
     facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
     facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
-    return _finding(flaw.rule, f"{undotted(flaw.key)}: {flaw.message}", flaw.hint, flaw.key, source.locate(flaw.key), **facts)
+    message = f"{undotted(flaw.key)}: {flaw.message}"
+    return _finding(flaw.rule, message, flaw.hint, flaw.key, source.locate(flaw.key), **facts)
 
 
 def _finding(
