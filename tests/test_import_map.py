@@ -69,7 +69,7 @@ MAY_IMPORT = {
     },
     "watch": {
         "finding", "scene", "parts", "design", "spec", "inspection", "opening", "policy", "checks", "package", "report",
-        "papers", "formats", "drawing", "estimates", "layout",
+        "papers", "formats", "drawing", "estimates", "layout", "study",
     },
     "cli": {
         "", "watch", "units", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates",

@@ -6,8 +6,6 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from sitscad.finding import Severity
-from sitscad.spec.format.reading import SpecError
 from sitscad.study.answer import best_of, passing
 from sitscad.study.answer_text import keys_words
 from sitscad.study.evaluating import Workers
@@ -16,26 +14,16 @@ from sitscad.study.running import Found
 from sitscad.study.search import first_set
 from sitscad.study.study import Study
 from sitscad.study.sweep_files import shown
-from sitscad.watch.work import Event, refused
 
 PAUSE = 1.0
 """Seconds between two events of a sweep."""
 
 
-def filling(path: str, evaluated: dict[str, Evaluation], serves: bool) -> Iterator[Event]:
-    """The stages of a study: whether it can be read, then the sweep again and again until it is whole. Designs of saves
+def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Iterator[tuple[dict[str, Any], bytes]]:
+    """The numbers, and the page where it `serves` one, again and again until all designs were looked at. Those of saves
     before are taken from `evaluated`, as far as they still fit.
     """
-    began = time.perf_counter()
-    try:
-        study = Study.load(path)
-    except SpecError as error:
-        yield refused(path, error, time.perf_counter() - began)
-        return
     asked = study.asked
-    counts = dict.fromkeys((one.value for one in Severity), 0)
-    data = {"counts": counts, "findings": [], "read": [path, asked.base.path]}
-    yield Event("findings", data, seconds=time.perf_counter() - began)
     points, found = first_set(asked.space, asked.evaluations, asked.seed), Found(asked, SCREEN)
     last = 0.0
     with Workers(asked.base, 1) as workers:
@@ -47,7 +35,7 @@ def filling(path: str, evaluated: dict[str, Evaluation], serves: bool) -> Iterat
             found.screened[point] = evaluated[key]
             if time.perf_counter() - last > PAUSE or k == len(points):
                 page = _page(study, found, len(points)) if serves else b""
-                yield Event("sweep", {"numbers": numbers(found, len(points))}, page, time.perf_counter() - began)
+                yield numbers(found, len(points)), page
                 last = time.perf_counter()
 
 

@@ -63,15 +63,13 @@ class Before:
 def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     """All stages of the spec at a path, or of the study; those that only a page shows where it `serves` one."""
     if is_study(path):
-        from sitscad.watch.sweeping import filling
-
-        yield from filling(path, before.evaluated, serves)
+        yield from _swept(path, before, serves)
         return
     began, policy = time.perf_counter(), policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
-        yield refused(path, error, time.perf_counter() - began)
+        yield _refused(path, error, time.perf_counter() - began)
         return
     design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
     read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
@@ -81,7 +79,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         page = page_of(contents, files) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
-    yield Event("findings", findings_of(contents.checked, read), seconds=time.perf_counter() - began)
+    yield Event("findings", _verdict(contents.checked, read), seconds=time.perf_counter() - began)
     before.designs[:] = [design]
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
@@ -98,12 +96,30 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     if serves and feeling:
         files |= _kept(before, "calibration", made_of, lambda: _calibration(contents))
     contents = Contents(design, policy)  # with hints, which cost as much as all rules
-    yield event("findings", findings_of(contents.checked, read) | {"last": True})
+    yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
 
-def refused(path: str, error: SpecError, seconds: float) -> Event:
+def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
+    """The stages of a study."""
+    from sitscad.study.study import Study
+    from sitscad.watch.sweeping import filling
+
+    began = time.perf_counter()
+    try:
+        study = Study.load(path)
+    except SpecError as error:
+        yield _refused(path, error, time.perf_counter() - began)
+        return
+    counts = {severity.value: 0 for severity in Severity}
+    data = {"counts": counts, "findings": [], "read": [path, study.asked.base.path]}
+    yield Event("findings", data, seconds=time.perf_counter() - began)
+    for numbers, page in filling(study, before.evaluated, serves):
+        yield Event("sweep", {"numbers": numbers}, page, time.perf_counter() - began)
+
+
+def _refused(path: str, error: SpecError, seconds: float) -> Event:
     """What is told of a file that cannot be read."""
-    said = findings_of(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
+    said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", said, seconds=seconds)
 
 
@@ -137,7 +153,7 @@ def _solids(design: Design) -> dict[str, bytes]:
         return {}
 
 
-def findings_of(checked: CheckedSpec, read: list[str]) -> Document:
+def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
     """How many errors, warnings and notes there are, each of them, and the files that were read."""
     found = [
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
