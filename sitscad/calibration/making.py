@@ -31,6 +31,10 @@ SOLVED, DEGREE = 40, 3
 """Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds."""
 
 
+LEAST_LEFT = 0.05
+"""Least of 1 - leverage that a residual is divided by."""
+
+
 def gain(sensors: Sensors) -> Array:
     """Inductance at rest over what the target takes off it, of the drawn sensor (coils), by frequencies."""
     rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
@@ -70,19 +74,19 @@ def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
 
 def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
     """The map of one sensor, to a chart that some loads solved for it set right; its error is what the form itself
-    leaves, the converter's noise in it, and no less than the map's at those loads, where a chart that ends before this
-    sensor does shows.
+    leaves of loads that it was not fitted to, the converter's noise in it, and what the chart is off by at those loads,
+    each as if it had not set the chart right, where a chart that ends before this sensor does shows.
     """
     loads = sensors.range.inside(LEARNT + ASKED)
     whole = samples(sensors, errors, loads)
     solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
-    readings = whole.readings * _set_right(sensors, errors, loads, solved)
+    right, left = _set_right(sensors, errors, loads, solved)
+    readings = whole.readings * right
     found = _map(sensors, form, Samples(readings[:LEARNT], whole.rest, whole.forces[:LEARNT]), errors)
     noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
-    parts = (noisy, whole.rest, whole.forces[LEARNT:]), (solved[1:], solved[0], whole.forces[:SOLVED])
-    square = [np.mean((found(read, rest) / sensors.range.full_scales - forces) ** 2, axis=0)
-              for read, rest, forces in parts]
-    return replace(found, error=np.sqrt(np.maximum(*square)) * sensors.range.full_scales)
+    by_form = found(noisy, whole.rest) - whole.forces[LEARNT:] * sensors.range.full_scales
+    by_chart = found(solved[1:] * left, solved[0]) - found(readings[:SOLVED], whole.rest)
+    return replace(found, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
@@ -112,16 +116,20 @@ def error_by_misfit(sensors: Sensors, fit: ModelFit) -> Array:
     return np.asarray(np.maximum(found, (1.0 - fit.believed**-2) * alone))
 
 
-def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> Array:
+def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
     """What charted readings under loads are multiplied with, (n, coils), so that they agree with `solved` ones: of rest
-    and the first of the loads.
+    and the first of the loads; and what solved ones are, so that they are as far off as had they not been among those
+    that it was fitted to: of least squares a residual over 1 - its leverage (Allen, Technometrics 16, 1974).
     """
     tried = np.vstack([np.zeros((1, 3)), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.under(errors, tried))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)
     known, asked = (monomials(part[:, columns] / scale, powers) for part in (tried[1:], loads))
-    return np.asarray(np.exp(asked @ np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]))
+    found = np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]
+    leverage = np.sum(np.linalg.qr(known)[0] ** 2, axis=1)[:, None]
+    more = (off[1:] - off[0] - known @ found) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
+    return np.exp(asked @ found), np.exp(more)
 
 
 def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> InverseMap:
