@@ -356,7 +356,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
                                                               "port_diameter": 3}}, "SIT308",
          "fpc.plated: buttons (tried)"),
         ("three_axis_pad", {"requirements.shear_force": "12 N"}, "SIT312",
-         "elastomer.material: dragon-skin-20 (SIT217 warns then) (tried)"),
+         "elastomer.material: dragon-skin-20 (SIT217, SIT327 warn then) (tried)"),
         ("grasper_4layer", {"fpc.tail.layers": 4}, "SIT308", "fpc.tail.layers: 2 (tried)"),
         ("grasper_4layer", {"fpc.tail.layers": 4, "fpc.tail.bend": "dynamic"}, "SIT308",
          "fpc.tail.bend: static mends it; or fpc.tail.layers: 2 leaves a warning (it was tried)"),

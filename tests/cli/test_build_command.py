@@ -156,7 +156,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
     only = ("--only", "firmware,report")
     fresh = run("build", "good.yaml", "--check", *only)
-    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 29 files (unchanged)\n")
+    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 32 files (unchanged)\n")
     spec = tmp_path / "good.yaml"
     spec.write_text(spec.read_text() + "readout: {clock: 39 MHz}\n")
     stamp = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
@@ -165,7 +165,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert "outputs/good-coil is stale: sitscad build good.yaml --only firmware,report makes it anew" in stale.err
     assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
     none = run("build", "good.yaml", "--check", "-o", "a b", *only)
-    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 29 files are missing\n")
+    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 32 files are missing\n")
     assert "sitscad build good.yaml -o 'a b' --only firmware,report makes it anew" in none.err
     assert run("build", "weak.yaml", "--check").code == 1
     assert run("build", "broken.yaml", "--check").code == 2
@@ -183,7 +183,7 @@ def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
     whole = run("build", "good.yaml", "--check")
     said = whole.out.splitlines()[0]
     assert whole.code == 1 and said.startswith("outputs/good-coil: it was built without kicad (")
-    assert "firmware (23 files)" in said and said.endswith(": with --only gerber,report it is compared as it was built")
+    assert "firmware (25 files)" in said and said.endswith(": with --only gerber,report it is compared as it was built")
     assert "kicad/" not in whole.out, "parts that are lacking are named once, not file by file"
     assert run("build", "good.yaml", "--check", "--only", "gerber,report").code == 0
     assert run("build", "good.yaml").code == 0 and run("build", "good.yaml", "--check").code == 0
