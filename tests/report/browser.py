@@ -23,7 +23,7 @@ class Browser:
 
     def __init__(self, *arguments: str) -> None:
         assert PROGRAM is not None
-        self.folder = tempfile.TemporaryDirectory()
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)  # its children may still write
         commands, self.out = os.pipe()
         self.into, answers = os.pipe()
 
