@@ -160,6 +160,22 @@ def _beside(folder: Path, like: str) -> str:
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
 
 
+def content_of(path: Path, name: str, key: str, remarks: Remarks, most: int, smaller: str) -> bytes | None:
+    """The bytes of a file that a spec names; None with the reason noted where it cannot be read, or has more than
+    `most` (`smaller` is what helps then).
+    """
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(most + 1)
+    except OSError as error:
+        remarks.flaw("SIT011", key, f"cannot read {name}: {error.strerror or error}", "is the path right?")
+        return None
+    if len(content) > most:
+        remarks.flaw("SIT010", key, f"{name} is larger than {most // 2**20} MiB", smaller)
+        return None
+    return content
+
+
 @cache
 def installed_rules(name: str) -> DesignRules:
     """An installed fabricator's design rules, for its thinnest copper; raises KeyError where there is none so called.

@@ -11,7 +11,7 @@ from typing import Any
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
 from sitscad.spec.body import BodySpec
 from sitscad.spec.format.reading import Remarks
-from sitscad.spec.profiles import Origin
+from sitscad.spec.profiles import Origin, content_of
 from sitscad.units import show
 
 MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
@@ -42,15 +42,8 @@ def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpe
     path = place.located(part.file, key, remarks, "DXF", "body.dxf")
     if path is None:
         return None
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-    except OSError as error:
-        remarks.flaw("SIT011", key, f"cannot read {part.file}: {error.strerror or error}", "is the path right?")
-        return None
-    if len(content) > MOST_BYTES:
-        message = f"{part.file} is larger than {MOST_BYTES // 2**20} MiB"
-        remarks.flaw("SIT010", key, message, "export the body's outline alone")
+    content = content_of(path, part.file, key, remarks, MOST_BYTES, "export the body's outline alone")
+    if content is None:
         return None
     try:
         edge = outline(content)

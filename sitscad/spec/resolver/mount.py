@@ -14,7 +14,7 @@ from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.materials import Shield
 from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
-from sitscad.spec.profiles import Origin
+from sitscad.spec.profiles import Origin, content_of
 from sitscad.units import show
 
 DEFAULT_STANDOFF = 1e-3
@@ -196,15 +196,10 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
 
 def _content(path: Path, name: str, key: str, remarks: Remarks) -> bytes | None:
     """The bytes of a file that is one of STEP; None with what is wrong noted."""
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MOST_STEP_BYTES + 1)
-    except OSError as error:
-        remarks.flaw("SIT011", key, f"cannot read {name}: {error.strerror or error}", "is the path right?")
-        return None
-    if len(content) > MOST_STEP_BYTES:
-        message = f"{name} is larger than {MOST_STEP_BYTES // 2**20} MiB"
-        remarks.flaw("SIT010", key, message, "export the jaw alone, without the instrument's other parts")
+    content = content_of(
+        path, name, key, remarks, MOST_STEP_BYTES, "export the jaw alone, without the instrument's other parts"
+    )
+    if content is None:
         return None
     text = content.strip()
     if not text.startswith(BEGINS) or not text.endswith(ENDS) or b"\0" in content:

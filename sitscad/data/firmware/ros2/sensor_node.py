@@ -9,6 +9,7 @@ another sensor is counted and told.
 """
 
 import binascii
+import contextlib
 import math
 import re
 from pathlib import Path
@@ -95,12 +96,9 @@ def main():
     """Until Ctrl-C."""
     rclpy.init()
     node = SensorNode()
-    try:
+    with contextlib.suppress(KeyboardInterrupt):
         rclpy.spin(node)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.destroy_node()
+    node.destroy_node()
 
 
 if __name__ == "__main__":
