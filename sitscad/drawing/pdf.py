@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet, flattened, text_width
+from sitscad.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.units import decimal
 
@@ -103,7 +103,10 @@ def _shape(shape: Shape) -> Iterator[bytes]:
     if shape.fill:
         yield f"{_colour(shape.fill)} rg".encode("ascii")
     if shape.pen:
-        yield _pen(shape.pen).encode("ascii")
+        pen, dashes = shape.pen, " ".join(decimal(dash) for dash in shape.pen.dashes)
+        # round ends and corners are the page's own
+        ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
+        yield f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
     for path in shape.paths:
         yield from (command.encode("ascii") for command in _path(path))
     yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
@@ -113,13 +116,6 @@ def _shape(shape: Shape) -> Iterator[bytes]:
         yield b"1 J 1 j"
     if shape.opacity != 1.0:
         yield b"Q"
-
-
-def _pen(pen: Pen) -> str:
-    """What sets a pen; round ends and corners are the page's own."""
-    dashes = " ".join(decimal(dash) for dash in pen.dashes)
-    ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
-    return f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}"
 
 
 def _state(opacity: float) -> str:

@@ -212,7 +212,17 @@ class Footprint:
     def common(self, other: Footprint) -> Path | None:
         """The outline of what both cover; None where they do not overlap."""
         if self.is_round and other.is_round:
-            return _lens(self, other)
+            # two discs: a lens
+            small, large = sorted((self, other), key=lambda disc: disc.size[0])
+            r, big, apart = small.size[0] / 2, large.size[0] / 2, small.centre.distance(large.centre)
+            if apart >= r + big:
+                return None
+            if apart <= big - r:
+                return small.outline()
+            towards = math.atan2(large.centre.y - small.centre.y, large.centre.x - small.centre.x)
+            aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
+            lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
+            return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
         clip, found = (other, self.outline()) if not other.is_round else (self, other.outline())
         here: Path | None = found
         for corner, after in zip(clip.corners, clip.corners[1:] + clip.corners[:1], strict=True):
@@ -225,20 +235,6 @@ class Footprint:
     def area(self) -> float:
         """Area (m2)."""
         return math.pi / 4.0 * self.size[0] ** 2 if self.is_round else self.size[0] * self.size[1]
-
-
-def _lens(one: Footprint, other: Footprint) -> Path | None:
-    """What two discs have in common."""
-    small, large = sorted((one, other), key=lambda disc: disc.size[0])
-    r, big, apart = small.size[0] / 2, large.size[0] / 2, small.centre.distance(large.centre)
-    if apart >= r + big:
-        return None
-    if apart <= big - r:
-        return small.outline()
-    towards = math.atan2(large.centre.y - small.centre.y, large.centre.x - small.centre.x)
-    aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
-    lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
-    return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
 
 
 def parts_inside(path: Path, box: Box) -> list[Path]:

@@ -76,7 +76,18 @@ class _Octave:
         k = _wave_numbers(count, self.spacing) if missing else np.zeros(0)
         for level in missing:
             height = self.lowest * 2.0 ** ((level - 1.0) / LEVELS)
-            repeated = _repeated(self.side, count, self.top + height, self.dipoles)
+            # the grid's repeated coils: eight nearby dipoles, and the even field of all others
+            place = 0.5 * self.side * gauss(SMOOTH)[0]
+            x, y = (part.ravel() for part in np.meshgrid(place, place))
+            around = self.side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
+            points = (np.stack([x, y, np.full_like(x, self.top + height)], axis=1) - around[:, None]).reshape(-1, 3)
+            found = np.zeros(x.size, dtype=complex)
+            for dipole in self.dipoles:
+                found += _dipole_potential(points, dipole).reshape(-1, x.size).sum(axis=0)
+                even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / self.side**3
+                found += 0.5j * even * (x + 1j * y)
+            to_grid = _to_grid(count)
+            repeated = np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             self.values[level] = np.fft.fftshift(np.fft.ifft2(self.waves * np.exp(-k * height))) - repeated
             self.known.add(level)
         return self.values
@@ -101,7 +112,8 @@ class CoilPotential:
         """A_x + i A_y (Wb/m) at points (n, 3) in metres; A_z is 0. Far away the coil is a dipole."""
         height = np.maximum(points[:, 2] - self.top, self.nearest)
         octave = np.floor(np.log2(height / self.nearest) + 1e-12).astype(np.intp)
-        beside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) > 0.5 * self.side - 3.0 * self._widest
+        widest = max(octave.spacing for octave in self.octaves)
+        beside = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1])) > 0.5 * self.side - 3.0 * widest
         octave[beside | (octave >= len(self.octaves))] = -1
         found = np.empty(len(points), dtype=complex)
         for number in np.unique(octave):
@@ -113,10 +125,6 @@ class CoilPotential:
                 some = chosen[k : k + AT_ONCE]
                 found[some] = _looked_up(self.octaves[number], points[some], height[some], 0.5 * self.side)
         return found
-
-    @property
-    def _widest(self) -> float:
-        return max(octave.spacing for octave in self.octaves)
 
 
 def coil_potential(
@@ -230,7 +238,10 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
     lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
-    up = _cubic(level - lowest)
+    t = level - lowest
+    # Lagrange's weights of values at 0, 1, 2, 3.
+    a, b, c, d = t, t - 1.0, t - 2.0, t - 3.0
+    up = np.stack([-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0], axis=1)
     flat = octave.table([first + k for first in np.unique(lowest).tolist() for k in range(4)]).reshape(-1)
     # four neighbours along x are taken out as one record: numpy gathers records in half the time of rows of four
     runs = np.ndarray((len(flat) - 3,), dtype=f"V{4 * flat.itemsize}", buffer=flat, strides=(flat.itemsize,))
@@ -242,12 +253,6 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
             found += (up[:, k] * along_y[:, row])[:, None] * run
     pairs = np.einsum("nxc,nx->nc", found.reshape(-1, 4, 2), along_x)
     return np.asarray(pairs[:, 0] + 1j * pairs[:, 1])
-
-
-def _cubic(t: Array) -> Array:
-    # Lagrange's weights of values at 0, 1, 2, 3.
-    a, b, c, d = t, t - 1.0, t - 2.0, t - 3.0
-    return np.stack([-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0], axis=1)
 
 
 def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
@@ -267,23 +272,6 @@ def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
     around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))
     return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
-
-
-def _repeated(side: float, count: int, height: float, dipoles: Sequence[_Dipole]) -> ComplexArray:
-    """Potential of the grid's repeated coils at its nodes at a height (m): eight nearby dipoles, and all others'
-    even field.
-    """
-    place = 0.5 * side * gauss(SMOOTH)[0]
-    x, y = (part.ravel() for part in np.meshgrid(place, place))
-    around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
-    points = (np.stack([x, y, np.full_like(x, height)], axis=1) - around[:, None]).reshape(-1, 3)
-    found = np.zeros(x.size, dtype=complex)
-    for dipole in dipoles:
-        found += _dipole_potential(points, dipole).reshape(-1, x.size).sum(axis=0)
-        even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
-        found += 0.5j * even * (x + 1j * y)
-    to_grid = _to_grid(count)
-    return np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
 
 
 @lru_cache(maxsize=OCTAVES)

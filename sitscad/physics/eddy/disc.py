@@ -53,21 +53,6 @@ class Meridian:
         return np.asarray(np.hypot(*(self.ends - self.starts).T))
 
 
-def _meridian(face: GradedLine, wall: GradedLine) -> Meridian:
-    """Gauss points of half the disc's section, from the axis over the face down the wall."""
-    radii, heights = face.nodes[face.nodes.size // 2 :], wall.nodes[wall.nodes.size // 2 :]
-    top = np.stack([radii, np.full_like(radii, wall.half)], axis=1)
-    side = np.stack([np.full_like(heights, face.half), heights], axis=1)[::-1]
-    corners = np.concatenate([top, side[1:]])
-    at, share = gauss(POINTS)
-    starts, ends = corners[:-1], corners[1:]
-    places = (starts[:, None] + 0.5 * (1.0 + at)[:, None] * (ends - starts)[:, None]).reshape(-1, 2)
-    lengths = np.hypot(*(ends - starts).T)
-    on_face = np.repeat(np.arange(len(starts)) < radii.size - 1, POINTS)
-    depth = np.where(on_face, face.half - places[:, 0], wall.half - places[:, 1])
-    return Meridian(starts, ends, places, (0.5 * lengths[:, None] * share).ravel(), depth, on_face)
-
-
 @record(eq=False)
 class DiscClass:
     """Currents of one order m, one parity across the disc, and one phase: "cos" or "sin".
@@ -181,7 +166,18 @@ class Disc:
     @cached_property
     def meridian(self) -> Meridian:
         """Its outline (m)."""
-        return _meridian(self.face, self.wall)
+        # Gauss points of half the disc's section, from the axis over the face down the wall
+        radii, heights = self.face.nodes[self.face.nodes.size // 2 :], self.wall.nodes[self.wall.nodes.size // 2 :]
+        top = np.stack([radii, np.full_like(radii, self.wall.half)], axis=1)
+        side = np.stack([np.full_like(heights, self.face.half), heights], axis=1)[::-1]
+        corners = np.concatenate([top, side[1:]])
+        at, share = gauss(POINTS)
+        starts, ends = corners[:-1], corners[1:]
+        places = (starts[:, None] + 0.5 * (1.0 + at)[:, None] * (ends - starts)[:, None]).reshape(-1, 2)
+        lengths = np.hypot(*(ends - starts).T)
+        on_face = np.repeat(np.arange(len(starts)) < radii.size - 1, POINTS)
+        depth = np.where(on_face, self.face.half - places[:, 0], self.wall.half - places[:, 1])
+        return Meridian(starts, ends, places, (0.5 * lengths[:, None] * share).ravel(), depth, on_face)
 
     @cached_property
     def classes(self) -> tuple[DiscClass, ...]:

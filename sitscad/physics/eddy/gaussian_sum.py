@@ -44,18 +44,15 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
     """
     s = scales.reshape(-1, *(1,) * u.ndim)
     narrow = 0.5 / (s * s)
-    first = 0.5 * math.sqrt(math.pi) / s * error_function(s * u)
+    # erf (without a unit) of every element, 1 where it is that to rounding
+    x = s * u
+    found = np.sign(x)
+    near = np.abs(x) < 6.0
+    found[near] = _ERF(x[near])
+    first = 0.5 * math.sqrt(math.pi) / s * found
     second = u * first + narrow * np.exp(-((s * u) ** 2))
     third = 0.5 * (u * second + narrow * first)
     return first, second, third, (u * third + narrow * second) / 3.0
 
 
 _ERF = np.frompyfunc(math.erf, 1, 1)
-
-
-def error_function(x: Array) -> Array:
-    """Erf (without a unit) of every element, 1 where it is that to rounding."""
-    found = np.sign(x)
-    near = np.abs(x) < 6.0
-    found[near] = _ERF(x[near])
-    return found

@@ -127,11 +127,27 @@ def interpolation(count: int, places: Array) -> Array:
 @lru_cache(maxsize=8)
 def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
     """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each."""
-    knots = _knots(half, first, widest)
+    # knots from -half to half (m), the first step from each end given, none wider than `widest`
+    steps: list[float] = []
+    while sum(steps) < half:
+        steps.append(min(first * RATIO ** len(steps), widest))
+    inwards = half - np.concatenate([[0.0], np.cumsum(steps)])[::-1] * half / sum(steps)
+    inwards[0] = 0.0
+    knots = np.concatenate([-inwards[:0:-1], inwards])
     pieces = [np.linspace(a, b, finer + 1)[:-1] for a, b in pairwise(knots)]
     nodes = np.concatenate([*pieces, [half]])
     nodes = 0.5 * (nodes - nodes[::-1])
-    splines = _splines(knots, nodes)
+    # Cox and de Boor's recursion, the end knots repeated
+    t = np.concatenate([[knots[0]] * DEGREE, knots, [knots[-1]] * DEGREE])
+    found = ((nodes[:, None] >= t[:-1]) & (nodes[:, None] < t[1:])).astype(float)
+    found[nodes == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0
+    for degree in range(1, DEGREE + 1):
+        n = found.shape[1] - 1
+        rise, fall = t[degree : degree + n] - t[:n], t[degree + 1 : degree + 1 + n] - t[1 : n + 1]
+        up = (nodes[:, None] - t[:n]) / np.where(rise > 0.0, rise, np.inf)
+        down = (t[degree + 1 : degree + 1 + n] - nodes[:, None]) / np.where(fall > 0.0, fall, np.inf)
+        found = up * found[:, :n] + down * found[:, 1:]
+    splines = np.asarray(found)
     count = splines.shape[1]
     right, left = splines[:, count // 2 :], splines[:, ::-1][:, count // 2 :]
     even, odd = right + left, right - left
@@ -139,27 +155,3 @@ def graded_line(half: float, first: float, widest: float, finer: int = FINER) ->
         even[:, 0] *= 0.5
         odd = odd[:, 1:]
     return GradedLine(half, nodes, {1: even, -1: odd})
-
-
-def _knots(half: float, first: float, widest: float) -> Array:
-    """Knots from -half to half (m), the first step from each end given, none wider than `widest`."""
-    steps: list[float] = []
-    while sum(steps) < half:
-        steps.append(min(first * RATIO ** len(steps), widest))
-    inwards = half - np.concatenate([[0.0], np.cumsum(steps)])[::-1] * half / sum(steps)
-    inwards[0] = 0.0
-    return np.concatenate([-inwards[:0:-1], inwards])
-
-
-def _splines(knots: Array, x: Array) -> Array:
-    """Cox and de Boor's recursion, the end knots repeated."""
-    t = np.concatenate([[knots[0]] * DEGREE, knots, [knots[-1]] * DEGREE])
-    found = ((x[:, None] >= t[:-1]) & (x[:, None] < t[1:])).astype(float)
-    found[x == knots[-1], np.nonzero(t[:-1] < t[1:])[0][-1]] = 1.0
-    for degree in range(1, DEGREE + 1):
-        n = found.shape[1] - 1
-        rise, fall = t[degree : degree + n] - t[:n], t[degree + 1 : degree + 1 + n] - t[1 : n + 1]
-        up = (x[:, None] - t[:n]) / np.where(rise > 0.0, rise, np.inf)
-        down = (t[degree + 1 : degree + 1 + n] - x[:, None]) / np.where(fall > 0.0, fall, np.inf)
-        found = up * found[:, :n] + down * found[:, 1:]
-    return np.asarray(found)

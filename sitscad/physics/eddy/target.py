@@ -64,7 +64,10 @@ class SolvedTarget:
         return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
 
     def _system(self, one: CurrentClass) -> ComplexArray:
-        return np.asarray(one.inductance + _material(one, self.skin), dtype=complex)
+        material = one.depths(self.skin)
+        if self.skin.permeability != 1.0:
+            material = through_magnet(material, one.vacuum, self.skin)
+        return np.asarray(one.inductance + material, dtype=complex)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils).
@@ -178,12 +181,6 @@ def solve(
 ) -> SolvedTarget:
     """The target's currents at the frequency of a skin."""
     return SolvedTarget(surface, near_face, skin, mirror, images if mirror is not None else None)
-
-
-def _material(one: CurrentClass, skin: Skin) -> ComplexArray:
-    """What the body's material adds to the inductances of a class (H)."""
-    depths = one.depths(skin)
-    return depths if skin.permeability == 1.0 else through_magnet(depths, one.vacuum, skin)
 
 
 def turned(angles: Array) -> Array:

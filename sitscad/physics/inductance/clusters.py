@@ -156,15 +156,11 @@ def _node_counts(width: float, height: float) -> tuple[int, int]:
     return along[0], along[1]
 
 
-def _gap(one: Cluster, other: Cluster) -> float:
-    # Distance (m) of two clusters' boxes.
-    away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
-    return math.hypot(*away.tolist())
-
-
 def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
     """Points that stand for pairs of clusters, and how far (m) these are apart at least."""
-    size, other_size, gap = float(one.half.max()), float(other.half.max()), _gap(one, other)
+    # Distance (m) of two clusters' boxes.
+    away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
+    size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*away.tolist())
     if gap >= APART * max(size, other_size, 1e-300):
         return [(one.seen, other.seen, gap)]
     if not (one.parts or other.parts):

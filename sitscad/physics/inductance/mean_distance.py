@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array
 from sitscad.physics.special.legendre import gauss
 
 SERIES_FROM = 4.0
@@ -37,7 +37,16 @@ def log_mean_distance(
     reach = 0.5 * (math.hypot(w[0], t[0]) + math.hypot(w[1], t[1]))
     far = np.hypot(d, h) > SERIES_FROM * reach
     result = np.empty_like(d)
-    result[far] = _series(d[far] + 1j * h, w, t)
+    # <Re ln(zeta + xi)> (lengths in m) with xi = x - x' + i (z - z')
+    zeta = d[far] + 1j * h
+    moments = _even_moments(w, t)
+    inverse = 1.0 / (zeta * zeta)
+    total = np.zeros_like(zeta)
+    power = inverse.copy()
+    for order, moment in enumerate(moments, start=1):
+        total -= moment / (2 * order) * power
+        power = power * inverse
+    result[far] = np.log(np.abs(zeta)) + total.real
     near = ~far
     if near.any():
         result[near] = _closed(d[near], h, w, t)
@@ -71,21 +80,7 @@ def strand_clearance(
     share = np.tile(share, levels) / levels
     if strands == levels == 1:
         return np.exp(wanted) - squares[..., 0]
-    return _solved_clearance(squares, share, wanted)
-
-
-def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
-    """The height (m) between two mid-planes, or the two that have its variance over both thicknesses."""
-    if levels == 1:
-        return (height,)
-    spread = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
-    return abs(height) - spread, abs(height) + spread
-
-
-def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
-    """The clearance c with which the mean of ln(a + c) is right: concave in c, so Newton's method comes from
-    the left.
-    """
+    # the clearance c with which the mean of ln(a + c) is right
     smallest = squares.min(axis=-1)
     clearance = np.maximum(-0.5 * smallest, np.exp(np.minimum(wanted, 600.0)) * 1e-3 - smallest)
     start = np.sum(share * np.log(squares + clearance[..., None]), axis=-1)
@@ -99,16 +94,12 @@ def _solved_clearance(squares: Array, share: Array, wanted: Array) -> Array:
     return clearance
 
 
-def _series(zeta: ComplexArray, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """<Re ln(zeta + xi)> (lengths in m) with xi = x - x' + i (z - z'): only even moments of xi survive."""
-    moments = _even_moments(w, t)
-    inverse = 1.0 / (zeta * zeta)
-    total = np.zeros_like(zeta)
-    power = inverse.copy()
-    for order, moment in enumerate(moments, start=1):
-        total -= moment / (2 * order) * power
-        power = power * inverse
-    return np.log(np.abs(zeta)) + total.real
+def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
+    """The height (m) between two mid-planes, or the two that have its variance over both thicknesses."""
+    if levels == 1:
+        return (height,)
+    spread = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
+    return abs(height) - spread, abs(height) + spread
 
 
 @lru_cache(maxsize=256)

@@ -189,7 +189,26 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     corners = _corners(tracks)
     if not len(corners.width):
         return arcs
-    through = 2.0 * float(np.sum(corners.moment * flux_density(_filaments(tracks), corners)))
+    parts = [_pieces(track) for track in tracks]
+    filaments = Filaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    field = np.zeros(corners.width.size)
+    rows = max(1, BLOCK // len(filaments.start))
+    pairs: list[tuple[Index, Index]] = []
+    for low in range(0, field.size, rows):
+        part = np.arange(low, min(low + rows, field.size))
+        point = corners.middle[part, None]
+        far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
+        near = _distances(point, filaments) < NEAR * corners.width[part, None]
+        numbers = np.arange(len(filaments.start))
+        near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
+        field[part] = np.sum(np.where(near, 0.0, far), axis=1)
+        i, j = np.nonzero(near)
+        pairs.append((part[i], j))
+    first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
+    for low in range(0, first.size, BLOCK):
+        i, j = first[low : low + BLOCK], second[low : low + BLOCK]
+        np.add.at(field, i, _from_near(filaments, corners, i, j))
+    through = 2.0 * float(np.sum(corners.moment * field))
     return arcs + float(np.sum(corners.own)) + through + _between(corners)
 
 
@@ -289,11 +308,6 @@ def _chords(track: BentTrack) -> Index:
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 
-def _filaments(tracks: Sequence[BentTrack]) -> Filaments:
-    parts = [_pieces(track) for track in tracks]
-    return Filaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-
-
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
     """A track's chords with the mitres at their ends, height and width (m)."""
     nodes = [track.starts[0]]
@@ -315,28 +329,6 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
     angle = 0.5 * turn * (fraction - 1.0)
     c, s = math.cos(angle), math.sin(angle)
     return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
-
-
-def flux_density(filaments: Filaments, corners: Corners) -> Array:
-    """Mean normal field (T/A) that a winding sends through each corner's loop, less that of its own arms if endless."""
-    field = np.zeros(corners.width.size)
-    rows = max(1, BLOCK // len(filaments.start))
-    pairs: list[tuple[Index, Index]] = []
-    for low in range(0, field.size, rows):
-        part = np.arange(low, min(low + rows, field.size))
-        point = corners.middle[part, None]
-        far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
-        near = _distances(point, filaments) < NEAR * corners.width[part, None]
-        numbers = np.arange(len(filaments.start))
-        near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
-        field[part] = np.sum(np.where(near, 0.0, far), axis=1)
-        i, j = np.nonzero(near)
-        pairs.append((part[i], j))
-    first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
-    for low in range(0, first.size, BLOCK):
-        i, j = first[low : low + BLOCK], second[low : low + BLOCK]
-        np.add.at(field, i, _from_near(filaments, corners, i, j))
-    return field
 
 
 def _distances(point: Array, filaments: Filaments) -> Array:

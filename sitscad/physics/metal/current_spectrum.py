@@ -151,19 +151,15 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> Complex
     radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
     around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
     plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
-    across, bent = _width_waves(k, layer.width)
-    order = m * across / k
-    waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
-    return np.asarray(layer.circulation * waves * thickness_waves(k, layer.thickness))
-
-
-def _width_waves(k: Array, width: float) -> tuple[Array, Array]:
     # The mean of cos(k x) over the width, and half that of x sin(k x): r J_m'(k r) is r times a wave, so its mean
     # over the width is not quite that of a wave; by the equation y'' + k^2 y = -k J_m that it obeys it lacks so much
     # of J_m.
-    half = 0.5 * k * width
+    half = 0.5 * k * layer.width
     even = np.sinc(half / math.pi)
-    return np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
+    across, bent = np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
+    order = m * across / k
+    waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
+    return np.asarray(layer.circulation * waves * thickness_waves(k, layer.thickness))
 
 
 def thickness_waves(k: Array, thickness: float) -> Array:

@@ -314,7 +314,16 @@ def _sheet_energy(half: Array, counts: tuple[int, int], room: float, flux: Array
     """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
     through it.
     """
-    total, mixed = np.zeros(len(flux)), _mixed(half, max(counts), room)
+    # what of a rectangle's energies neither side has alone, at nodes along both
+    # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
+    # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
+    q, weights, transforms = _transforms(max(counts))
+    kx, ky = q[:, None] / half[0], q / half[1]
+    k = np.hypot(kx, ky)
+    rest = -2.0 * kx * ky / (k + kx + ky)
+    if math.isfinite(room):
+        rest = rest - k * np.exp(-2.0 * k * room)
+    total, mixed = np.zeros(len(flux)), (rest * (weights[:, None] * weights), transforms)
     for px in (0, 1):
         for py in (0, 1):
             b = flux[:, px::2, py::2].reshape(len(flux), -1)
@@ -374,19 +383,6 @@ def sheet_shares(
 
 ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES = 7.0, 5, 8
 """Of rough shares: waves up to exp(-7) at the nearest gap, panels of 16 of them, and functions along a side at most."""
-
-
-def _mixed(half: Array, count: int, room: float) -> tuple[Array, Array]:
-    """What of a rectangle's energies neither side has alone, at nodes along both; and the sides' transforms there."""
-    # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
-    # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
-    q, weights, transforms = _transforms(count)
-    kx, ky = q[:, None] / half[0], q / half[1]
-    k = np.hypot(kx, ky)
-    rest = -2.0 * kx * ky / (k + kx + ky)
-    if math.isfinite(room):
-        rest = rest - k * np.exp(-2.0 * k * room)
-    return rest * (weights[:, None] * weights), transforms
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:

@@ -125,20 +125,13 @@ def reflected_inductances(
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:
-        spectrum.returned[key] = _reflected(spectrum, frequencies, above, below, distances)
+        k, z = spectrum.wave_numbers, spectrum.heights
+        both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
+        up, cross, down = spectrum.sums
+        waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
+        shift = np.array([spectrum.shift(distance) for distance in distances])
+        spectrum.returned[key] = np.asarray(MU0 * math.pi * (waves @ shift.T))
     return spectrum.returned[key].copy()
-
-
-def _reflected(
-    spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
-    distances: Sequence[float],
-) -> ComplexArray:
-    k, z = spectrum.wave_numbers, spectrum.heights
-    both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
-    up, cross, down = spectrum.sums
-    waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
-    shift = np.array([spectrum.shift(distance) for distance in distances])
-    return np.asarray(MU0 * math.pi * (waves @ shift.T))
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:

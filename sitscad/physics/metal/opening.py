@@ -48,7 +48,12 @@ def gained_inductance(
     borders = [_borders(side, gap) for side in opening.size]
     middles = np.stack(np.meshgrid(*(0.5 * (b[1:] + b[:-1]) for b in borders), indexing="ij"), axis=-1).reshape(-1, 2)
     area = np.outer(*(np.diff(b) for b in borders)).ravel()
-    outside = _half_space(borders, middles)
+    corners = np.stack(np.meshgrid(*borders, indexing="ij"), axis=-1)
+    x, y = np.moveaxis(corners[None] - middles[:, None, None], -1, 0)
+    r = np.hypot(x, y)
+    pull = x * np.log(y + r) + y * np.log(x + r)
+    found = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
+    outside = np.asarray(found.reshape(len(middles), -1) / (2.0 * math.pi))
     before = outside + _echo(middles, area, room, echo)
     own, across = _channel(opening, borders, area)
     driven = 2.0 * sum(_driven(track, middles, gap, room, echo) for track in tracks)
@@ -66,16 +71,6 @@ def _borders(side: float, gap: float) -> Array:
     count = min(LEAST + math.ceil(side / gap), MOST)
     t = np.arange(count + 1) / count
     return np.asarray(0.5 * side * (t - 0.5 - 0.5 * np.cos(math.pi * t)))
-
-
-def _half_space(borders: Sequence[Array], middles: Array) -> Array:
-    """Potential (m) at the panels' middles by flux of 1 through every panel, before a plane without other openings."""
-    corners = np.stack(np.meshgrid(*borders, indexing="ij"), axis=-1)
-    x, y = np.moveaxis(corners[None] - middles[:, None, None], -1, 0)
-    r = np.hypot(x, y)
-    pull = x * np.log(y + r) + y * np.log(x + r)
-    found = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
-    return np.asarray(found.reshape(len(middles), -1) / (2.0 * math.pi))
 
 
 def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:

@@ -117,16 +117,17 @@ def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], lis
     shapes: list[PolylineTrack] = []
     owner = []
     for track in tracks:
-        same = [i for i, shape in enumerate(shapes) if _alike(shape, track)]
+        same = [
+            i
+            for i, shape in enumerate(shapes)
+            if shape.width == track.width
+            and shape.corners.shape == track.corners.shape
+            and np.all(np.abs(shape.corners - track.corners) <= 1e-9)
+        ]
         if not same:
             shapes.append(track)
         owner.append(same[0] if same else len(shapes) - 1)
     return shapes, owner
-
-
-def _alike(one: PolylineTrack, other: PolylineTrack) -> bool:
-    return (one.width == other.width and one.corners.shape == other.corners.shape
-            and bool(np.all(np.abs(one.corners - other.corners) <= 1e-9)))  # fmt: skip
 
 
 @record
@@ -213,19 +214,16 @@ class _Mitred:
         """Fourier transform of the current at wave numbers (n; 1/m) and directions (2, n): x and y (2, n)."""
         wave = numbers * unit
         factors = _share(self.after, wave) - _share(self.before, wave)
-        found = -1j * self.nodes.sums(wave, factors * _sinc(self.mitres @ wave))
+        x = self.mitres @ wave
+        # sin(x) / x by the tangent of half of x, which costs a tenth of the sine.
+        half = np.where(x == 0.0, 1e-20, 0.5 * x)
+        tangent = np.tan(half)
+        found = -1j * self.nodes.sums(wave, factors * np.asarray(tangent / (half * (1.0 + tangent * tangent))))
         if not self.moments.size:
             return np.asarray(found)
         amount = self.loops.sums(wave, self.moments[:, None])
         size = numbers * np.exp(-0.5 * (numbers * self.spread) ** 2)
         return np.asarray(found + 1j * size * amount * np.stack([unit[1], -unit[0]]))
-
-
-def _sinc(x: Array) -> Array:
-    # sin(x) / x by the tangent of half of x, which costs a tenth of the sine.
-    half = np.where(x == 0.0, 1e-20, 0.5 * x)
-    tangent = np.tan(half)
-    return np.asarray(tangent / (half * (1.0 + tangent * tangent)))
 
 
 def _share(tangents: Array, wave: Array) -> Array:

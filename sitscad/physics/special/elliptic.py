@@ -24,13 +24,9 @@ def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLi
     # Landen: k1 = (far - near) / (far + near), written without the difference.
     k1 = product / (far + near) ** 2
     complement = 2.0 * np.sqrt(near * far) / (far + near)
-    return MU0 * np.sqrt(r1 * r2) * 2.0 / np.sqrt(k1) * _k_minus_e(k1, complement)
-
-
-def _k_minus_e(k: Array, complement: Array) -> Array:
-    """K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'."""
+    # K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'
     a, b = np.ones_like(complement), complement
-    square = k * k
+    square = k1 * k1
     total = 0.5 * square
     weight = 1.0
     for _ in range(9):
@@ -45,4 +41,4 @@ def _k_minus_e(k: Array, complement: Array) -> Array:
         weight *= 2.0
         if np.max(square, initial=0.0) * weight < 1e-17 * np.min(total, initial=1.0):
             break
-    return 0.5 * np.pi / a * total
+    return MU0 * np.sqrt(r1 * r2) * 2.0 / np.sqrt(k1) * (0.5 * np.pi / a * total)
