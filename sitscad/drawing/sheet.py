@@ -101,10 +101,9 @@ Item = Union[Shape, Label, Group]  # noqa: UP007  (the alias is used before it i
 
 @dataclass
 class Sheet:
-    """What is drawn, in the order of drawing; a ground of None is the page's own.
-
-    Millimetres on paper, or pixels on a screen where ``unit`` is empty: then all lengths of pens, shapes and labels
-    are pixels, too. ``decimals`` are those that coordinates are written with.
+    """What is drawn, in the order of drawing; a ground of None is the page's own. Millimetres on paper, or pixels on a
+    screen where ``unit`` is empty: then all lengths of pens, shapes and labels are pixels, too. ``decimals`` are those
+    that coordinates are written with.
     """
 
     title: str

@@ -16,11 +16,9 @@ SAME = 1e-6
 
 @record
 class BoardEnd:
-    """What is plugged in, or soldered to: lengths in metres.
-
-    ``width`` is the board's across the row of contacts, between ``sides`` (their coordinates across the row); ``edge``
-    from the middle of contact 1 to the board's edge beside it; ``tip`` from the contacts' ends to the board's end, at
-    the coordinate ``end`` along the contacts.
+    """What is plugged in, or soldered to: lengths in metres. ``width`` is the board's across the row of contacts,
+    between ``sides`` (their coordinates across the row); ``edge`` from the middle of contact 1 to the board's edge
+    beside it; ``tip`` from the contacts' ends to the board's end, at the coordinate ``end`` along the contacts.
     """
 
     first: Pad
@@ -58,7 +56,6 @@ def runs_along_x(row: tuple[Pad, ...]) -> bool:
 
 def tail_width(layout: Layout) -> tuple[float, float, float] | None:
     """Where along x the tail runs at one width for longest, and its lower and upper edge there (m); None without one.
-
     Near the body's end of that run, a tenth along it: of a tail that turns, before its turn; of one that is led aside,
     in the longer part.
     """

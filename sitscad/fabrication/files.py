@@ -32,10 +32,9 @@ _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 
 @record
 class FabricationFile:
-    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows.
-
-    ``layer`` is the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through;
-    None for every other kind of file.
+    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows. ``layer`` is
+    the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through; None for
+    every other kind of file.
     """
 
     path: str
@@ -152,7 +151,6 @@ def drill_file(layout: Layout, lowest: int) -> FabricationFile:
 
 def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """One drill file for each kind of hole: those through the whole board, and those in a tail of fewer layers.
-
     ``layer`` is the last copper layer that its holes go through.
     """
     return tuple(drill_file(layout, lowest) for lowest in layout.spans)
@@ -203,10 +201,9 @@ def panel_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
 
 
 def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
-    """The X2 file attributes that all files of one set share, each as its name and values.
-
-    The files are in one coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone.
-    The creation date is only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
+    """The X2 file attributes that all files of one set share, each as its name and values. The files are in one
+    coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone. The creation date is
+    only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
     """
     name = layout.spec.name
     created = creation_date()

@@ -91,10 +91,9 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
 
 
 def beyond(outline: Path, point: Point) -> float:
-    """How far (m) a point lies outside a closed convex path that runs counter-clockwise; negative inside.
-
-    The largest of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that
-    looks at the point.
+    """How far (m) a point lies outside a closed convex path that runs counter-clockwise; negative inside. The largest
+    of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that looks at
+    the point.
     """
 
     def outward(side: Line) -> Point:

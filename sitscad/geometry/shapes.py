@@ -122,7 +122,6 @@ def crossing(one: tuple[float, float], other: tuple[float, float], step: float) 
 
 def racetrack(dimensions: SpiralDimensions, outer_angle: float) -> Path:
     """Straight sides along x and semicircles: turn joins turn because every other end is moved across by half a pitch.
-
     The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side that the
     layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle`` lies in.
     """
@@ -147,7 +146,6 @@ def racetrack(dimensions: SpiralDimensions, outer_angle: float) -> Path:
 
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
     """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
-
     Outside the inner end the radius grows from turn to turn by at most the pitch (m): more would cut a turn in towards
     that end, or towards the turn inside it. `sides` is the number of sides a turn.
     """
@@ -168,10 +166,9 @@ _ORIGIN = Point(0.0, 0.0)
 
 @record
 class Outline(ABC):
-    """What all outlines have: a name, the adjective for people, and the features that others go by.
-
-    ``sides`` are the straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ,
-    ``is_round`` that it is wound as a spiral about its centre without a straight part.
+    """What all outlines have: a name, the adjective for people, and the features that others go by. ``sides`` are the
+    straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ, ``is_round`` that it is
+    wound as a spiral about its centre without a straight part.
     """
 
     name: str
@@ -239,10 +236,9 @@ class Outline(ABC):
     def wind(
         self, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1, corner_radius: float = 0.0
     ) -> Path:
-        """One layer from its outer end inwards, about the origin, its corners rounded by a radius (m).
-
-        ``outer_angle`` is where the outer end stands (polygons: the last corner at or before it, in the direction of
-        winding); ``sense`` is +1 for counter-clockwise, -1 for clockwise.
+        """One layer from its outer end inwards, about the origin, its corners rounded by a radius (m). ``outer_angle``
+        is where the outer end stands (polygons: the last corner at or before it, in the direction of winding);
+        ``sense`` is +1 for counter-clockwise, -1 for clockwise.
         """
         path = self.inwards(dimensions, sense * outer_angle)
         path = path if sense > 0 else path.mapped(lambda p: Point(p.x, -p.y), flips=True)

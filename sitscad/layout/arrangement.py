@@ -35,11 +35,9 @@ from sitscad.spec.sensor import SensorSpec
 
 
 def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
-    """Lay out the whole board.
-
-    Never raises for want of room: what found none is missing from the layout and named in `Layout.shortfalls`. Coils
-    that could not be led out are still wound, so that they can be estimated. What is tried counts against `searches`,
-    where it is given, else against a limit of its own.
+    """Lay out the whole board. Never raises for want of room: what found none is missing from the layout and named in
+    `Layout.shortfalls`. Coils that could not be led out are still wound, so that they can be estimated. What is tried
+    counts against `searches`, where it is given, else against a limit of its own.
     """
     level = about_axis(spec)
     found = _attempt(level, searches or SearchLimit())

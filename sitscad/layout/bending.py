@@ -112,10 +112,9 @@ def tail_thickness(spec: SensorSpec) -> float:
 
 
 def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
-    """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads.
-
-    As thick as the spec says, its adhesive that of a stock film; else the stock one, or none, that comes nearest to
-    what is wanted; else what is wanted, with an adhesive of 0.
+    """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads. As
+    thick as the spec says, its adhesive that of a stock film; else the stock one, or none, that comes nearest to what
+    is wanted; else what is wanted, with an adhesive of 0.
     """
     connector = tail.connector
     if spec.fpc.tail is None or connector.insertion_thickness <= 0.0:
@@ -178,7 +177,6 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
 @record
 class Bend:
     """A bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
-
     It takes the board from `start` to `end` (m), only its line where no radius is known; `radius` (m) is inside. `why`
     says what makes it where that is the mount.
     """

@@ -73,10 +73,9 @@ class Via:
 
 @record
 class Pad:
-    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``).
-
-    ``reference`` is the part that it belongs to: the contacts of the tail, or a capacitor. Net and pin are empty where
-    the connector has more contacts than the coils.
+    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``). ``reference``
+    is the part that it belongs to: the contacts of the tail, or a capacitor. Net and pin are empty where the connector
+    has more contacts than the coils.
     """
 
     centre: Point

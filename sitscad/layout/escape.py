@@ -413,9 +413,8 @@ def _legs_to_via(around: Surroundings, end: OuterEnd, hole: Hole, beside: Sequen
 
 def _sweeps(around: Surroundings, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
     """Both ways round from an end to an angle; from an inner via straight under the turns, or out at one of the angles
-    `beside` and both ways round from there, where that meets the ring without bending back sharply.
-
-    At a corner each way begins on its own side of it, so that no lead bends back sharply.
+    `beside` and both ways round from there, where that meets the ring without bending back sharply. At a corner each
+    way begins on its own side of it, so that no lead bends back sharply.
     """
     if end.from_inside:
         ways = [0.0]

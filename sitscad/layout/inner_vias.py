@@ -85,9 +85,8 @@ def place_inner_vias(
     spacing: float, turn_spacing: float,
 ) -> tuple[InnerJoin, ...] | None:
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
-
-    `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another.
-    Of all choices that keep every distance one with short stubs is taken.
+    `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another. Of all choices that keep
+    every distance one with short stubs is taken.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
@@ -349,7 +348,6 @@ def _choose(
 
 def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
     """One candidate of each join that leave one another room, and whether that is certain: the search has ended.
-
     `apart` are, for two joins and a candidate of the first, those of the second that it leaves room.
     """
     count, trials = len(sizes), 0

@@ -141,7 +141,6 @@ def straightness(one: Point, corner: Point, other: Point) -> float:
 @record
 class Bus:
     """Sizes shared by all lanes (m): trace width and spacing, the layers of the two conductors, and where lanes begin.
-
     ``coils`` is how far the coils' copper extends across the jaw; lanes stand off from it by the ring road and by
     ``base``, which leaves the coils room for tracks or vias under the lanes.
     """

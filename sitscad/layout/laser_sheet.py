@@ -95,7 +95,6 @@ class Nest:
 @record
 class LaserSheet:
     """One part to be cut: contours with the lower left corner of the sheet at the origin, and notes on layer REF.
-
     ``size`` is the nominal size [x, y] of the finished part, ``kerf`` the width of material that the beam removes,
     ``width`` and ``height`` those of the drawing; all in metres.
     """
@@ -158,9 +157,8 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
 
 def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
     """The sheets of the elastomer and of the target, of those that the spec has, and of `more` parts
-    (`sitscad.scene.stack.sheets` has the shield among them); `stop` is the first of their notes.
-
-    Raises ValueError for a kerf that is negative or as wide as the coupon's hole.
+    (`sitscad.scene.stack.sheets` has the shield among them); `stop` is the first of their notes. Raises ValueError for
+    a kerf that is negative or as wide as the coupon's hole.
     """
     spec = layout.spec
     return tuple(
@@ -171,10 +169,9 @@ def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "")
 
 
 def nests(size: tuple[float, float], kerf: float, cutting: Cutting, boards: int) -> tuple[Nest, ...]:
-    """How so many copies of a plate [x, y] (m) are laid on sheets: as many full ones as it takes, and a rest.
-
-    Rows are filled from the left, as nearly square as the sheet allows; the coupon has a place beside them on each.
-    Raises ValueError where not even one plate fits.
+    """How so many copies of a plate [x, y] (m) are laid on sheets: as many full ones as it takes, and a rest. Rows are
+    filled from the left, as nearly square as the sheet allows; the coupon has a place beside them on each. Raises
+    ValueError where not even one plate fits.
     """
     if boards == 1:
         return (Nest(),)

@@ -64,10 +64,9 @@ def least_x(segment: Segment) -> float:
 
 
 def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
-    """Where the body begins and ends along x (m), for coils and leads that need it from `far` to `near`.
-
-    The margin is added at both ends; then the shorter one grows until the mean of the coils' centres is in the middle,
-    as far as the jaw is long. A body of a given outline is as long as that.
+    """Where the body begins and ends along x (m), for coils and leads that need it from `far` to `near`. The margin is
+    added at both ends; then the shorter one grows until the mean of the coils' centres is in the middle, as far as the
+    jaw is long. A body of a given outline is as long as that.
     """
     if (box := given_box(spec)) is not None:
         return box[0], box[2]
@@ -93,10 +92,9 @@ def _about(middle: float, low: float, high: float, room: float) -> tuple[float, 
 
 
 def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> Body:
-    """The body for coils and leads that begin at `far` (m) and take so much of it across.
-
-    It is as wide as a wider tail where the inner corner between them would not fit beside the far one, where it reaches
-    beyond the place from which leads part to such a tail, and where only one of its sides is the narrower one.
+    """The body for coils and leads that begin at `far` (m) and take so much of it across. It is as wide as a wider tail
+    where the inner corner between them would not fit beside the far one, where it reaches beyond the place from which
+    leads part to such a tail, and where only one of its sides is the narrower one.
     """
     across = body_breadth(spec, needed)
     low, high = across.low, across.high
@@ -115,10 +113,9 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
 
 
 def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
-    """The closed outline, counter-clockwise from the body's far lower corner.
-
-    ``copper`` lists points of the body's copper with their half widths (m): a corner of the body is rounded only as far
-    as they keep the distance `edge` from it. A given outline stays as it is.
+    """The closed outline, counter-clockwise from the body's far lower corner. ``copper`` lists points of the body's
+    copper with their half widths (m): a corner of the body is rounded only as far as they keep the distance `edge` from
+    it. A given outline stays as it is.
     """
     if body.edge is not None:
         return board(body.edge, tail)

@@ -26,10 +26,9 @@ ASKEW = "within a tail's turn everything has to run along the tail"
 
 @record
 class Stretch:
-    """A part of a tail's middle line from `begin` on (m along the straight tail).
-
-    It starts at `origin` with a heading (rad from +x); ``radius`` (m) is positive for an arc to the left, negative for
-    one to the right, None for a straight part.
+    """A part of a tail's middle line from `begin` on (m along the straight tail). It starts at `origin` with a heading
+    (rad from +x); ``radius`` (m) is positive for an arc to the left, negative for one to the right, None for a straight
+    part.
     """
 
     begin: float

@@ -71,10 +71,9 @@ def front_of(spec: SensorSpec, bus: Bus) -> float:
 
 
 def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
-    """Boards to try, narrow first: the lanes' base and how far the body reaches across.
-
-    Lanes close to the coils; with a track's room between; with a via's room between; and in each case no more room
-    beside the coils than the lanes take, room for a track, or room for a via.
+    """Boards to try, narrow first: the lanes' base and how far the body reaches across. Lanes close to the coils; with
+    a track's room between; with a via's room between; and in each case no more room beside the coils than the lanes
+    take, room for a track, or room for a via.
     """
     rules = spec.fpc.rules
     hole = joined_hole(rules, bus.width)

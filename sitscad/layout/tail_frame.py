@@ -22,7 +22,6 @@ SAME = 1e-9
 @record
 class Taper:
     """The change of the half width `near` to the half width `far` (m) along x from `begin` to `end`, or a longer one.
-
     The inner one of its two corners has the radius `inner`, the outer one `outer` (m). Where the way from `begin` to
     `end` is too steep for both, the taper becomes longer at its inner corner, so that the board only grows.
     """

@@ -56,7 +56,6 @@ class Descent:
 
 def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
     """The ways of one layer's tracks from x = `funnel` (m) to lanes at these heights, middle lines a `pitch` (m) apart.
-
     Those that part bend in turn, the outermost first: a track widens only where its neighbour has gone. Any others bend
     at once, or as late as those must that follow another to the same side.
     """

@@ -35,10 +35,9 @@ def stacked_strips(width: float, distance: float, relative_permittivity: float) 
 
 
 def coplanar_strips(width: float, spacing: float, relative_permittivity: float) -> float:
-    """Capacitance per length (F/m) of two equal thin strips side by side: eps K(k') / K(k), k = s / (s + 2 w).
-
-    Exact (conformal map; Smythe 1950) for thin strips in one dielectric. `relative_permittivity` is the effective one:
-    half of dielectric and air for a board thick against the spacing.
+    """Capacitance per length (F/m) of two equal thin strips side by side: eps K(k') / K(k), k = s / (s + 2 w). Exact
+    (conformal map; Smythe 1950) for thin strips in one dielectric. `relative_permittivity` is the effective one: half
+    of dielectric and air for a board thick against the spacing.
     """
     k = spacing / (spacing + 2.0 * width)
     complement = math.sqrt(1.0 - k * k)
@@ -122,11 +121,9 @@ def _layered_green(slabs: Sequence[Slab], waves: Array) -> Array:
 def winding_voltages(
     radii: Array, heights: Sequence[float], inward: Sequence[bool], size: Array, turns: Array
 ) -> Array:
-    """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii).
-
-    Every radius (m, from the outside in) stands for `turns` (layers, radii) of a layer, none where it ends farther out;
-    what they see of the flux of all (Maxwell's rings, `size` (radii; m) their own geometric mean distance) is the
-    voltage that they add.
+    """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii). Every radius (m, from
+    the outside in) stands for `turns` (layers, radii) of a layer, none where it ends farther out; what they see of the
+    flux of all (Maxwell's rings, `size` (radii; m) their own geometric mean distance) is the voltage that they add.
     """
     layers, count = len(heights), radii.size
     r = np.tile(radii, layers)

@@ -64,10 +64,9 @@ class Network:
 
 @record
 class Oscillation:
-    """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor.
-
-    `coil_share` is the amplitude at the coil's contacts over that at the pins. An overdamped tank runs nowhere: then
-    `exists` is False and all but the quality factor (root of L/C over R) is NaN.
+    """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor. `coil_share` is the
+    amplitude at the coil's contacts over that at the pins. An overdamped tank runs nowhere: then `exists` is False and
+    all but the quality factor (root of L/C over R) is NaN.
     """
 
     frequency: float

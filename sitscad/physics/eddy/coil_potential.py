@@ -95,10 +95,9 @@ class _Octave:
 
 @record(eq=False)
 class CoilPotential:
-    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0.
-
-    `floor` (m, below the coil; -inf: none) is that of the mirror, whose image is in it; `nearest` is the least height
-    (m) over the top track's mid-plane at which it holds.
+    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0. `floor` (m, below the coil; -inf:
+    none) is that of the mirror, whose image is in it; `nearest` is the least height (m) over the top track's mid-plane
+    at which it holds.
     """
 
     top: float

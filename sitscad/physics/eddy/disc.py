@@ -35,7 +35,6 @@ COINCIDENT = 1e-3
 @record(eq=False)
 class Meridian:
     """The upper half of a disc's outline from the axis to the edge and down to the middle plane, as Gauss points.
-
     `places` (n, 2) are radius and height (m), `weights` lengths (m), `depth` distances from the edge (m), `on_face`
     tells the face's points from the wall's; `starts` and `ends` (pieces, 2) are those of its straight pieces.
     """
@@ -260,10 +259,8 @@ def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
     """Integrals (no unit) of cos(n phi) / distance for every pair of points, (orders + 1, points, points), with
-    weights.
-
-    `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand without the
-    logarithm of the distance, and that in closed form or by graded points.
+    weights. `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand without
+    the logarithm of the distance, and that in closed form or by graded points.
     """
     image = np.array([1.0, side])
     places, weights = shape.places, shape.weights

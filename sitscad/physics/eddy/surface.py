@@ -13,7 +13,6 @@ from sitscad.physics.eddy.skin import Skin
 
 class CurrentClass(Protocol):
     """Surface currents of one symmetry: every one the curl of a stream function (A), so that none has an end.
-
     `inductance` (n, n) in H is that of the functions with each other.
     """
 

@@ -70,10 +70,9 @@ class SolvedTarget:
         return np.asarray(one.inductance + material, dtype=complex)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
-        """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils).
-
-        The target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3)
-        in metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2).
+        """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils). The
+        target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3) in
+        metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2).
         """
         return changes_at([self], turns, places, coils, centres)[0]
 
@@ -156,7 +155,6 @@ def changes_at(
     once: bool = False,
 ) -> ComplexArray:  # fmt: skip
     """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
-
     What the coils drive in it is worked out once for all of them. Where poses are few and no others follow, `once`
     spares the inverses of its systems: two thirds of the work, and their memory.
     """

@@ -12,10 +12,9 @@ downwards (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
 
 
 def toroidal(excess: Array, order: int) -> Array:
-    """Q_(n - 1/2)(1 + excess) for n = 0 to `order`, first axis, no unit; `excess` (> 0) of any shape.
-
-    The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, 1 + excess being
-    (r1^2 + r2^2 + z^2) / (2 r1 r2).
+    """Q_(n - 1/2)(1 + excess) for n = 0 to `order`, first axis, no unit; `excess` (> 0) of any shape. The integral of
+    cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, 1 + excess being (r1^2 + r2^2 +
+    z^2) / (2 r1 r2).
     """
     x = excess.ravel()
     first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))

@@ -278,8 +278,7 @@ class _Turned:
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale`
-        (rad).
+        """From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale` (rad).
         """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)

@@ -82,10 +82,9 @@ class Cluster:
 
 
 def neumann_sum(first: Plans, second: Plans) -> float:
-    """Sum of dp.dq / distance (m) over all pairs of points of two windings on all their layers.
-
-    Right to 1e-6 where they lie side by side. The copper of two layers counts at the two heights that keep the mean and
-    the variance of the distance through both thicknesses.
+    """Sum of dp.dq / distance (m) over all pairs of points of two windings on all their layers. Right to 1e-6 where
+    they lie side by side. The copper of two layers counts at the two heights that keep the mean and the variance of the
+    distance through both thicknesses.
     """
     heights = _Heights(first, second)
     one, other = (_whole(plans) for plans in (first, second))

@@ -107,7 +107,6 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
 
 def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
     """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical.
-
     `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each group's partial inductance. One
     filament a track, the geometric mean distance kept.
     """
@@ -245,10 +244,9 @@ def via_inductance(length: float, diameter: float) -> float:
 
 
 def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clearance: float) -> float:
-    """Mutual inductance (H) of a sampled curve with all straight segments of a set.
-
-    The curve is (points (n, 3), elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the
-    closed potential of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
+    """Mutual inductance (H) of a sampled curve with all straight segments of a set. The curve is (points (n, 3),
+    elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the closed potential of every segment.
+    `clearance` (m) keeps pieces that touch apart, as their mean distance does.
     """
     points, elements = curve
     rows = max(1, AT_ONCE // max(1, len(segments.starts)))

@@ -59,11 +59,9 @@ HALVINGS = 14
 
 @record(eq=False)
 class Pieces:
-    """Pieces of one kind of all plans of a winding's layers. Metres and radians.
-
-    Straight (n, 8): start, end, and the mitres by which they move per metre to the left. Curved (n, 7): centre x, y,
-    radius and azimuth at the start, direction (+1 counter-clockwise), angle, fall of the radius per radian. `owner` (n)
-    are the plans' numbers.
+    """Pieces of one kind of all plans of a winding's layers. Metres and radians. Straight (n, 8): start, end, and the
+    mitres by which they move per metre to the left. Curved (n, 7): centre x, y, radius and azimuth at the start,
+    direction (+1 counter-clockwise), angle, fall of the radius per radian. `owner` (n) are the plans' numbers.
     """
 
     rows: Array

@@ -56,10 +56,9 @@ _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 
 
 def sides_with_sides(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool = False) -> float:
-    """Integral of t1.t2 / distance (m) over pairs of sides of two tracks.
-
-    `strands` across the width: for distant pairs of sides, and for those that nearly touch. In a `smooth` track, whose
-    sides continue in arcs, all have the first number, and one height as the arcs have.
+    """Integral of t1.t2 / distance (m) over pairs of sides of two tracks. `strands` across the width: for distant pairs
+    of sides, and for those that nearly touch. In a `smooth` track, whose sides continue in arcs, all have the first
+    number, and one height as the arcs have.
     """
     return math.fsum(_part(one, other, part, strands, smooth) for part in pairs.parts(BLOCK))
 

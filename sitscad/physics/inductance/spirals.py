@@ -24,10 +24,9 @@ CROSSING_STRANDS = 3
 
 @record
 class SpiralLayer:
-    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
-
-    Its azimuth is angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in
-    metres; `width` and `thickness` are the track's cross-section, `z` its mid-plane.
+    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis. Its azimuth is
+    angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in metres;
+    `width` and `thickness` are the track's cross-section, `z` its mid-plane.
     """
 
     radius: float
@@ -66,10 +65,9 @@ class Resolution:
 
 
 def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
-    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical.
-
-    Uniform current over the real cross-sections (strands at the Gauss points of the width whose distances keep the
-    rectangles' geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
+    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical. Uniform current
+    over the real cross-sections (strands at the Gauss points of the width whose distances keep the rectangles'
+    geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
     """
     unit = first.radius
     if first.sense == second.sense:
@@ -95,8 +93,7 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
-    """A key that pairs share which a rotation, a mirror or an exchange turns into each other: one inductance
-    for all.
+    """A key that pairs share which a rotation, a mirror or an exchange turns into each other: one inductance for all.
     """
     turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
     sections = ((a.width, a.thickness), (b.width, b.thickness))

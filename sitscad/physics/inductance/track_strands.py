@@ -121,7 +121,6 @@ def _mitre(one: Array, other: Array) -> Array:
 @record(eq=False)
 class Bundle:
     """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them.
-
     `clearances` are distances (m) and what squared distances are longer by there (m2).
     """
 

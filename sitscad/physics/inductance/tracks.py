@@ -52,10 +52,9 @@ FEW_CORNERS = (3.0, 3)
 
 
 def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:
-    """Inductance (H) of layers of equal width in series about a common centre, uniform current.
-
-    `strands` across the width: for distant pairs of pieces, and for straight ones that nearly touch. Two or more: as
-    many as tracks with arcs need, which have one number for all their pieces.
+    """Inductance (H) of layers of equal width in series about a common centre, uniform current. `strands` across the
+    width: for distant pairs of pieces, and for straight ones that nearly touch. Two or more: as many as tracks with
+    arcs need, which have one number for all their pieces.
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
     return _neumann(tracks, layers, strands)

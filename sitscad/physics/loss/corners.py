@@ -106,8 +106,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Array, Array]:
-    """What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike
-    as one.
+    """What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike as one.
     """
     found: dict[tuple[float, float, float, float], int] = {}
     for track in tracks:
@@ -214,9 +213,8 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
 
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
     """What direct current has more than an even one at the bends of a track, for metal no nearer than `nearest` (m).
-
-    Every corner's loop as eight places or, where metal is far enough, as its middle. In an arc the current goes as
-    1 / radius, which is a moment of width^2 / 12 for every radian, whatever the radius.
+    Every corner's loop as eight places or, where metal is far enough, as its middle. In an arc the current goes as 1 /
+    radius, which is a moment of width^2 / 12 for every radian, whatever the radius.
     """
     whole, width = nearest > FAR_METAL * track.width, track.width
     places, moments = [np.zeros((0, 2))], [np.zeros(0)]

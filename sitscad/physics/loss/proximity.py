@@ -265,10 +265,9 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
 
 
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
-    """Normal field (T/A) at radii (n, nodes) of an arc about the same centre (Biot and Savart).
-
-    The arc's quadrature points have radii `source` (m), angles from the places (rad) and weights (rad); `clearance`
-    (n, 1; m2) is added to the squared distances.
+    """Normal field (T/A) at radii (n, nodes) of an arc about the same centre (Biot and Savart). The arc's quadrature
+    points have radii `source` (m), angles from the places (rad) and weights (rad); `clearance` (n, 1; m2) is added to
+    the squared distances.
     """
     r = radius[..., None]
     squared = (r - source) ** 2 + 4.0 * r * source * np.sin(0.5 * angle) ** 2 + clearance[..., None]

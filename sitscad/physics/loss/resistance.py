@@ -33,7 +33,6 @@ def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVIT
 @lru_cache(maxsize=64)
 def bend_squares(turn: float) -> float:
     """Squares by which a sharp bend of a track differs from its centre line's length (negative), for a turn in rad.
-
     Direct current cuts the corner: 2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a / 2) for a turn of pi a, from the
     conformal map dz/du = tanh^a(u/2) of a straight strip; -0.441 for a right angle.
     """
@@ -63,9 +62,8 @@ def lone_track_loss(width: float, thickness: float, conductivity: float) -> Prox
 
 @lru_cache(maxsize=64)
 def pair_loss(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
-    """Loss of two equal straight tracks that carry a current there and back.
-
-    `across` and `height` (m) are the distances of their centres along the width and through the board.
+    """Loss of two equal straight tracks that carry a current there and back. `across` and `height` (m) are the
+    distances of their centres along the width and through the board.
     """
     gap = height if height > 0.0 else max(across - width, 0.1 * width) + 0.25 * width
     modes = suited_modes(width, thickness, gap, skin_depth(10e6, conductivity), True)

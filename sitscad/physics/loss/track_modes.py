@@ -64,10 +64,9 @@ def rough_modes(width: float, thickness: float, gap: float, depth: float) -> Mod
 
 @record(eq=False)
 class Cut:
-    """Tracks where a plane crosses them at right angles, all arrays (n,) in metres.
-
-    `across` and `height` are the centres in the plane, `length` is how much of each track's centre line the cut stands
-    for, `curvature` (1/m) is that of the centre line, positive when `across` grows away from the centre.
+    """Tracks where a plane crosses them at right angles, all arrays (n,) in metres. `across` and `height` are the
+    centres in the plane, `length` is how much of each track's centre line the cut stands for, `curvature` (1/m) is that
+    of the centre line, positive when `across` grows away from the centre.
     """
 
     across: Array

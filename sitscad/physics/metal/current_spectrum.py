@@ -30,7 +30,6 @@ AT_ONCE = 100_000
 @record(eq=False)
 class CurrentSpectrum:
     """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
-
     `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so that the mutual inductance
     is mu0 pi times the weighted sum of power times exp(-k distance) of the layers' mid-planes.
     """
@@ -64,7 +63,6 @@ class CurrentSpectrum:
 
 def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
     """Nodes and weights (1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m) on.
-
     Up to where exp(-2 k nearest) has died out (6e-6), as dense as products of two waves of the coil's size ask; roughly
     a third as many, up to 2e-4.
     """

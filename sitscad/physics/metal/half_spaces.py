@@ -118,10 +118,9 @@ def reflected_inductances(
     below: Reflector | None,
     distances: Sequence[float],
 ) -> ComplexArray:
-    """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side.
-
-    One value for each frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times
-    -omega is a resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
+    """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side. One value for each
+    frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
+    resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:

@@ -133,7 +133,6 @@ class _Waves:
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
                         bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:  # fmt: skip
     """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
-
     `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
     current in the spirals' bend has more than an even one is left out, as for coils whose spectrum has it as loops.
     """

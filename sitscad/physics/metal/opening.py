@@ -40,9 +40,8 @@ class Opening:
 def gained_inductance(
     opening: Opening, tracks: Sequence[PolylineTrack], gap: float, room: float = math.inf, echo: float = 1.0
 ) -> float:
-    """Inductance (H) that tracks in series have more for an opening in a slab below them, its middle at x = y = 0.
-
-    The slab's face is at z = -`gap` (m); a mirror stands over it at a distance `room` (m), above the tracks: a perfect
+    """Inductance (H) that tracks in series have more for an opening in a slab below them, its middle at x = y = 0. The
+    slab's face is at z = -`gap` (m); a mirror stands over it at a distance `room` (m), above the tracks: a perfect
     conductor with an `echo` of 1, a perfect magnet with one of -1.
     """
     borders = [_borders(side, gap) for side in opening.size]

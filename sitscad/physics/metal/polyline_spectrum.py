@@ -189,10 +189,9 @@ def _beside(unit: Array, tangents: Array) -> Array:
 
 
 class _Mitred:
-    """A track about a centre, with its loops.
-
-    Side j adds t_j / (i k.t_j) times what its start has more than its end of exp(-i k.r), each averaged over the width
-    along its mitre. So every node has the difference of two such factors and one wave.
+    """A track about a centre, with its loops. Side j adds t_j / (i k.t_j) times what its start has more than its end of
+    exp(-i k.r), each averaged over the width along its mitre. So every node has the difference of two such factors and
+    one wave.
     """
 
     def __init__(self, track: PolylineTrack, centre: Array, loops: Loops | None) -> None:
