@@ -16,7 +16,7 @@ import sitscad
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, polyline, rectangle
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 from sitscad.units import show
 
 SIZE, MIDDLES, BOARD = (210.0, 62.0), (52.0, 158.0), 26.0

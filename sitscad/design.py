@@ -313,7 +313,7 @@ class Design:
 
     def drawn(self, changed: SensorSpec, searches: SearchLimit | None = None) -> Design:
         """A changed design, drawn anew unless the board stays as it is."""
-        from sitscad.layout.arrangement import arrange
+        from sitscad.layout import arrange
 
         if self.has_board_of(changed):
             return Design(changed, replace(self.layout, spec=changed))

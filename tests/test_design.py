@@ -32,7 +32,7 @@ def made(monkeypatch):
 
     arrange = counting(sitscad.layout.arrange)
     monkeypatch.setattr("sitscad.layout.arrange", arrange)
-    monkeypatch.setattr("sitscad.layout.arrangement.arrange", arrange)
+    monkeypatch.setattr("sitscad.layout.arrange", arrange)
     monkeypatch.setattr(sitscad.estimates, "estimated", counting(sitscad.estimates.estimated))
     return count
 

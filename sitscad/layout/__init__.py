@@ -1,9 +1,36 @@
-"""From the spec to everything that is drawn: coils, vias, leads, tail, contacts and outline."""
+"""From the spec to everything that is drawn: coils, vias, leads, tail, contacts and outline, put together on one board;
+and what found no room.
+"""
 
 from __future__ import annotations
 
-from sitscad.layout.arrangement import arrange
-from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from sitscad.finding import Missing, Shortfall
+from sitscad.geometry.path import Path, Point, Region
+from sitscad.geometry.shapes import SKETCHED
+from sitscad.layout.bending import stiffener
+from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Pair, Role, Stiffener, Trace, Via, Winding
+from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
+from sitscad.layout.escape import Escape, SearchLimit
+from sitscad.layout.lanes import Bus, bus_for
+from sitscad.layout.outline import Body, body_of, far_end, lack, least_x, openings, outline
+from sitscad.layout.routes import (
+    Routing,
+    boards,
+    body_frame,
+    front_of,
+    in_line,
+    reaching_ahead,
+    route_freely,
+    route_in_line,
+)
+from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
+from sitscad.layout.tail_tracks import Run, unused_contacts
+from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
+from sitscad.record import record
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
 
@@ -20,3 +47,286 @@ def lay_out(spec: SensorSpec) -> Layout:
     """
     refuse_unusable(spec)
     return arrange(spec)
+
+
+def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
+    """Lay out the whole board. Never raises for want of room: what found none is missing from the layout and named in
+    `Layout.shortfalls`. Coils that could not be led out are still wound, so that they can be estimated. What is tried
+    counts against `searches`, where it is given, else against a limit of its own.
+    """
+    level = _about_axis(spec)
+    found = _attempt(level, searches or SearchLimit())
+    return _placed(_assemble(level, found), spec)
+
+
+def sketch(spec: SensorSpec) -> Layout:
+    """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
+    body with tail as they are where the narrowest board has room. How long leads will be is said by each coil's
+    `undrawn`; its windings lie about the origin, for coils differ by their places alone.
+    """
+    level = _about_axis(spec)
+    bus = bus_for(level)
+    layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
+    # both ends have to come together, the shorter way round
+    round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
+    round_it += round_it <= -0.5 + 1e-9
+    none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
+    # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
+    ground = boards(level, bus)[: 1 + int(bool(round_it) and len(none) == 1)][-1]
+    bare = _assemble(level, _unrouted(level, bus, none, (), ground[1]))
+    pairs, found = _undrawn(level, bus, bare), _placed(bare, spec)
+    coils = tuple(
+        replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))
+        for coil, pair in zip(found.coils, pairs, strict=True)
+    )
+    return replace(found, coils=coils)
+
+
+FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
+"""Length (m) of the leads of a coil in line that stands next to the tail; and, in the coil's sizes along the board, by
+how much those of the others are longer than the way from the coil's middle to the body's end, in line or not: within
+2 mm of what is drawn of the templates (tests/validation/screen_level.py)."""
+
+
+PARTED = 4e-3
+"""Length (m) at the end of a tail over which both leads run apart to their contacts."""
+
+
+def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[Pair, ...]]:
+    """The pairs beside the coils and down the tail that will lead each coil out."""
+    tail, lined = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1]), in_line(spec)
+    length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
+    down = Pair(length, width, bus.layers, width + bus.spacing)
+    frontmost = max(p.centre[0] for p in spec.array.placements)
+    found: list[tuple[Pair, ...]] = []
+    for coil in bare.coils:
+        is_next = lined and coil.centre.x >= frontmost - 1e-9
+        longer = (ROUND if lined else ROUND_FREE) * spec.coil.size[0]
+        beside = FRONTMOST if is_next else bare.body[2] - coil.centre.x + longer
+        found.append((Pair(beside, bus.width, bus.layers, bus.pitch), down))
+    return found
+
+
+@record
+class _Attempt:
+    # The coils wound, and how they are led out if they are.
+    wound: tuple[WoundCoil, ...]
+    routing: Routing | None
+    bus: Bus
+    tail: TailFrame
+    body: Body
+    shortfalls: tuple[Shortfall, ...]
+
+
+def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
+    """Windings, routing, tail and body as far as there is room, and what found none."""
+    bus = bus_for(spec)
+    wound = wind_all(spec, bus)
+    shortfalls = list(wound[0].shortfalls)
+    if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
+        shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
+    front = front_of(spec, bus)
+    if (lacking := lack(spec, body_frame(spec, bus, front, bus.coils))) is not None:
+        shortfalls.append(lacking)
+    routing = None
+    if not shortfalls:
+        routing = (route_in_line if in_line(spec) else route_freely)(spec, bus, wound, front, searches)
+        if routing is None and spec.fpc.body is not None and in_line(spec) and bus.is_stacked:
+            # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
+            routing = route_freely(spec, bus, wound, front, searches)
+        if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
+            shortfalls.append(Shortfall(Missing.LEAD_ROOM))
+        elif not _tail_is_clear(spec, routing):
+            shortfalls.append(_no_tail_room(spec, routing.tail))
+            routing = None
+    if routing is None:
+        return _unrouted(spec, bus, wound, tuple(shortfalls), boards(spec, bus)[0][1])
+    body = body_of(spec, routing.far, routing.breadth, routing.tail)
+    return _Attempt(wound, routing, routing.bus, routing.tail, body, tuple(shortfalls))
+
+
+def _unrouted(
+    spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
+) -> _Attempt:
+    """Tail and body of a board so broad, without leads."""
+    far = far_end(spec, (), ())
+    tail = reaching_ahead(spec, far, body_frame(spec, bus, front_of(spec, bus), breadth))
+    return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
+
+
+def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
+    """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
+    board = Obstacles(spec.fpc.rules, routing.bus.spacing)
+    for run in (run for both in routing.ends for run in both):
+        tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
+        holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
+        if not board.admits(tracks, holes):
+            return False
+        board.add(tracks, holes)
+    return True
+
+
+def _no_tail_room(spec: SensorSpec, tail: TailFrame) -> Shortfall:
+    """Tracks to the contacts come too near each other; what they take is known where it is more than the pitch."""
+    contacts, rules = tail.connector, spec.fpc.rules
+    needed = rules.trace_width + rules.trace_spacing
+    facts = (
+        ("coils", len(spec.array.placements)),
+        ("connector", contacts.name),
+        ("pitch", contacts.pitch * 1e3),
+        ("tail", (tail.end - tail.start) * 1e3),
+        ("rules", rules.name),
+        ("track", needed * 1e6),
+    )
+    return Shortfall(Missing.TAIL_ROOM, contacts.pitch, needed if needed > contacts.pitch else None, "m", facts=facts)
+
+
+def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
+    """The layout of what was found, its tail turned where the spec asks for it."""
+    bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
+    coils: list[Coil] = []
+    pads, capacitors = [], []
+    for index, (placement, coil) in enumerate(zip(spec.array.placements, wound, strict=True)):
+        way = routing.escapes[index] if routing else None
+        ends = routing.ends[index] if routing else None
+        series = _series(spec, placement.name, coil, way, ends)
+        coils.append(Coil(placement, placement.name, coil.windings, series, way is not None))
+        pads += [run.pad for run in ends] if ends else []
+        if ends and ends[0].chip_pad and ends[1].chip_pad and tail.chip:
+            both = (ends[0].chip_pad, ends[1].chip_pad)
+            capacitors.append(Capacitor(both[0].reference, placement.name, tail.chip.name, both))
+    pieces = [piece for coil in coils for piece in coil.series]
+    traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
+    vias = tuple(piece for piece in pieces if isinstance(piece, Via))
+    contacts = tuple(sorted([*pads, *unused_contacts(tail)] if pads else [], key=lambda pad: pad.number))
+    begin = turn_begin(spec, bus, tail)
+    # the tail may bend where its sides are straight, up to the stiffener or its turn, free of vias
+    bend_start = tail.start + tail.taper.reach_beyond
+    bend_end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), begin if tail.turn else math.inf)
+    bends = spec.fpc.tail is not None and spec.fpc.tail.bend != "none" and bend_end > bend_start
+    copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
+    straight = Layout(
+        spec=spec, coils=tuple(coils), traces=traces, vias=vias, pads=contacts,
+        outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
+        body=(body.start, body.low, body.end, body.high),
+        top_openings=openings(spec, tail, contacts, (pad for each in capacitors for pad in each.pads)),
+        bottom_openings=(), stiffener=stiffener(spec, tail), bend_zone=(bend_start, bend_end) if bends else None,
+        shortfalls=found.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
+    )
+    line = course(spec.fpc.tail, tail.half_width, begin)
+    return _mapped(straight, line.path, line.place, line.is_across) if line else straight
+
+
+def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
+    """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias.
+
+    Pieces that lie beyond x = `before` (m) are left out.
+    """
+    points = [(via.centre, via.pad / 2) for via in vias]
+    for trace in traces:
+        points.append((trace.path.start, trace.width / 2))
+        for segment in trace.path:
+            if least_x(segment) < before:
+                points += [(segment.at(fraction), trace.width / 2) for fraction in (0.25, 0.5, 0.75, 1.0)]
+    return points
+
+
+def _series(
+    spec: SensorSpec, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
+) -> tuple[Trace | Via, ...]:
+    """Every conductor of a coil in the order of the current, from contact A to contact B."""
+    tail, width = spec.fpc.tail, spec.coil.trace_width
+    # holes of a tail of fewer layers than the body has end with these
+    lowest = tail.layers if tail is not None and tail.layers < len(spec.fpc.stackup.copper) else None
+    series: list[Trace | Via] = []
+
+    def add(pieces: Sequence[Track | Hole], role: Role, lowest: int | None = None) -> None:
+        for piece in pieces:
+            if isinstance(piece, Hole):
+                series.append(Via(piece.centre, piece.drill, piece.pad, net, lowest))
+            elif piece.path.segments:
+                series.append(Trace(piece.path, piece.width, piece.layer, net, role))
+
+    if way and ends:
+        add(way.lead_a.pieces, Role.LEAD)
+        add((ends[0].neck,), Role.LEAD)
+        add(ends[0].lane, Role.TAIL, lowest)
+        series = [replace(p, path=p.path.reversed()) if isinstance(p, Trace) else p for p in reversed(series)]
+    for index, winding in enumerate(coil.windings):
+        series.append(Trace(winding.path, width, winding.layer, net, Role.WINDING))
+        if winding.inward and index // 2 < len(coil.inner):
+            inner = coil.inner[index // 2]
+            stubs = [Track(path, width, layer) for layer, path in inner.stubs]
+            onward = [Track(stub.path.reversed(), width, stub.layer) for stub in stubs[1:]]
+            series.append(Trace(stubs[0].path, width, stubs[0].layer, net, Role.STUB))
+            series.append(Via(inner.hole.centre, inner.hole.drill, inner.hole.pad, net))
+            series += [Trace(stub.path, width, stub.layer, net, Role.STUB) for stub in onward]
+        elif not winding.inward and way and index + 1 < len(coil.windings):
+            add(way.joins[index // 2].pieces, Role.STUB)
+    if way and ends:
+        add(way.lead_b.pieces, Role.LEAD)
+        add((ends[1].neck,), Role.LEAD)
+        add(ends[1].lane, Role.TAIL, lowest)
+    return tuple(series)
+
+
+def _mapped(
+    layout: Layout, path: Callable[[Path], Path], place: Callable[[Point], Point], is_across: bool = False
+) -> Layout:
+    """All that is drawn but the windings, moved; `is_across` where contacts that move are turned by a right angle."""
+
+    def piece(item: Trace | Via) -> Trace | Via:
+        if isinstance(item, Trace):
+            return replace(item, path=path(item.path))
+        return replace(item, centre=place(item.centre))
+
+    def pad(one: Pad) -> Pad:
+        centre, (x, y) = place(one.centre), one.size
+        return replace(one, centre=centre, size=(y, x) if is_across and centre != one.centre else one.size)
+
+    def region(one: Region) -> Region:
+        return Region(path(one.outline), tuple(map(path, one.holes)))
+
+    coils = tuple(replace(coil, series=tuple(map(piece, coil.series))) for coil in layout.coils)
+    pieces, plate = [item for coil in coils for item in coil.series], layout.stiffener
+    return replace(
+        layout, coils=coils, traces=tuple(item for item in pieces if isinstance(item, Trace)),
+        vias=tuple(item for item in pieces if isinstance(item, Via)), pads=tuple(map(pad, layout.pads)),
+        capacitors=tuple(replace(c, pads=(pad(c.pads[0]), pad(c.pads[1]))) for c in layout.capacitors),
+        outline=path(layout.outline), top_openings=tuple(map(region, layout.top_openings)),
+        bottom_openings=tuple(map(region, layout.bottom_openings)),
+        stiffener=replace(plate, outline=region(plate.outline)) if plate else None,
+    )
+
+
+def _about_axis(spec: SensorSpec) -> SensorSpec:
+    """The spec with its coils counted from the tail's axis, the height of the mean of their centres: so nothing depends
+    on where the coils' places are counted from.
+    """
+    if not (height := _axis_height(spec)):
+        return spec
+    placements = tuple(replace(p, centre=(p.centre[0], p.centre[1] - height)) for p in spec.array.placements)
+    return replace(spec, array=replace(spec.array, placements=placements))
+
+
+def _axis_height(spec: SensorSpec) -> float:
+    height = spec.array.middle[1]
+    return height if abs(height) > 1e-9 else 0.0  # less is what rounding leaves of a sum
+
+
+def _placed(layout: Layout, spec: SensorSpec) -> Layout:
+    """A layout of `_about_axis(spec)`, moved to where the spec has its coils."""
+    if not (height := _axis_height(spec)):
+        return layout
+    stands = {placement.name: placement for placement in spec.array.placements}
+    coils = tuple(
+        replace(
+            coil,
+            placement=stands[coil.name],
+            windings=tuple(replace(w, path=w.path.shifted(0.0, height)) for w in coil.windings),
+        )
+        for coil in layout.coils
+    )
+    x0, y0, x1, y1 = layout.body
+    level = replace(layout, spec=spec, coils=coils, body=(x0, y0 + height, x1, y1 + height))
+    return _mapped(level, lambda path: path.shifted(0.0, height), lambda point: point.shifted(0.0, height))

@@ -291,7 +291,7 @@ def plan(layout: Layout) -> Panel | None:
 
 def _coupon(layout: Layout) -> tuple[Layout | None, str]:
     """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
-    from sitscad.layout.arrangement import arrange  # seldom drawn, and the package imports the panel's parts from here
+    from sitscad.layout import arrange  # seldom drawn, and the package imports the panel's parts from here
 
     spec = layout.spec
     if spec.fpc.tail is None and len(spec.array.placements) == 1:

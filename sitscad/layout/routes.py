@@ -12,9 +12,8 @@ from sitscad.geometry.path import Point
 from sitscad.layout.branches import OuterEnd, Surroundings
 from sitscad.layout.clearance import Breadth, Obstacles, Track, hole_keep_out, joined_hole
 from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
-from sitscad.layout.form import breadth_of, edge_of_body, given_box, roots, walls
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
-from sitscad.layout.outline import body_breadth, ends, far_end
+from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil

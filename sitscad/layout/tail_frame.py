@@ -1,17 +1,23 @@
-"""The tail's frame: from the end of the body, where the board tapers, to the contacts; where vias and bends may be."""
+"""The tail's frame: from the end of the body, where the board tapers, to the contacts; where vias and bends may be; and
+the tail's turn in its own plane.
+
+The board is laid out straight with the tail's axis at y = 0. Within a turn only tracks and edges along the tail run,
+and they become concentric arcs: tracks keep their widths and their distances from each other and from the edge. What
+lies beyond is moved rigidly.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 
-from sitscad.geometry.path import Path, Point, rounded
+from sitscad.geometry.path import Arc, Line, Path, Point, Segment, rounded
 from sitscad.layout.clearance import Hole, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
-from sitscad.layout.placing import turn_length
 from sitscad.record import record
-from sitscad.spec.circuit import Chip, Connector
+from sitscad.spec.circuit import Chip, Connector, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
@@ -352,3 +358,126 @@ def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
 def first_via(spec: SensorSpec, tail: TailFrame) -> float:
     """Where along x the vias at the contacts begin: up to there the tail may be bent."""
     return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP
+
+
+ASKEW = "within a tail's turn everything has to run along the tail"
+
+
+@record
+class Stretch:
+    """A part of a tail's middle line from `begin` on (m along the straight tail). It starts at `origin` with a heading
+    (rad from +x); ``radius`` (m) is positive for an arc to the left, negative for one to the right, None for a straight
+    part.
+    """
+
+    begin: float
+    origin: Point
+    heading: float
+    radius: float | None = None
+
+    @cached_property
+    def centre(self) -> Point:
+        """The centre of an arc."""
+        assert self.radius is not None
+        return _beside(self.origin, self.heading, self.radius)
+
+    def place(self, point: Point) -> Point:
+        """Where a point of the straight tail comes to lie."""
+        along = point.x - self.begin
+        if self.radius is None:
+            cosine, sine = round(math.cos(self.heading), 15), round(math.sin(self.heading), 15)  # exact along an axis
+            return _beside(self.origin.shifted(along * cosine, along * sine), self.heading, point.y)
+        return _beside(self.centre, self.heading + along / self.radius, point.y - self.radius)
+
+
+def _beside(point: Point, heading: float, left: float) -> Point:
+    """A point so far (m) to the left of another, seen along a heading: exact where that is along an axis."""
+    return point.shifted(-left * round(math.sin(heading), 15), left * round(math.cos(heading), 15))
+
+
+@record
+class Course:
+    """The stretches of a tail's middle line, one after the other; before the first one the board is as it was."""
+
+    stretches: tuple[Stretch, ...]
+
+    def place(self, point: Point) -> Point:
+        """Where a point of the straight board comes to lie."""
+        return self._at(point.x).place(point)
+
+    def path(self, path: Path) -> Path:
+        """A path of the straight board, laid along the course, one piece a stretch of the tail. Raises ValueError for
+        one that does not run along the tail within the turn.
+        """
+        laid: list[Segment] = []
+        for segment in path:
+            low, _, high, _ = segment.box
+            cuts = [s.begin for s in self.stretches if low + 1e-12 < s.begin < high - 1e-12]
+            if isinstance(segment, Arc) or not cuts:
+                laid.append(_moved(segment, self._at((low + high) / 2)))
+                continue
+            y = segment.start.y
+            if abs(segment.end.y - y) > 1e-9:
+                raise ValueError(ASKEW)
+            ends = [low, *cuts, high] if segment.end.x > segment.start.x else [high, *reversed(cuts), low]
+            laid += [_moved(Line(Point(a, y), Point(b, y)), self._at((a + b) / 2)) for a, b in pairwise(ends)]
+        return Path(tuple(laid))
+
+    @property
+    def is_across(self) -> bool:
+        """Whether the tail ends across the direction in which it began."""
+        return abs(math.sin(self.stretches[-1].heading)) > 0.5
+
+    def _at(self, x: float) -> Stretch:
+        return next((s for s in reversed(self.stretches) if x >= s.begin), self.stretches[0])
+
+
+def _moved(segment: Segment, stretch: Stretch) -> Segment:
+    start, end = stretch.place(segment.start), stretch.place(segment.end)
+    if isinstance(segment, Arc):
+        if stretch.radius is not None:
+            raise ValueError(ASKEW)
+        return Arc(start, end, stretch.place(segment.centre), segment.ccw)
+    if stretch.radius is None or start.distance(end) < 1e-12:
+        return Line(start, end)
+    if abs(segment.end.y - segment.start.y) > 1e-9:
+        raise ValueError(ASKEW)
+    return Arc(start, end, stretch.centre, ccw=(stretch.radius > 0.0) == (segment.end.x > segment.start.x))
+
+
+def turn_length(tail: Tail | None, half_width: float) -> float:
+    """How much (m) of a tail of some half width its turn takes along the middle line; 0 for a straight one."""
+    return math.fsum(abs(length) for length, _ in _plan(tail, half_width))
+
+
+def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
+    """The course of a tail whose turn begins at `begin` (m); None for a straight one."""
+    plan = _plan(tail, half_width)
+    if not plan:
+        return None
+    here = Stretch(-math.inf, Point(0.0, 0.0), 0.0)
+    at, origin, heading = begin, Point(begin, 0.0), 0.0
+    stretches = [replace(here, begin=begin - 1.0, origin=Point(begin - 1.0, 0.0))]
+    for length, radius in [*plan, (0.0, None)]:
+        stretches.append(Stretch(at, origin, heading, radius))
+        at += length
+        origin = stretches[-1].place(Point(at, 0.0))
+        heading += length / radius if radius is not None else 0.0
+    return Course(tuple(stretches))
+
+
+def _plan(tail: Tail | None, half_width: float) -> list[tuple[float, float | None]]:
+    """Lengths of the turn's parts (m), and their radii of the middle line: positive to the left, None for straight."""
+    if tail is None:
+        return []
+    radius = tail.turn_radius + half_width
+    if tail.turn != "none":
+        side = 1.0 if tail.turn == "left" else -1.0
+        return [(0.5 * math.pi * radius, side * radius)]
+    if not tail.offset:
+        return []
+    side, far = math.copysign(1.0, tail.offset), abs(tail.offset)
+    angle = math.acos(max(0.0, 1.0 - far / (2.0 * radius)))
+    straight = far - 2.0 * radius
+    middle: list[tuple[float, float | None]] = [(straight, None)] if straight > 1e-12 else []
+    return [(angle * radius, side * radius), *middle, (angle * radius, -side * radius)]

@@ -7,19 +7,406 @@ the inner vias is done once for all coils of a rotation.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from itertools import islice, pairwise
 
+import numpy as np
+
+from sitscad.arrays import Array, Flags, Index
 from sitscad.finding import Missing, Shortfall
-from sitscad.geometry.path import Point
+from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
-from sitscad.layout.inner_vias import InnerJoin, Inside, place_inner_vias, room_needed
+from sitscad.layout.clearance import ALONG, Hole, hole_distance, hole_keep_out
 from sitscad.layout.lanes import Bus
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
+
+RADII, ANGLES = 7, 48
+"""Rings of places about the centre."""
+
+ROWS, COLUMNS = 9, 61
+"""The grid of places in a coil that is longer than wide."""
+
+MOST = 160
+"""Candidates of a join that are compared with those of the others, shortest stubs first and then every so many."""
+
+TRIALS = 4_000
+"""Combinations after which the search gives up."""
+
+SAMPLE = 60e-6
+"""Distance (m) of the points that stand for a turn."""
+
+SHARPEST = math.cos(math.radians(82.0))
+"""A straight stub turns away from its turn by at least this angle's worth: sharper corners hold etchant."""
+
+AT_ONCE = 60_000
+"""Places and points that are compared at once: as many as stay near the processor."""
+
+ROUNDING = 0.5e-6
+"""What points a little apart may miss (m)."""
+
+
+@record
+class InnerJoin:
+    """A via inside the winding and the stubs that reach it: (copper layer, from the winding's inner end to the via)."""
+
+    hole: Hole
+    stubs: tuple[tuple[int, Path], ...]
+
+    def shifted(self, dx: float, dy: float) -> InnerJoin:
+        """The join, moved (m)."""
+        hole = Hole(self.hole.centre.shifted(dx, dy), self.hole.pad, self.hole.drill)
+        return InnerJoin(hole, tuple((layer, path.shifted(dx, dy)) for layer, path in self.stubs))
+
+
+@record
+class InnerEnd:
+    """The inner end of one layer: where it is, its copper layer, the unit direction from it back along the turn."""
+
+    point: Point
+    layer: int
+    back: tuple[float, float]
+
+
+@record
+class Inside:
+    """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters.
+
+    `longer` (m) is by how much the winding is longer than wide, along `rotation` (rad).
+    """
+
+    centre: Point
+    clear_radius: float
+    longer: float = 0.0
+    rotation: float = 0.0
+
+
+def place_inner_vias(
+    windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float, rules: DesignRules,
+    spacing: float, turn_spacing: float,
+) -> tuple[InnerJoin, ...] | None:
+    """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
+    `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another. Of all choices that keep
+    every distance one with short stubs is taken.
+    """
+    innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
+    joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
+    hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
+    asked = width + min(turn_spacing, rules.trace_spacing)
+    room = _StubRoom({turn.end.layer: turn.points for turn in innermost}, width + spacing, asked)
+    distinct = [room.points[layer] for layer in sorted(set(room.alike.values()))]
+    places = _clear_places(inside, joins[0][0].point, distinct, hole_keep_out(hole, rules, spacing), width)
+    if inside.longer > 1e-9 and len(places):  # the grid along a long coil reaches into its corners, beyond round ones
+        for turn, count in zip(innermost, turns, strict=True):
+            if count > 1.0 - 1e-9:  # less than a turn goes round nothing
+                # whether a turn, closed by a straight line, goes round each place (n): its winding
+                # number about it is not 0
+                points = Path(tuple(turn.segments)).flattened(SAMPLE / 6)
+                corners = np.array([*points, points[0]])
+                (ax, ay), (bx, by) = corners[:-1].T[..., None], corners[1:].T[..., None]
+                x, y = places.T
+                left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+                up, down = (ay <= y) & (by > y) & (left > 0), (ay > y) & (by <= y) & (left < 0)
+                places = places[np.asarray(np.sum(up, axis=0) != np.sum(down, axis=0))]
+    options = [_Candidates(ends, places, room, hole) for ends in joins]
+    found = _at_once(options, rules, spacing, width)
+    found = found or _choose([option.thinned for option in options], rules, spacing, width)
+    if found is not None or not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
+        return found
+    everywhere = []  # the first third as they are, the rest thinned out evenly
+    for candidates in map(list, options):
+        stride = max(1, math.ceil((len(candidates) - MOST // 3) / (MOST - MOST // 3)))
+        everywhere.append(candidates[: MOST // 3] + candidates[MOST // 3 :: stride])
+    return _choose(everywhere, rules, spacing, width)
+
+
+@record
+class _Innermost:
+    # Of a layer the last turn and a bit: the copper that the centre can touch, with points (n, 2) on it.
+    end: InnerEnd
+    segments: tuple[Segment, ...]
+    points: Array
+
+    @classmethod
+    def of(cls, winding: Winding, turns: float) -> _Innermost:
+        path = winding.path if winding.inward else winding.path.reversed()
+        end, before = path.end, path.segments[-1].at(1.0 - min(0.5, 20e-6 / path.segments[-1].length))
+        length = end.distance(before)
+        inner = InnerEnd(end, winding.layer, ((before.x - end.x) / length, (before.y - end.y) / length))
+        segments = path.segments[-math.ceil(len(path.segments) * min(1.0, 1.25 / turns)) :]
+        points: list[Point] = []
+        for segment in segments:
+            count = max(2, math.ceil(segment.length / SAMPLE))
+            points.extend(segment.at(i / count) for i in range(count + 1))
+        return cls(inner, segments, np.array(points))
+
+
+def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
+    """Smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one ring."""
+    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    keep = hole_keep_out(hole, rules, spacing)
+    if joins == 1:
+        return 2.0 * keep
+    return 2.0 * keep + hole_distance(hole, hole, rules, spacing) / math.sin(math.pi / joins)
+
+
+def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:
+    """Places (n, 2) for a via inside all turns and far enough from them on every layer."""
+    reach = inside.clear_radius - keep
+    if reach < -1e-9:
+        return np.empty((0, 2))
+    places = np.array(list(_places(inside, towards, max(0.0, reach))))
+    turns = np.concatenate(copper)
+    rows = max(1, AT_ONCE // len(turns))
+    nearest = []
+    for some in (places[k : k + rows] for k in range(0, len(places), rows)):
+        across, up = (np.square(some[:, None, axis] - turns[None, :, axis]) for axis in (0, 1))
+        across += up
+        nearest.append(np.min(across, axis=1))
+    return np.asarray(places[np.sqrt(np.concatenate(nearest)) >= keep + width / 2 - ROUNDING])
+
+
+def _places(inside: Inside, towards: Point, reach: float) -> Iterator[Point]:
+    """Rings about the centre; in a long coil also a grid along it, no farther across than the rings."""
+    centre = inside.centre
+    start = math.atan2(towards.y - centre.y, towards.x - centre.x)
+    yield centre
+    for ring in range(RADII):
+        radius = reach * (1.0 - ring / RADII)
+        for i in range(ANGLES):
+            yield polar(radius, start + 2.0 * math.pi * i / ANGLES, centre)
+    if inside.longer > 1e-9:
+        along, across = np.meshgrid(
+            np.linspace(-1.0, 1.0, COLUMNS) * (reach + inside.longer / 2), np.linspace(-1.0, 1.0, ROWS) * reach
+        )
+        cosine, sine = math.cos(inside.rotation), math.sin(inside.rotation)
+        for x, y in zip(along.ravel().tolist(), across.ravel().tolist(), strict=True):
+            yield Point(centre.x + x * cosine - y * sine, centre.y + x * sine + y * cosine)
+
+
+class _StubRoom:
+    """What stubs must keep from the turns: points on each layer's innermost turn, and the distances of centre lines (m)
+    that are wanted, and at least asked where a stub comes back to its own turn.
+    """
+
+    def __init__(self, points: dict[int, Array], wanted: float, asked: float) -> None:
+        self.points, self.wanted, self.asked = points, wanted, asked
+        self._ways: dict[int, Array] = {}  # from each point along the turn to its end (m)
+        self.alike: dict[int, int] = {}  # of every layer the first that lies as it does: layers of a stack repeat
+        for layer, turn in points.items():
+            steps = np.hypot(*np.diff(turn, axis=0).T)
+            self._ways[layer] = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+            others = ((k, points[k]) for k in self.alike.values())
+            same = (k for k, p in others if p.shape == turn.shape and np.all(np.abs(p - turn) <= 1e-12))
+            self.alike[layer] = next(same, layer)
+        self._known: dict[tuple[int, Point], int | None] = {}
+
+    def stub(self, end: InnerEnd, place: Point) -> Path | None:
+        """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
+
+        None where each would bend back sharply or come too near to a turn beyond its own end.
+        """
+        if end.point.distance(place) < 1e-9:
+            return None
+        key = self.alike[end.layer], place
+        if key not in self._known:
+            ways = enumerate(_ways(end, place, self.wanted))
+            self._known[key] = next((k for k, way in ways if self.admits(end, way)), None)
+        which = self._known[key]
+        return None if which is None else polyline(next(islice(_ways(end, place, self.wanted), which, None)))
+
+    def admits(self, end: InnerEnd, corners: list[Point]) -> bool:
+        """Whether a stub keeps the wanted distance where it is well off its turn's end, the asked one everywhere."""
+        turns, points = self.points[end.layer], _spread(corners)
+        off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
+        if off.any() and _nearer(turns[_beside(turns, points[off], self.wanted)], points[off], self.wanted).any():
+            return False
+        steps = np.hypot(*np.diff(points, axis=0, prepend=[end.point]).T)
+        beside = _beside(turns, points[~off], self.asked)
+        way = self._ways[end.layer][beside, None] + np.cumsum(steps)[~off]
+        return not np.any(_nearer(turns[beside], points[~off], self.asked) & (way >= ALONG * self.asked))
+
+
+def _beside(points: Array, others: Array, reach: float) -> Index:
+    """Which points lie in the box round others, grown by a reach (m): only they can be as near as that."""
+    if not len(others):
+        return np.empty(0, dtype=np.intp)
+    low, high = others.min(axis=0) - reach, others.max(axis=0) + reach
+    x, y = points.T
+    return np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
+
+
+def _nearer(one: Array, other: Array, distance: float) -> Flags:
+    """Which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
+    squares = np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1])
+    return np.asarray(squares < (distance - ROUNDING) ** 2)
+
+
+def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
+    """Ways from an inner end to a hole: straight, or round one corner."""
+    dx, dy = place.x - end.point.x, place.y - end.point.y
+    back = dx * end.back[0] + dy * end.back[1]
+    if back <= SHARPEST * math.hypot(dx, dy):
+        yield [end.point, place]
+    nx, ny = -end.back[1], end.back[0]
+    across = dx * nx + dy * ny
+    for most in (1.5 * keep, abs(across)):
+        step = math.copysign(min(most, abs(across)), across)
+        if abs(step) > 1e-9:
+            yield [end.point, end.point.shifted(step * nx, step * ny), place]
+    if back < -1e-9:
+        yield [end.point, end.point.shifted(back * end.back[0], back * end.back[1]), place]
+
+
+def _spread(corners: list[Point]) -> Array:
+    """Points (n, 2) on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
+    found = []
+    for start, end in pairwise(corners):
+        count = max(8, math.ceil(start.distance(end) / SAMPLE))
+        along = np.arange(1, count + 1)[:, None] / count
+        found.append(np.array(start) + along * (np.array(end) - np.array(start)))
+    return np.concatenate(found)
+
+
+class _Candidates:
+    """The joins at all places whose stubs keep their distance from the turns of their layers, near places first.
+
+    Each is worked out when it is asked for: most boards need the first few of hundreds.
+    """
+
+    def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> None:
+        away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
+        self._ends, self._room, self._hole = ends, room, hole
+        self._places = places[np.argsort(away, kind="stable")] if len(places) else places
+        self._known: dict[int, InnerJoin | None] = {}
+
+    def __iter__(self) -> Iterator[InnerJoin]:
+        return self._at(range(len(self._places)))
+
+    @property
+    def thinned(self) -> list[InnerJoin]:
+        """The nearest ones, and those at some of the other places, evenly: at most `MOST`."""
+        near = list(islice(self, MOST // 3))
+        rest = range(max(self._known, default=-1) + 1, len(self._places))
+        stride = max(1, math.ceil(len(rest) / (MOST - len(near))))
+        return near + list(self._at(rest[::stride]))
+
+    def _at(self, order: range) -> Iterator[InnerJoin]:
+        """The joins at places of that order, worked out once each."""
+        for index in order:
+            if index not in self._known:
+                self._known[index] = self._join(Point(*self._places[index].tolist()))
+            join = self._known[index]
+            if join is not None:
+                yield join
+
+    def _join(self, place: Point) -> InnerJoin | None:
+        stubs = [(end.layer, self._room.stub(end, place)) for end in self._ends]
+        named = tuple((layer, stub) for layer, stub in stubs if stub)
+        return InnerJoin(Hole(place, self._hole.pad, self._hole.drill), named) if len(named) == len(stubs) else None
+
+
+def _at_once(
+    options: Sequence[_Candidates], rules: DesignRules, spacing: float, width: float
+) -> tuple[InnerJoin, ...] | None:
+    """The first candidate of each join that those before it leave room: what the search tries first."""
+    chosen: list[InnerJoin] = []
+    for each in options:
+        near = islice(each, MOST // 3)
+        fits = (j for j in near if all(_all_apart([other], [j], rules, spacing, width).all() for other in chosen))
+        join = next(fits, None)
+        if join is None:
+            return None
+        chosen.append(join)
+    return tuple(chosen)
+
+
+def holes_fit(places: Array, count: int, apart: float) -> bool:
+    """Whether so many holes may find room at the places, whatever their stubs: False is certain."""
+    if len(places) < count:
+        return False
+    far = _sets(np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) >= apart - 1e-9)
+    pairs = {(i, j): far for i in range(count) for j in range(i + 1, count)}
+    found, is_certain = one_of_each([len(places)] * count, pairs)
+    return found is not None or not is_certain
+
+
+def _choose(
+    candidates: list[list[InnerJoin]], rules: DesignRules, spacing: float, width: float
+) -> tuple[InnerJoin, ...] | None:
+    """One candidate a join, none in the way of another: a search in depth over sets of those that are still left."""
+    if not all(candidates):
+        return None
+    count = len(candidates)
+    apart = {
+        (i, j): _sets(_all_apart(candidates[i], candidates[j], rules, spacing, width))
+        for i in range(count)
+        for j in range(i + 1, count)
+    }
+    chosen, _ = one_of_each([len(each) for each in candidates], apart)
+    return None if chosen is None else tuple(each[k] for each, k in zip(candidates, chosen, strict=True))
+
+
+def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
+    """One candidate of each join that leave one another room, and whether that is certain: the search has ended.
+    `apart` are, for two joins and a candidate of the first, those of the second that it leaves room.
+    """
+    count, trials = len(sizes), 0
+
+    def search(join: int, left: list[int]) -> list[int] | None:
+        """Numbers of candidates, one a join, that keep clear of each other; None where none do."""
+        nonlocal trials
+        options = left[join]
+        while options and trials < TRIALS:
+            trials += 1
+            pick = (options & -options).bit_length() - 1
+            options &= options - 1
+            if join + 1 == count:
+                return [pick]
+            after = [mask & apart[join, k][pick] if k > join else mask for k, mask in enumerate(left)]
+            if all(after[join + 1 :]):
+                found = search(join + 1, after)
+                if found is not None:
+                    return [pick, *found]
+        return None
+
+    return search(0, [(1 << size) - 1 for size in sizes]), trials < TRIALS
+
+
+def _sets(table: Flags) -> list[int]:
+    """Rows of a table as sets of columns, one bit each."""
+    return [int.from_bytes(np.packbits(row, bitorder="little").tobytes(), "little") for row in table]
+
+
+def _all_apart(
+    first: list[InnerJoin], second: list[InnerJoin], rules: DesignRules, spacing: float, width: float
+) -> Flags:
+    """Whether every candidate of one join leaves every one of another its distance (n, m)."""
+    hole = first[0].hole
+    holes = [np.array([join.hole.centre for join in joins]) for joins in (first, second)]
+    far = np.hypot(*(holes[0][:, None] - holes[1]).transpose(2, 0, 1))
+    keep = hole_keep_out(hole, rules, spacing) + width / 2 - 1e-9
+    apart = far >= hole_distance(hole, hole, rules, spacing) - 1e-9
+    return np.asarray(apart & _stubs_clear(first, holes[1], keep) & _stubs_clear(second, holes[0], keep).T)
+
+
+def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
+    """Whether the stubs of every join pass every hole at a distance of at least `keep` (m): (joins, holes)."""
+    rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
+    table = np.array(rows)
+    start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]
+    away = holes[None] - start[:, None]
+    share = np.clip(np.sum(away * step[:, None], axis=2) / np.sum(step**2, axis=1)[:, None], 0.0, 1.0)
+    distance = np.hypot(*(away - share[..., None] * step[:, None]).transpose(2, 0, 1))
+    nearest = np.full((len(joins), len(holes)), np.inf)
+    np.minimum.at(nearest, table[:, 0].astype(int), distance)
+    return np.asarray(nearest >= keep)
 
 
 def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:

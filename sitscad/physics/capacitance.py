@@ -9,7 +9,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.physics.constants import EPSILON0
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 from sitscad.record import record
 
 CELLS = 4

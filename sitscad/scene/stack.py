@@ -15,8 +15,8 @@ from sitscad.geometry.convex import Footprint, within_box
 from sitscad.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
-from sitscad.layout.form import edge_of_body
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
+from sitscad.layout.outline import edge_of_body
 from sitscad.record import record
 from sitscad.scene.bodies import (
     Body,

@@ -11,7 +11,7 @@ from typing import Any
 
 from sitscad.drawing.pictures.board import picture
 from sitscad.drawing.web_page import figure, page, part, table
-from sitscad.layout.arrangement import arrange, sketch
+from sitscad.layout import arrange, sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError

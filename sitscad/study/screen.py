@@ -1,6 +1,6 @@
 """The quick level: many designs at once, each figure with what it may be off by.
 
-Nothing is led out (`layout.arrangement.sketch`), estimates are those of a tolerance for screening, and what a sensor
+Nothing is led out (`layout.sketch`), estimates are those of a tolerance for screening, and what a sensor
 feels comes from a chart of few points. Rules are asked that need no more than that: of all others, and of those whose
 limit lies within what a figure may be off by, it is not known what they would say.
 """
@@ -21,7 +21,7 @@ from sitscad.estimates.values import CoilEstimate, StateEstimate
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.finding import Finding, Severity
 from sitscad.inspection import as_configured
-from sitscad.layout.arrangement import sketch
+from sitscad.layout import sketch
 from sitscad.layout.routes import in_line
 from sitscad.measured import RequirementResult
 from sitscad.scene.fit import CLOSED_PAIR

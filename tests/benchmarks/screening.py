@@ -20,7 +20,7 @@ import sitscad
 from sitscad.design import Design
 from sitscad.estimates import estimated
 from sitscad.estimates.winding.losses import SCREENING
-from sitscad.layout.arrangement import sketch
+from sitscad.layout import sketch
 from sitscad.spec import templates
 from sitscad.study.full import figures, judged
 from sitscad.study.measures import MEASURES

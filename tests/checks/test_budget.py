@@ -56,7 +56,7 @@ def test_the_verdict_does_not_depend_on_what_is_tried_for_hints():
 def test_without_hints_nothing_is_tried_and_every_hint_says_so(monkeypatch):
     spec = spec_of(readout=REFUSED)
     layout = lay_out(spec)
-    monkeypatch.setattr("sitscad.layout.arrangement.arrange", lambda *_: pytest.fail("another board was laid out"))
+    monkeypatch.setattr("sitscad.layout.arrange", lambda *_: pytest.fail("another board was laid out"))
     errors = [f for f in check(spec, layout, hints="none").findings if f.severity is Severity.ERROR]
     assert errors and all(NOT_FURTHER in finding.hint and "tried" not in finding.hint for finding in errors)
 

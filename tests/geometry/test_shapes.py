@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates import estimated
 from sitscad.geometry.shapes import SHAPES, Polygon, nearest_sides
-from sitscad.layout.arrangement import arrange
+from sitscad.layout import arrange
 
 SPEC = sitscad.SensorSpec.from_mapping(
     name="row",

@@ -14,8 +14,7 @@ from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Missing
 from sitscad.geometry.path import Point, polyline
-from sitscad.layout import lay_out
-from sitscad.layout.arrangement import _attempt
+from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.escape import BUDGET, SearchLimit, _Search
 from sitscad.remedy import moves as room
@@ -133,7 +132,7 @@ def test_a_search_that_may_try_nothing_tells_no_way(sensor):
 def test_a_layout_tries_no_other_board(sensor, monkeypatch):
     """The verdict does not wait for hints: what a finding says of the board as it stands costs one attempt."""
     tried = []
-    monkeypatch.setattr("sitscad.layout.arrangement._attempt", lambda *given: tried.append(given) or _attempt(*given))
+    monkeypatch.setattr("sitscad.layout._attempt", lambda *given: tried.append(given) or _attempt(*given))
     assert lay_out(sensor(pitch=4.09e-3, coils=3)).shortfalls and len(tried) == 1
 
 

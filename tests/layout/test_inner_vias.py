@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 
 from sitscad.finding import Missing
-from sitscad.layout import inner_vias, lay_out, windings
+from sitscad.layout import lay_out, windings
 from sitscad.spec.load import load_text
 
 RACETRACK = """
@@ -18,14 +18,14 @@ fpc: {rules: osh-park-flex}
 
 def joins_of(monkeypatch, text):
     """How many joins were worked out for a spec, and whether all were placed."""
-    looked, join = [], inner_vias._Candidates._join
+    looked, join = [], windings._Candidates._join
 
     def counted(self, place):
         looked.append(place)
         return join(self, place)
 
     windings._inner_joins.cache_clear()
-    monkeypatch.setattr(inner_vias._Candidates, "_join", counted)
+    monkeypatch.setattr(windings._Candidates, "_join", counted)
     layout = lay_out(load_text(text, "inside.yaml"))
     return len(looked), not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
 
@@ -34,15 +34,15 @@ def test_places_beyond_the_nearest_are_thinned_out_before_they_are_worked_out(mo
     """Every join was worked out at all 726 places, and then a sixth of them compared."""
     looked, placed = joins_of(monkeypatch, RACETRACK)
     assert placed
-    assert looked <= 3 * inner_vias.MOST
+    assert looked <= 3 * windings.MOST
 
 
 def test_holes_that_find_no_room_are_known_before_their_stubs():
     far = [0b10, 0b01]
-    assert inner_vias.one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
-    assert inner_vias.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
+    assert windings.one_of_each([2, 2], {(0, 1): far}) == ([0, 1], True)
+    assert windings.one_of_each([2, 2, 2], {(0, 1): far, (0, 2): far, (1, 2): far}) == (None, True)
     line = 1e-3 * np.array([(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
-    assert inner_vias.holes_fit(line, 2, 1e-3) and not inner_vias.holes_fit(line, 3, 0.6e-3)
+    assert windings.holes_fit(line, 2, 1e-3) and not windings.holes_fit(line, 3, 0.6e-3)
 
 
 STACK = """
@@ -66,14 +66,14 @@ def test_the_places_in_a_long_stack_take_little_memory():
 
 def test_layers_that_lie_alike_share_the_ways_to_their_vias(monkeypatch):
     """Stubs of all eight layers were looked for, of which four lie as others do."""
-    tried, admits = [], inner_vias._StubRoom.admits
+    tried, admits = [], windings._StubRoom.admits
 
     def counted(self, end, corners):
         tried.append(end.layer)
         return admits(self, end, corners)
 
     windings._inner_joins.cache_clear()
-    monkeypatch.setattr(inner_vias._StubRoom, "admits", counted)
+    monkeypatch.setattr(windings._StubRoom, "admits", counted)
     layout = lay_out(load_text(STACK, "stack.yaml"))
     assert not any(short.what is Missing.INNER_ROOM for short in layout.shortfalls)
     assert len(set(tried)) == 4

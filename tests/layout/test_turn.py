@@ -17,7 +17,7 @@ import sitscad
 from sitscad.estimates import estimate
 from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
 from sitscad.layout.board import Role
-from sitscad.layout.placing import course, turn_length
+from sitscad.layout.tail_frame import course, turn_length
 from sitscad.spec.circuit import Tail
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.presets import connector

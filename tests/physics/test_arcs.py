@@ -13,7 +13,7 @@ from tolerance import approx
 from sitscad.physics.inductance import arcs
 from sitscad.physics.inductance.arcs import arcs_with_arcs, arcs_with_sides
 from sitscad.physics.inductance.track_strands import Pairs, bundle, common_levels, track
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 
 MM = 1e-3
 

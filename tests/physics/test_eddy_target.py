@@ -13,16 +13,14 @@ from tolerance import approx
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.coil_potential import coil_potential
-from sitscad.physics.eddy.disc import disc
-from sitscad.physics.eddy.gaussian_sum import gaussian_sum
-from sitscad.physics.eddy.graded_line import FINEST
+from sitscad.physics.eddy.disc import disc, toroidal
+from sitscad.physics.eddy.graded_line import FINEST, gaussian_sum
 from sitscad.physics.eddy.image import Mirror, _factor, image_modes
-from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.surface import skin
 from sitscad.physics.eddy.target import solve, turned
-from sitscad.physics.eddy.toroidal import toroidal
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.metal.half_spaces import Plate, reflection
-from sitscad.physics.special.bessel import j1
+from sitscad.physics.special_functions import j1
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
 from finite_discs import EIGHT, Rings, check_disc, of_disc

@@ -15,7 +15,7 @@ from sitscad.physics.metal.finite_plate import (
     plate_loss_share,
     plate_share,
 )
-from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
+from sitscad.physics.special_functions import bessel_orders, j0, j1, spherical_bessel_orders
 
 COIL = CoaxialRings(np.tile(np.linspace(0.9e-3, 1.95e-3, 7), 2), np.repeat([-20e-6, -120e-6], 7), np.ones(14))
 ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))

@@ -20,8 +20,7 @@ from sitscad.physics.inductance.filaments import (
     via_inductance,
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance, strand_clearance
-from sitscad.physics.special.bessel import j1
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings, j1
 from tests.oracles.filament_tracks import track_mutual_inductance
 
 

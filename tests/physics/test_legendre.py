@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import legendre as reference
 from tolerance import approx
 
-from sitscad.physics.special.legendre import gauss, legendre, legendre_integrals
+from sitscad.physics.special_functions import gauss, legendre, legendre_integrals
 
 X = np.linspace(-1.0, 1.0, 31).reshape(1, 31)
 

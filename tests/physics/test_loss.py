@@ -32,7 +32,7 @@ from sitscad.physics.metal.half_spaces import (
 )
 from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
 from sitscad.physics.resonator import parallel_resistance, quality_factor, resonance_frequency
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 from tests.oracles.losses import inductance_change
 
 COPPER = 58e6

@@ -36,7 +36,7 @@ from sitscad.physics.inductance.rings import ring_winding_inductance
 from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
 from sitscad.physics.loss.proximity import smooth_rings
 from sitscad.physics.metal.current_spectrum import _bessel_slopes
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 from tests.oracles.filament_tracks import track_mutual_inductance
 
 

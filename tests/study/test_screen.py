@@ -6,7 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.layout.arrangement import sketch
+from sitscad.layout import sketch
 from sitscad.spec import templates
 from sitscad.study.evaluation import FAILS, SCREEN, UNKNOWN, Evaluation
 from sitscad.study.full import judged

@@ -15,8 +15,7 @@ import numpy as np
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import log_mean_distance
-from sitscad.physics.special.elliptic import coaxial_rings
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import coaxial_rings, gauss
 
 
 def cosine_cells(count):

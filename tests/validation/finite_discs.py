@@ -9,9 +9,9 @@ from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.disc import disc
-from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.surface import skin
 from sitscad.physics.eddy.target import solve, turned
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 
 FREQUENCY = 5e6
 EIGHT = ((8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5), np.zeros(8))

@@ -13,7 +13,7 @@ import numpy as np
 from filament_reference import _mean_squares, cosine_cells, series_impedance
 
 from sitscad.physics.constants import MU0
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 
 
 class RingFilaments:

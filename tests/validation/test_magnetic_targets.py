@@ -14,7 +14,7 @@ from tolerance import approx
 
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.graded_line import FINEST
-from sitscad.physics.eddy.skin import skin
+from sitscad.physics.eddy.surface import skin
 from sitscad.physics.eddy.target import solve, turned
 
 pytestmark = pytest.mark.needs("scipy")

@@ -17,7 +17,7 @@ from sitscad.estimates.states import finite_target
 from sitscad.physics.constants import MU0
 from sitscad.physics.metal.finite_plate import CoaxialRings
 from sitscad.physics.metal.half_spaces import Plate, reflection
-from sitscad.physics.special.bessel import j1
+from sitscad.physics.special_functions import j1
 from sitscad.spec.materials import Conductor, Target
 
 pytestmark = pytest.mark.needs("scipy")

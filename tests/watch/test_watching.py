@@ -75,7 +75,7 @@ def test_another_readout_neither_draws_nor_models_anew(tmp_path, monkeypatch):
     def drawn(*_: object) -> None:
         raise AssertionError("drawn anew")
 
-    monkeypatch.setattr("sitscad.layout.arrangement.arrange", drawn)
+    monkeypatch.setattr("sitscad.layout.arrange", drawn)
     monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
     assert "scan_rate: " in BENCH
     rate = BENCH.split("scan_rate: ")[1].split()[0]

@@ -28,8 +28,8 @@ from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
-from sitscad.layout.form import edge_of_body
 from sitscad.layout.laser_sheet import CutPart, cut_parts, nests, sheet_needed
+from sitscad.layout.outline import edge_of_body
 from sitscad.remedy.moves import larger_body
 from sitscad.remedy.search import Fix, Left
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target

@@ -30,7 +30,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.corners import direct_resistance
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
-from sitscad.physics.special.elliptic import coaxial_rings
+from sitscad.physics.special_functions import coaxial_rings
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 

@@ -23,8 +23,7 @@ from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_po
 from sitscad.physics.eddy.disc import Disc, disc
 from sitscad.physics.eddy.graded_line import FINER, FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
-from sitscad.physics.eddy.skin import skin
-from sitscad.physics.eddy.surface import Surface
+from sitscad.physics.eddy.surface import Surface, skin
 from sitscad.physics.eddy.target import SolvedTarget, changes_at, solve
 from sitscad.physics.metal.half_spaces import Plate as Layer
 from sitscad.physics.metal.half_spaces import Reflector, reflection

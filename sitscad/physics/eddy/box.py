@@ -2,7 +2,7 @@
 
 Stream functions are products of splines along two edges, continuous over the box's edges; its three mirror planes part
 them into eight classes. The inductance of two of them is the sum over Gaussians of products of one-dimensional
-integrals (`gaussian_sum`), so the double integrals over the surface cost no more than matrix products and have no
+integrals (`GaussianSum`), so the double integrals over the surface cost no more than matrix products and have no
 singular points.
 """
 
@@ -17,12 +17,17 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Flags, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.gaussian_sum import GaussianSum, gaussian_sum
-from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, LineIntegrals, graded_line
-from sitscad.physics.eddy.interior import of_vacuum
-from sitscad.physics.eddy.skin import Skin
-from sitscad.physics.eddy.surface import made_definite
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.eddy.graded_line import (
+    FINER,
+    PARITIES,
+    GaussianSum,
+    GradedLine,
+    LineIntegrals,
+    gaussian_sum,
+    graded_line,
+)
+from sitscad.physics.eddy.surface import Skin, made_definite, of_vacuum
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 Parity = tuple[int, int, int]
@@ -146,8 +151,8 @@ class Box:
     @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
         """The eight parities, with inductances in H: see `Surface`."""
-        known = [{parity: line.projections(parity, count) for parity in PARITIES}
-                 for line, count in zip(self.lines, self.counts, strict=True)]  # fmt: skip
+        sizes = zip(self.lines, self.counts, strict=True)
+        known = [{parity: line.projections(parity, count) for parity in PARITIES} for line, count in sizes]
         return tuple(
             BoxClass(parity, self.lines, inductance, numbers, tuple(known[axis][parity[axis]] for axis in range(3)))
             for parity, inductance, numbers in _inductances(self.lines)
@@ -156,9 +161,7 @@ class Box:
 
 @lru_cache(maxsize=1)
 def _inductances(lines: tuple[GradedLine, ...]) -> tuple[tuple[Parity, Array, tuple[Index, ...]], ...]:
-    """Of every parity its inductance matrix (H per unit functions), and the `numbers` of a `BoxClass`: the same however
-    many points fields are taken at.
-    """
+    """Of every parity its inductance matrix (H per unit functions), and the `numbers` of a `BoxClass`."""
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
@@ -168,9 +171,7 @@ def _inductances(lines: tuple[GradedLine, ...]) -> tuple[tuple[Parity, Array, tu
 
 
 def _of_parity(
-    lines: Sequence[GradedLine],
-    parity: Parity,
-    gaussians: GaussianSum,
+    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum,
     integrals: Sequence[Mapping[int, LineIntegrals]],
 ) -> tuple[Parity, Array, tuple[Index, ...]]:
     """One class of parity: its inductance matrix (H per unit functions) and numbers."""

@@ -20,7 +20,7 @@ from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import interpolation
 from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 Table = NDArray[np.complex64]
@@ -129,7 +129,7 @@ class CoilPotential:
 def coil_potential(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
     returned: Returned | None = None, direct: bool = True,
-) -> CoilPotential:  # fmt: skip
+) -> CoilPotential:
     """The potential of tracks in series, layers one above the other, currents along their corners.
 
     It holds from `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at
@@ -160,14 +160,16 @@ def coil_potential(
     return CoilPotential(top, side, nearest, floor, octaves, dipoles)
 
 
-def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipoles: tuple[_Dipole, ...],
-            number: int) -> _Octave:  # fmt: skip
+def _octave(
+    rising: ComplexArray, side: float, lowest: float, top: float, dipoles: tuple[_Dipole, ...], number: int
+) -> _Octave:
     """A coil's potential on grids over one octave of heights, without the dipoles that repeat beyond the grid."""
-    count = max(2 * math.ceil(0.5 * rising.shape[0] / 2**number), 64)
-    waves = _cropped(rising, min(count, rising.shape[0]))
-    count, spacing = waves.shape[0], side / waves.shape[0]
+    whole = rising.shape[0]
+    count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
+    kept = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
+    waves, spacing = rising[np.ix_(kept, kept)], side / count
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
-    waves = waves / (along[:, None] * along) * (count / rising.shape[0]) ** 2
+    waves = waves / (along[:, None] * along) * (count / whole) ** 2
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
     return _Octave(lowest, spacing, side, top, waves, dipoles, values, set())
 
@@ -175,14 +177,6 @@ def _octave(rising: ComplexArray, side: float, lowest: float, top: float, dipole
 def _wave_numbers(count: int, spacing: float) -> Array:
     k = 2.0 * math.pi * np.fft.fftfreq(count, spacing)
     return np.asarray(np.hypot(k[:, None], k))
-
-
-def _cropped(waves: ComplexArray, count: int) -> ComplexArray:
-    # The longest waves of a spectrum, as a spectrum of fewer points.
-    if count == waves.shape[0]:
-        return waves
-    kept = np.r_[0 : count // 2, waves.shape[0] - count // 2 : waves.shape[0]]
-    return waves[np.ix_(kept, kept)]
 
 
 @lru_cache(maxsize=2)

@@ -15,12 +15,54 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, graded_line, interpolation
-from sitscad.physics.eddy.interior import of_vacuum
-from sitscad.physics.eddy.skin import Skin
-from sitscad.physics.eddy.surface import made_definite
-from sitscad.physics.eddy.toroidal import toroidal
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.eddy.surface import Skin, made_definite, of_vacuum
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
+
+STABLE, BEYOND = 0.3, 70
+"""Argument's acosh up to which the recursion is stable upwards; orders beyond the highest from which it starts
+downwards (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
+
+
+def toroidal(excess: Array, order: int) -> Array:
+    """Q_(n - 1/2)(1 + excess) for n = 0 to `order`, first axis, no unit; `excess` (> 0) of any shape. The integral of
+    cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, 1 + excess being (r1^2 + r2^2 +
+    z^2) / (2 r1 r2).
+    """
+    x = excess.ravel()
+    first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))
+    modulus = np.sqrt(2.0 / (x + 2.0))
+    lowest, next_one = modulus * first, (1.0 + x) * modulus * first - 2.0 / modulus * elliptic_e
+    found = np.empty((order + 1, x.size))
+    near = np.arccosh(1.0 + x) < STABLE
+    argument, rising = 1.0 + x[near], np.empty((order + 2, np.count_nonzero(near)))
+    rising[0], rising[1] = lowest[near], next_one[near]
+    for n in range(1, order + 1):
+        rising[n + 1] = (2 * n * argument * rising[n] - (n - 0.5) * rising[n - 1]) / (n + 0.5)
+    # by ratios of one order to the one below, from far beyond: no number grows too large
+    argument, ratios = 1.0 + x[~near], np.empty((order + 1, np.count_nonzero(~near)))
+    ratio = np.zeros_like(argument)
+    for n in range(order + BEYOND, 0, -1):
+        ratio = (n - 0.5) / (2 * n * argument - (n + 0.5) * ratio)
+        if n <= order:
+            ratios[n] = ratio
+    ratios[0] = lowest[~near]
+    found[:, near], found[:, ~near] = rising[: order + 1], np.cumprod(ratios, axis=0)
+    return found.reshape(order + 1, *excess.shape)
+
+
+def _elliptic(complement: Array) -> tuple[Array, Array]:
+    """K and E by the arithmetic-geometric mean, from the complementary modulus."""
+    a, b = np.ones_like(complement), complement
+    total, weight = 0.5 * (1.0 - complement**2), 1.0
+    for _ in range(8):
+        difference = 0.5 * (a - b)
+        a, b = 0.5 * (a + b), np.sqrt(a * b)
+        total = total + weight * difference**2
+        weight *= 2.0
+    first = 0.5 * np.pi / a
+    return first, first * (1.0 - total)
+
 
 POINTS = 3
 """Gauss points of a piece of the meridian."""
@@ -102,10 +144,10 @@ class DiscClass:
         around = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
         outwards = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
         upwards = np.array([0.0, 0.0, step])
-        top = (np.einsum("rn,ac->racn", round_face, step * wave[:, None] * around)
-               + np.einsum("rn,ac->racn", out_face, step * turned[:, None] * outwards))  # fmt: skip
-        side = (np.einsum("zn,ac->zacn", round_wall, step * wave[:, None] * around)
-                - np.einsum("zn,ac->zacn", up_wall, turned[:, None] * upwards))  # fmt: skip
+        top = np.einsum("rn,ac->racn", round_face, step * wave[:, None] * around)
+        top = top + np.einsum("rn,ac->racn", out_face, step * turned[:, None] * outwards)
+        side = np.einsum("zn,ac->zacn", round_wall, step * wave[:, None] * around)
+        side = side - np.einsum("zn,ac->zacn", up_wall, turned[:, None] * upwards)
         flat = top.reshape(-1, 3, top.shape[-1])
         return np.concatenate([flat, -self.parity * flat, side.reshape(-1, 3, side.shape[-1])])
 
@@ -227,7 +269,7 @@ class Disc:
 
     def _inductance(
         self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Currents along x +- i y have the orders m +- 1."""
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
@@ -243,7 +285,7 @@ class Disc:
 def disc(
     diameter: float, thickness: float, first: float, widest: float, counts: tuple[int, int], orders: int,
     finer: int = FINER,
-) -> Disc:  # fmt: skip
+) -> Disc:
     """A disc of that diameter and thickness (m); see `box` and `Disc`."""
     face = graded_line(0.5 * diameter, first, widest, finer)
     wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first), finer)
@@ -277,8 +319,8 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
     columns = POINTS * piece[:, None] + np.arange(POINTS)
     rows = np.broadcast_to(point[:, None], columns.shape)
     logarithm = shape.lengths[piece, None] * _log_weights(places[point], starts[piece], ends[piece])
-    found[:, rows, columns] += 2.0 / mean[rows, columns] * (
-        0.5 * np.log(square[rows, columns]) * weights[columns] - logarithm)  # fmt: skip
+    rest = 0.5 * np.log(square[rows, columns]) * weights[columns] - logarithm
+    found[:, rows, columns] += 2.0 / mean[rows, columns] * rest
     return np.asarray(found * weights[:, None])
 
 

@@ -13,11 +13,74 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray, Flags
+from sitscad.arrays import Array, ComplexArray, Flags, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.folding import Folding, by_axis, folding, inverse_distance, signs
 from sitscad.physics.eddy.surface import CurrentClass, Surface
 from sitscad.record import record
+
+
+@record(eq=False)
+class Folding:
+    """The points of a quarter, (4, n) by their numbers on the surface: themselves, mirrored across x = 0, across y = 0
+    and across both; `share` (n) is the square root of how many points that is, for those in a plane are their own.
+
+    Currents whose stream function is even or odd across both planes are known on a quarter of the body, and a level
+    mirror returns them alike: sums over pairs of points are sums over pairs of the quarter's, with the inverse
+    distances to a point and its mirrored ones added up with their signs first.
+    """
+
+    numbers: Index
+    share: Array
+
+    @property
+    def kept(self) -> Index:
+        """The quarter's own points (n), by number."""
+        return np.asarray(self.numbers[0])
+
+    def kernels(self, points: Array, floor: float) -> Array:
+        """Inverse distances (1/m) of the points (all, 3; m) to images below z = `floor` (m), by which of their mirrored
+        ones they are the images of: (4, n, n), points in a plane by their share.
+        """
+        shares = 0.25 * self.share[:, None] * self.share
+        return np.stack([shares * inverse_distance(points[self.kept], points[one], floor) for one in self.numbers])
+
+
+def folding(surface: Surface) -> Folding | None:
+    """That of a surface; None of one without such planes, or whose currents are parted otherwise."""
+    mirrored = surface.mirrored
+    if mirrored is None:
+        return None
+    across_x, across_y = mirrored
+    all_four = np.stack([np.arange(len(across_x)), across_x, across_y, across_y[across_x]])
+    numbers = all_four[:, np.min(all_four, axis=0) == all_four[0]]  # each point stands with the least of its numbers
+    members = 1 + np.sum(np.diff(np.sort(numbers, axis=0), axis=0) != 0, axis=0)
+    return Folding(numbers, np.sqrt(members))
+
+
+def signs(parity: tuple[int, int]) -> Array:
+    """Of currents whose stream function has a parity along x and y: each component at a point's mirrored ones, in parts
+    of that at the point, (4, 3). Currents are at right angles to how the stream function climbs: along x they are like
+    it across x = 0 and unlike it across y = 0.
+    """
+    x, y = parity
+    across_x, across_y = np.array([x, -x, -x], dtype=float), np.array([-y, y, -y], dtype=float)
+    return np.stack([np.ones(3), across_x, across_y, across_x * across_y])
+
+
+def by_axis(kernels: Array, parity: tuple[int, int]) -> Sequence[Array]:
+    """Of the `Folding.kernels` the sums (1/m) for the x, y and z components of currents of a parity: (n, n) each."""
+    return list(np.tensordot(signs(parity).T, kernels, axes=1))
+
+
+def inverse_distance(points: Array, others: Array, floor: float) -> Array:
+    """1 over the distance (m) of points (n, 3) from the images of others (m, 3) below z = `floor`, (n, m) in 1/m."""
+    image = others * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, 2.0 * floor])
+    square = np.zeros((len(points), len(image)))
+    for axis in range(3):
+        away = points[:, None, axis] - image[:, axis]
+        square += away * away
+    return np.asarray(1.0 / np.sqrt(square))
+
 
 LEAST = 2e-4
 """Coupling with the image, in parts of a current's own energy, below which a combination is left out. What that leaves
@@ -57,22 +120,20 @@ class ImageModes:
 
     def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
         """Inductances (k, k) with their images: turned by (3, 3) about the near face's middle at `place` (3; m)."""
-        if self.folding is not None and turn[2, 2] == 1.0:
-            return self._level(self.folding, self.points + place, mirror) * mirror.strength
-        points = self.points @ turn.T + place
-        currents = np.tensordot(turn, self.currents, axes=(1, 1))
-        return _coupling([inverse_distance(points, points, mirror.floor)] * 3, currents) * mirror.strength
-
-    def _level(self, folding: Folding, points: Array, mirror: Mirror) -> Array:
-        """The same of a level target, whose symmetries stay apart: turned about z it is what it was."""
-        kernels = folding.kernels(points, mirror.floor)
+        fold = self.folding
+        if fold is None or turn[2, 2] != 1.0:
+            points = self.points @ turn.T + place
+            currents = np.tensordot(turn, self.currents, axes=(1, 1))
+            return _coupling([inverse_distance(points, points, mirror.floor)] * 3, currents) * mirror.strength
+        # a level target's symmetries stay apart: turned about z it is what it was
+        kernels = fold.kernels(self.points + place, mirror.floor)
         found, start = np.zeros((self.currents.shape[2],) * 2), 0
         for parity, count in self.parities:
             own = slice(start, start + count)
-            currents = self.currents[folding.kept, :, own] * folding.share[:, None, None]
+            currents = self.currents[fold.kept, :, own] * fold.share[:, None, None]
             found[own, own] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
-        return found
+        return found * mirror.strength
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
@@ -116,8 +177,8 @@ def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
 
 def _modes(
     classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Sequence[Array],
-    fold: Folding | None = None,
-) -> tuple[list[Array], Array]:  # fmt: skip
+    fold: Folding | None = None
+) -> tuple[list[Array], Array]:
     """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k); of a
     quarter's points and with their share where that is folded. `inverse` distances (1/m) are by the axis of a current.
     """
@@ -175,8 +236,7 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
 
 
 def _is_kept(size: Array) -> Flags:
-    # Squared values (H2 m-2) of what matters.
-    return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)
+    return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # of squared values (H2 m-2)
 
 
 def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:

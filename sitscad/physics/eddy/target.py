@@ -15,9 +15,7 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.eddy.coil_potential import CoilPotential
 from sitscad.physics.eddy.image import ImageModes, Mirror, combined
-from sitscad.physics.eddy.interior import through_magnet
-from sitscad.physics.eddy.skin import Skin
-from sitscad.physics.eddy.surface import CurrentClass, Surface
+from sitscad.physics.eddy.surface import CurrentClass, Skin, Surface, through_magnet
 from sitscad.record import record
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
@@ -119,12 +117,12 @@ class SolvedTarget:
     def _driven_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
         """What is driven (A) in every class, and among the image's combinations (1/H)."""
         images = self.images
-        size = [np.sum(drive**2 / np.diag(one.inductance)[:, None], axis=0)
-                for one, drive in zip(self.surface.classes, linked, strict=True)]  # fmt: skip
+        driven_classes = list(zip(self.surface.classes, linked, strict=True))
+        size = [np.sum(drive**2 / np.diag(one.inductance)[:, None], axis=0) for one, drive in driven_classes]
         least = NOTHING * np.max(size, axis=0)
         responses: list[ComplexArray] = []
         driven: list[ComplexArray] = []
-        for number, (one, drive) in enumerate(zip(self.surface.classes, linked, strict=True)):
+        for number, (one, drive) in enumerate(driven_classes):
             if images is None and np.all(size[number] <= least):
                 responses.append(np.zeros(drive.shape, dtype=complex))
                 continue
@@ -153,7 +151,7 @@ class SolvedTarget:
 def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
     once: bool = False,
-) -> ComplexArray:  # fmt: skip
+) -> ComplexArray:
     """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
     What the coils drive in it is worked out once for all of them. Where poses are few and no others follow, `once`
     spares the inverses of its systems: two thirds of the work, and their memory.

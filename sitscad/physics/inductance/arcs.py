@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.physics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 Rule = tuple[Array, Array]
@@ -278,8 +278,7 @@ class _Turned:
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """From the nearest azimuth to an edge, of tangents' product over distance, at points graded by `scale` (rad).
-        """
+        """From the nearest azimuth to an edge, of tangents' product over distance; points graded by `scale` (rad)."""
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)
         v = scale * np.sinh(0.5 * reach * (1.0 + nodes))

@@ -11,7 +11,7 @@ import numpy as np
 from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import strand_clearance
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 FAR = 12.0

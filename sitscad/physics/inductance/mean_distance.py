@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 
 SERIES_FROM = 4.0
 """Distance, in sums of the half diagonals, from which the series (to 10th order, error below 1e-7) is used."""

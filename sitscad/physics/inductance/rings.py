@@ -11,8 +11,7 @@ import numpy as np
 from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.mean_distance import strand_clearance
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.special.elliptic import coaxial_rings
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import coaxial_rings, gauss
 from sitscad.record import record
 
 PASSING = 2.0

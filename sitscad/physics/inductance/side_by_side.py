@@ -17,7 +17,7 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.clusters import Plans, neumann_sum
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.track_strands import Track
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 LONG = 1.5

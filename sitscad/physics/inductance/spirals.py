@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 CROSSING_STRANDS = 3
@@ -93,8 +93,7 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _likeness(a: SpiralLayer, b: SpiralLayer) -> tuple[object, ...]:
-    """A key that pairs share which a rotation, a mirror or an exchange turns into each other: one inductance for all.
-    """
+    """A key that pairs share which a rotation, a mirror or an exchange turns into each other."""
     turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
     sections = ((a.width, a.thickness), (b.width, b.thickness))
     alike = a.turns == b.turns

@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 FLOOR = 1e-24

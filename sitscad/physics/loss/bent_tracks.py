@@ -21,7 +21,7 @@ from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.loss.path_field import Filaments, box_of, path_field
 from sitscad.physics.loss.proximity import arc_field, smooth_rings
 from sitscad.physics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 BLOCK = math.radians(30.0)

@@ -30,7 +30,7 @@ from sitscad.physics.loss.corner_excess import (
 )
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 LEAST_TURN = 1e-3
@@ -106,8 +106,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Array, Array]:
-    """What alternating current makes less of the bends' inductance (H), and relaxation times (s): bends alike as one.
-    """
+    """What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one."""
     found: dict[tuple[float, float, float, float], int] = {}
     for track in tracks:
         for bend in _bends(track):

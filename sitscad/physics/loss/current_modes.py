@@ -16,7 +16,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.physics.loss.mode_matrix import NearAndFar, mode_matrix
 from sitscad.physics.loss.track_modes import Cut, ModeSet, local_points, mode_conductances, projection
-from sitscad.physics.special.legendre import gauss, legendre
+from sitscad.physics.special_functions import gauss, legendre
 from sitscad.record import record
 
 TRUSTED = 1e-3

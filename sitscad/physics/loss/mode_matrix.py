@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
-from sitscad.physics.special.legendre import gauss, legendre
+from sitscad.physics.special_functions import gauss, legendre
 from sitscad.record import record
 
 AT_ONCE = 16_000

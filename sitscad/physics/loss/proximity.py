@@ -31,8 +31,7 @@ from sitscad.physics.loss.track_modes import (
     rough_modes,
     suited_modes,
 )
-from sitscad.physics.special.elliptic import coaxial_rings
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import coaxial_rings, gauss
 from sitscad.record import record
 
 HIGHEST = 10e6

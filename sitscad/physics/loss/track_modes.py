@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.physics.special.legendre import gauss, legendre, legendre_integrals
+from sitscad.physics.special_functions import gauss, legendre, legendre_integrals
 from sitscad.record import record
 
 FIELD_POINTS = 3

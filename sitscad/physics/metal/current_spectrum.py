@@ -15,8 +15,7 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray
 from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.special.bessel import bessel_orders, j0, j1
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import bessel_orders, gauss, j0, j1
 from sitscad.record import record
 
 LEAST_HARMONICS, MOST_HARMONICS = 3, 8

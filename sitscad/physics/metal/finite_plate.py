@@ -22,8 +22,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.physics.special.bessel import bessel_orders, j0, j1, spherical_bessel_orders
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import bessel_orders, gauss, j0, j1, spherical_bessel_orders
 from sitscad.record import record
 
 Source = tuple[Array, Array, Array]

@@ -25,7 +25,7 @@ from sitscad.physics.loss.proximity import WindingCut
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, split_projection
 from sitscad.physics.metal.current_spectrum import wave_numbers
 from sitscad.physics.metal.half_spaces import Plate, Reflector, returned_waves
-from sitscad.physics.special.bessel import j1
+from sitscad.physics.special_functions import j1
 from sitscad.record import record
 
 STEPS, ROUGH_STEPS = 5, 2

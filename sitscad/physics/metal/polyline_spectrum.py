@@ -21,7 +21,7 @@ from sitscad.physics.loss.corner_excess import Loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, thickness_waves, wave_numbers
 from sitscad.physics.metal.figures import figures
 from sitscad.physics.metal.images import Image, images
-from sitscad.physics.special.legendre import gauss
+from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 CHORD = math.radians(20.0)

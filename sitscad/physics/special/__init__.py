@@ -1,1 +1,0 @@
-"""Special functions and quadrature, as far as numpy lacks them or takes long to load."""
