@@ -97,13 +97,7 @@ def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
     return checked_spec(
-        spec,
-        result.findings,
-        result.not_checked,
-        result.signals,
-        result.fit,
-        result.closing,
-        result.reached,
+        spec, result.findings, result.not_checked, result.signals, result.fit, result.closing, result.reached,
         result.board,
     )
 

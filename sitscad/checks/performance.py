@@ -271,8 +271,7 @@ NEARLY, NEARLY_TILTED = 0.08, 0.12
 TOO_CLOSE = Case(
     "{what} comes to {measured:N,3} ({axis}, {at}) where {limit:N,3} is required: so says the quick method, which may "
     "be {nearly:%.0f} % too low",
-    hint="`sitscad response --performance` says it exactly; leave some room, or ask for less",
-    severity=Severity.WARNING,
+    hint="`sitscad response --performance` says it exactly; leave some room, or ask for less", severity=Severity.WARNING
 )
 TOO_COARSE = Case(
     "{axis} is told to {measured:N,3} (one sigma of noise, {at}, {rate:Hz} scans a second); {limit:N,3} is required",

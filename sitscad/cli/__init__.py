@@ -118,8 +118,7 @@ class Commands(click.Group):
 
 
 @click.group(
-    cls=Commands,
-    context_settings=SETTINGS,
+    cls=Commands, context_settings=SETTINGS,
     epilog="\b\nExample:\n  sitscad new grasper_4layer && sitscad build grasper_4layer.yaml",
 )
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")

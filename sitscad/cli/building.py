@@ -34,26 +34,19 @@ if TYPE_CHECKING:
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
 @click.option(
-    "--only",
-    type=Names(),
+    "--only", type=Names(),
     help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
 @click.option(
-    "--check",
-    is_flag=True,
+    "--check", is_flag=True,
     help="Write nothing; fail where packages are not what the same command without --check makes.",
 )
 @BASELINE
 @JOBS
 @PLUGIN
 def build(
-    specs: tuple[str, ...],
-    output: str,
-    only: tuple[str, ...] | None,
-    force: bool,
-    check: bool,
-    baseline: str | None,
+    specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, force: bool, check: bool, baseline: str | None,
     jobs: int | None,
 ) -> int:
     """Check SPECS, then write their packages.

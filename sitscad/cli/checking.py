@@ -36,11 +36,7 @@ if TYPE_CHECKING:
 @click.command(cls=Example, example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option(
-    "--format",
-    "format_name",
-    default="text",
-    show_default=True,
-    metavar="text|json|sarif|junit|github",
+    "--format", "format_name", default="text", show_default=True, metavar="text|json|sarif|junit|github",
     help="For people, programs, code hosts, CI servers, GitHub Actions.",
 )
 @click.option("--select", type=Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
@@ -57,29 +53,16 @@ if TYPE_CHECKING:
     "--hints", metavar="none|decisive|full", help="What is tried for hints.  [default: decisive; full for unsafe fixes]"
 )
 @click.option(
-    "--picture",
-    type=click.Path(),
-    metavar="PATH",
+    "--picture", type=click.Path(), metavar="PATH",
     help="Draw why it does not fit: FILE.svg, of several specs a folder.",
 )
 @click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
 @click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
 @click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers, materials and scan rate, too.")
 def check(
-    specs: tuple[str, ...],
-    format_name: str,
-    select: tuple[str, ...],
-    ignore: tuple[str, ...],
-    strict: bool,
-    fail_on: str,
-    verbose: bool,
-    baseline: str | None,
-    jobs: int | None,
-    hints: str | None,
-    picture: str | None,
-    fix: bool,
-    diff: bool,
-    unsafe_fixes: bool,
+    specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool,
+    fail_on: str, verbose: bool, baseline: str | None, jobs: int | None, hints: str | None, picture: str | None,
+    fix: bool, diff: bool, unsafe_fixes: bool,
 ) -> int:
     """Check SPECS against every rule that applies.
 

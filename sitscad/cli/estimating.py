@@ -91,15 +91,11 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 @click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
 @click.option(
-    "--method",
-    default="law",
-    show_default=True,
-    metavar="law|finite-elements",
+    "--method", default="law", show_default=True, metavar="law|finite-elements",
     help="How loads become poses; finite elements are slow.",
 )
 @click.option(
-    "--frequency",
-    metavar="FREQUENCY",
+    "--frequency", metavar="FREQUENCY",
     help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
 )
 @click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
@@ -109,21 +105,9 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
-    spec: str,
-    poses: tuple[str, ...],
-    pose_files: tuple[str, ...],
-    loads: tuple[str, ...],
-    load_files: tuple[str, ...],
-    scans: tuple[str, ...],
-    cases: tuple[str, ...],
-    method: str,
-    frequency: str | None,
-    tolerance: float | None,
-    jacobian: bool,
-    performance: bool,
-    cell: int | None,
-    format_name: str,
-    output: str | None,
+    spec: str, poses: tuple[str, ...], pose_files: tuple[str, ...], loads: tuple[str, ...], load_files: tuple[str, ...],
+    scans: tuple[str, ...], cases: tuple[str, ...], method: str, frequency: str | None, tolerance: float | None,
+    jacobian: bool, performance: bool, cell: int | None, format_name: str, output: str | None,
 ) -> int:
     """Print what the coils read at poses and under loads.
 
@@ -229,8 +213,7 @@ def _points(done: int, of: int) -> None:
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
 @click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
 @click.option(
-    "--rotation",
-    metavar="held|free",
+    "--rotation", metavar="held|free",
     help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
 @click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")

@@ -80,11 +80,7 @@ def rules(format_name: str) -> int:
 
 @click.command(cls=Example, example="sitscad schema > sitscad.schema.json")
 @click.option(
-    "--of",
-    "document",
-    default="spec",
-    show_default=True,
-    metavar="spec|check|calibration|study",
+    "--of", "document", default="spec", show_default=True, metavar="spec|check|calibration|study",
     help="check: what its --format json prints; calibration: calibration.json; study: a study's file.",
 )
 def schema(document: str) -> int:

@@ -224,10 +224,8 @@ class BendDocument(Section):
 
     kind: str = key(Choice(("static", "dynamic")), "static: bent once at assembly; dynamic: bends in use", "static")
     at: float | None = key(
-        Run,
-        "from the sensor's body to the bend's middle line; if left out, the pivot of the jaw's hinge where the "
-        "bend has room there, else the middle of the stretch that may be bent",
-        None,
+        Run, "from the sensor's body to the bend's middle line; if left out, the pivot of the jaw's hinge where the "
+        "bend has room there, else the middle of the stretch that may be bent", None,
     )
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
     angle: float | None = key(
@@ -258,14 +256,12 @@ class Tail(Section):
     )
     stiffener: float | None = key(
         Quantity("length", "10 um", "2 mm"),
-        "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out",
-        None,
+        "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out", None,
     )
     layers: int = key(
         Number(1, 8, whole=True),
         "copper layers that run down it; all of the body's if left out. Fewer bend more tightly and are a build of "
-        "their own (SIT132)",
-        None,
+        "their own (SIT132)", None,
     )
     bend: str = key(
         NameOr(Choice(("none", "static", "dynamic")), Part(BendDocument)),
@@ -339,21 +335,18 @@ class FpcSpec(Section):
     stackup: Stackup = key(
         NameOr(Preset("stackup", up=True), ListOf(Part(LayerDocument))),
         "a preset (30um is its finished copper), or the layers from top to bottom; flex-2l-30um, flex-4l, flex-6l or "
-        "flex-8l, after the coil's layers, if left out",
-        None,
+        "flex-8l, after the coil's layers, if left out", None,
     )
     plating: float | None = key(
         Quantity("length", "1 um", "100 um"),
         "in the holes, one step of it: a preset's foils get thicker by it, of copper that is written out it is a part; "
-        "the preset's own, or 12 um, if left out",
-        None,
+        "the preset's own, or 12 um, if left out", None,
     )
     plated: str | None = key(
         Choice(tuple(Plating)),
         "what is plated with the holes. panel: all outer copper before it is etched; pattern: the tracks, on foil that "
         "is etched afterwards; buttons: holes and their pads alone, so that tracks stay foil. If left out as the "
-        "preset has it, of written layers panel",
-        None,
+        "preset has it, of written layers panel", None,
     )
     rules: DesignRules = key(
         RulesChoice, "a fabricator's design rules: a preset, a profile file, or written out", "generic-flex"
@@ -370,8 +363,7 @@ class FpcSpec(Section):
     margin: tuple[float, float] = key(
         Pair(Quantity("length", "0 mm", "100 mm"), single=True),
         "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
-        "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide",
-        0,
+        "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide", 0,
     )
     body: BodySpec | None = key(
         Part(BodySpec),

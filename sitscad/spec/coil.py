@@ -138,8 +138,7 @@ class ArrayDocument(Section):
     pattern: str | None = key(
         Choice(("single", "line", "triangle", "grid", "explicit")),
         "how the coils stand; if left out, after the other keys: explicit with centres, grid with a count of [nx, ny], "
-        "line with a count or a pitch, else single",
-        None,
+        "line with a count or a pitch, else single", None,
     )
     count: tuple[int, ...] | None = key(
         Special(_count, {"anyOf": [InRow.schema(), PAIR_OF_COUNTS]}),

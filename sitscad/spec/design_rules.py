@@ -260,10 +260,8 @@ class RulesDocument(Section):
     finishes: Written = key(Sourced(Several(Choice(FINISHES))), "finishes that they offer", None)
     order_multiple: Written = key(Sourced(Number(1, 1000, whole=True)), "boards are sold in so many at a time", None)
     one_process: Written = key(
-        Sourced(Truth()),
-        "whether every board is made in one way: what else the papers would ask for becomes a list "
-        "of questions in the order notes",
-        None,
+        Sourced(Truth()), "whether every board is made in one way: what else the papers would ask for becomes a list "
+        "of questions in the order notes", None,
     )
     house: Written = key(Words, "who that is", None)
     country: Written = key(Words, "where the boards are made", None)
@@ -271,9 +269,7 @@ class RulesDocument(Section):
         Sourced(Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")), "when that was read", None
     )
     by_foil: dict[str, Figure] = keys_like(
-        BY_FOIL,
-        "trace_width_18um",
-        Feature,
+        BY_FOIL, "trace_width_18um", Feature,
         "width and gap for one foil alone, with trace_spacing_18um (coil lines: coil_ before it), a "
         "row over those of what it is based on",
     )

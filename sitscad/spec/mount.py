@@ -91,10 +91,8 @@ class Jaw(Section):
     name: str = key(Label, "what to call it", "written out")
     based_on: Jaw | None = key(Preset("jaw", up=True), "a preset whose figures hold where none is written here", None)
     width: float = key(
-        Size,
-        "of the jaw; its face is the chord of a back as round as the port unless face is written. "
-        "Must be there unless based_on or step is",
-        None,
+        Size, "of the jaw; its face is the chord of a back as round as the port unless face is written. "
+        "Must be there unless based_on or step is", None,
     )
     length: float = key(Size, "of that face, along the jaw; must be there unless based_on or step is", None)
     height: float = key(Thickness, "of one jaw, face to back; must be there unless based_on or step is", None)
@@ -104,9 +102,7 @@ class Jaw(Section):
     face: float | None = key(
         Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
     )
-    recess: float = key(
-        Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", None
-    )
+    recess: float = key(Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", None)
     pocket: tuple[float, float] | None = key(
         Pair(Size), "[length, width] of a pad pocket; as long and wide as the face if left out", None
     )
@@ -127,8 +123,7 @@ class Jaw(Section):
     datum: str | tuple[float, ...] | None = key(
         Datum,
         "in the STEP file, the middle of the face: [x, y, z], or the name of a coordinate system there, whose x runs "
-        "to the hinge and whose z stands on the face; [0, 0, 0] if left out",
-        None,
+        "to the hinge and whose z stands on the face; [0, 0, 0] if left out", None,
     )
     along: str | None = key(Axis, "the STEP file's axis that runs to the hinge: x if left out", None)
     up: str | None = key(Axis, "the STEP file's axis that stands on the face: z if left out", None)
@@ -215,8 +210,7 @@ class Mount(Section):
     kind: str = key(
         Choice(KINDS),
         "a pad on a grasper's jaw, a plate on the bench, a cap on a robot's finger, or a part of your own (or none: "
-        "the pieces are put together all the same)",
-        "grasper-pad",
+        "the pieces are put together all the same)", "grasper-pad",
     )
     jaw: Jaw | None = key(
         NameOr(Preset("jaw", up=True), Part(Jaw)),
@@ -226,8 +220,7 @@ class Mount(Section):
         Gap,
         "height of the board over the metal: from the jaw's upper face to the board's bottom face, a shield between "
         "them included; it is filled with printed plastic. On a bench plate, the plastic below the board; on a finger, "
-        "from its face. 1 mm, or more for a shield, if left out",
-        None,
+        "from its face. 1 mm, or more for a shield, if left out", None,
     )
     process: str = key(Choice(PROCESSES), "how its pieces are made: sets least walls and tolerances", "resin")
     retention: Retention | None = key(
@@ -243,10 +236,8 @@ class Mount(Section):
     )
     step: StepPart | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
     datum: str | tuple[float, ...] | None = key(
-        Datum,
-        "in the STEP file, the middle of the face that the board's body lies on: [x, y, z], or the name of a "
-        "coordinate system there; [0, 0, 0] if left out",
-        None,
+        Datum, "in the STEP file, the middle of the face that the board's body lies on: [x, y, z], or the name of a "
+        "coordinate system there; [0, 0, 0] if left out", None,
     )
     along: str | None = key(Axis, "the STEP file's axis that runs to the tail: x if left out", None)
     up: str | None = key(Axis, "the STEP file's axis that stands on that face: z if left out", None)

@@ -158,8 +158,7 @@ TOO_THICK_TO_BEND = Case(
     "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} asks {ratio:g} times the "
     "{thickness:m,3} tail); inside the port there are {limit:m,3}",
     hint="a thinner tail, of fewer copper layers (fpc.tail.layers) or plated in its holes alone (fpc.plated: buttons), "
-    "or no bend", severity=Severity.NOTE,
-    grave=Severity.WARNING,
+    "or no bend", severity=Severity.NOTE, grave=Severity.WARNING,
 )
 
 SHIELD_IN_METAL = Case(

@@ -364,8 +364,7 @@ def _thinner(design: Design) -> str:
 
 PAIR_TOO_HIGH = Case(
     "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}, which the {decided_by} "
-    "decides; the port's is {limit:m}",
-    detail="glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
+    "decides; the port's is {limit:m}", detail="glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
     hint="{remedy}",
 )
 

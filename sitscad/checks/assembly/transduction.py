@@ -375,8 +375,7 @@ GIVES_WAY_LEVEL = Case(
     _SLENDER + ": under {force:N} it gives way sideways, even with the target held level, and the target is off the "
     "coils",
     hint="{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); or a "
-    "stiffer one",
-    severity=Severity.ERROR,
+    "stiffer one", severity=Severity.ERROR,
 )
 
 PAST_THE_COILS = Case(

@@ -204,9 +204,7 @@ def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tup
     return pairs[:, 0], pairs[:, 1]
 
 
-def _gaps(
-    copper: Copper, i: Index, j: Index, asked: Array, half: Array | None = None, along: float = ALONG
-) -> Array:
+def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None = None, along: float = ALONG) -> Array:
     """Copper to copper (m) of pairs of pieces, without what is joined along one conductor; infinite where all is."""
     half = copper.half if half is None else half
     widths = half[i] + half[j]
@@ -246,9 +244,7 @@ def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut
     return result
 
 
-def _worst_by_items(
-    copper: Copper, i: Index, j: Index, gap: Array, half: Array, asked: Array
-) -> Iterator[Nearness]:
+def _worst_by_items(copper: Copper, i: Index, j: Index, gap: Array, half: Array, asked: Array) -> Iterator[Nearness]:
     """One result a pair of items and layer, the worst of all first."""
     seen: set[tuple[int, int, int]] = set()
     gap = np.round(gap, 12)  # picometres: rounding noise must not decide which of two equal places is named

@@ -185,8 +185,7 @@ def _fitting(spec: SensorSpec, left: Left) -> str:
 
     if holds(as_asked.spec):
         return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"
-    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, GRAIN,
-                        left.wants_another)
+    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, GRAIN, left.wants_another)
     if found is None:
         return ""
     return f"it would hold smaller coils: {found[1].words} together with {as_asked.words}"

@@ -181,8 +181,7 @@ TOO_MANY_SCANS = Case(
 
 READ_TOO_SLOWLY = Case(
     "reading {coils} over I2C at 400 kHz takes {period:s,3}: a scan rate of {limit:Hz} at most; "
-    "{measured:Hz} are asked",
-    hint="a lower readout.scan_rate{pause}", severity=Severity.WARNING, grave=Severity.ERROR,
+    "{measured:Hz} are asked", hint="a lower readout.scan_rate{pause}", severity=Severity.WARNING, grave=Severity.ERROR,
 )
 
 TOO_FEW_SCANS = Case(

@@ -38,11 +38,7 @@ from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
 
-DOCUMENTS: dict[type, type[Section]] = {
-    SensorSpec: SpecDocument,
-    Issue: SpecDocument,
-    DesignRules: RulesDocument,
-}
+DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
 """The section of the format that has the keys of a value's fields, where the value is not itself that section."""
 
 FARTHEST = 1.0

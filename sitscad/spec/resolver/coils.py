@@ -275,9 +275,7 @@ def line(count: int, pitch: float) -> tuple[Point, ...]:
 def triangle(pitch: float) -> tuple[Point, ...]:
     """Centres (m) of three coils at one distance, the far one alone on the axis, their centroid at the origin."""
     return (
-        (-pitch / math.sqrt(3), 0.0),
-        (pitch / (2 * math.sqrt(3)), -pitch / 2),
-        (pitch / (2 * math.sqrt(3)), pitch / 2),
+        (-pitch / math.sqrt(3), 0.0), (pitch / (2 * math.sqrt(3)), -pitch / 2), (pitch / (2 * math.sqrt(3)), pitch / 2)
     )
 
 
