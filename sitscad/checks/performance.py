@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict, rule_of
+from sitscad.checks.rules import Advice, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.measured import RequirementResult
@@ -153,6 +153,8 @@ def less_travel(spec: SensorSpec) -> Advice:
 
 SHEARS = ("shear_x", "shear_y")
 
+MORE_COILS = "two coils in line tell shear along them, three or four both axes"
+
 
 @where_felt
 def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
@@ -164,7 +166,10 @@ def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
 def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     """Noise of the shear axes that the array tells apart; a coil alone tells none."""
     if len(found.bench.range.axes) == 1:
-        yield NO_SHEAR.found("requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N")
+        yield Violation(
+            "one coil alone cannot tell shear from normal force, so no resolution of shear can be had", MORE_COILS,
+            "requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N",
+        )
         return
     yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
 
@@ -177,12 +182,23 @@ def _resolution(found: Felt, design: Design, rule: str, key: str, axes: tuple[st
         return
     if is_beyond(design, rule, key, most):
         # Noise goes with the conversions that a scan has time for, so with the scans a second.
-        yield TOO_COARSE.found(f"requirements.{key}", most.value, asked, "N", axis=most.axis, at=most.at,
-                               advice=more_signal(design.spec, 1.1 * most.value / asked),
-                               rate=design.spec.readout.scan_rate)
+        yield Violation(
+            f"{most.axis} is told to {show(most.value, 'N', 3)} (one sigma of noise, {most.at}, "
+            f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second); {show(asked, 'N', 3)} is required", "",
+            f"requirements.{key}", most.value, asked, "N", advice=more_signal(design.spec, 1.1 * most.value / asked),
+        )
     elif (1.0 + NEARLY) * most.value > asked:
-        yield TOO_CLOSE.found(f"requirements.{key}", most.value, asked, "N", what="noise (one sigma)", axis=most.axis,
-                              at=most.at, nearly=NEARLY)
+        yield _too_close("noise (one sigma)", key, most, asked, NEARLY)
+
+
+def _too_close(what: str, key: str, most: Worst, asked: float, nearly: float) -> Violation:
+    """The complaint for a figure (N) that the quick method, off by so large a part, finds too close to tell."""
+    return Violation(
+        f"{what} comes to {show(most.value, 'N', 3)} ({most.axis}, {most.at}) where {show(asked, 'N', 3)} is required: "
+        f"so says the quick method, which may be {100.0 * nearly:.0f} % too low",
+        "`sitscad response --performance` says it exactly; leave some room, or ask for less", f"requirements.{key}",
+        most.value, asked, "N", severity=Severity.WARNING,
+    )
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -206,8 +222,11 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
 
     most = worst(found, found.bench.range.axes, of)
     if most is not None and is_beyond(design, "SIT403", "crosstalk", most, ""):
-        yield CROSSED.found("requirements.crosstalk", most.value, asked, None, axis=most.axis, at=most.at,
-                            advice=more_signal(design.spec))
+        yield Violation(
+            f"{most.axis} errs by {100.0 * most.value:.2g} % of its full scale while another axis goes over its own "
+            f"({most.at}, after calibration); {100.0 * asked:.2g} % is required", "", "requirements.crosstalk",
+            most.value, asked, advice=more_signal(design.spec),
+        )
 
 
 @where_felt
@@ -221,11 +240,13 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     if most is None:
         return
     if is_beyond(design, "SIT404", "tilt_error", most):
-        yield TILTED.found("requirements.tilt_error", most.value, asked, "N", axis=most.axis, at=most.at,
-                           angle=float(np.degrees(tilt)), advice=more_signal(design.spec))
+        yield Violation(
+            f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, 'N', 3)} of "
+            f"{most.axis} ({most.at}); {show(asked, 'N', 3)} is required", "", "requirements.tilt_error", most.value,
+            asked, "N", advice=more_signal(design.spec),
+        )
     elif (1.0 + NEARLY_TILTED) * most.value > asked:
-        yield TOO_CLOSE.found("requirements.tilt_error", most.value, asked, "N", what="the error by tilt",
-                              axis=most.axis, at=most.at, nearly=NEARLY_TILTED)
+        yield _too_close("the error by tilt", "tilt_error", most, asked, NEARLY_TILTED)
 
 
 @where_felt
@@ -236,15 +257,19 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     assert asked is not None
     shear = next((name for name in found.bench.range.axes if name != "normal"), None)
     if shear is None:
-        yield NO_FRICTION.found("requirements.friction_error", None, asked)
+        yield Violation("one coil alone tells no shear, so no friction either", MORE_COILS,
+                        "requirements.friction_error", None, asked)
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
     most = Worst(error, "shear over normal", "at full load")
     if is_beyond(design, "SIT405", "friction_error", most, ""):
         cause = max(causes, key=lambda one: causes[one])
-        yield SLIPPERY.found("requirements.friction_error", error, asked, None, cause=cause, share=causes[cause],
-                             advice=more_signal(design.spec))
+        yield Violation(
+            f"shear over normal is known to {error:.2g} at full load (one sigma, most by {cause}: "
+            f"{causes[cause]:.2g}); {asked:.2g} is required", "", "requirements.friction_error", error, asked,
+            advice=more_signal(design.spec),
+        )
 
 
 @where_felt
@@ -260,45 +285,18 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     axis = _along(found.bench.range.axes[k])
     if is_beyond(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load")):
         causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
-        yield DRIFTS.found("requirements.temperature_error", float(drift[k]), needs.temperature_error, "N", axis=axis,
-                           apart=apart, start=needs.temperature, cause=max(causes, key=lambda one: causes[one]),
-                           advice=more_signal(design.spec))
+        cause = max(causes, key=lambda one: causes[one])
+        yield Violation(
+            f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at "
+            f"{needs.temperature:.3g} degC (full load, most by {cause}); {show(needs.temperature_error, 'N', 3)} is "
+            "required", "", "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
+            advice=more_signal(design.spec),
+        )
 
 
 NEARLY, NEARLY_TILTED = 0.08, 0.12
 """How far the quick method may be below `response --performance`, for noise and for tilts."""
 
-TOO_CLOSE = Case(
-    "{what} comes to {measured:N,3} ({axis}, {at}) where {limit:N,3} is required: so says the quick method, which may "
-    "be {nearly:%.0f} % too low",
-    hint="`sitscad response --performance` says it exactly; leave some room, or ask for less", severity=Severity.WARNING
-)
-TOO_COARSE = Case(
-    "{axis} is told to {measured:N,3} (one sigma of noise, {at}, {rate:Hz} scans a second); {limit:N,3} is required",
-)
-NO_SHEAR = Case(
-    "one coil alone cannot tell shear from normal force, so no resolution of shear can be had",
-    hint="two coils in line tell shear along them, three or four both axes",
-)
-CROSSED = Case(
-    "{axis} errs by {measured:%.2g} % of its full scale while another axis goes over its own ({at}, after "
-    "calibration); {limit:%.2g} % is required",
-)
-TILTED = Case(
-    "a contact tilted by {angle:.2g} degrees is read as {measured:N,3} of {axis} ({at}); {limit:N,3} is required",
-)
-NO_FRICTION = Case(
-    "one coil alone tells no shear, so no friction either",
-    hint="two coils in line tell shear along them, three or four both axes",
-)
-SLIPPERY = Case(
-    "shear over normal is known to {measured:.2g} at full load (one sigma, most by {cause}: {share:.2g}); "
-    "{limit:.2g} is required",
-)
-DRIFTS = Case(
-    "{axis} drifts by {measured:N,3} over {apart:.3g} K from the tare at {start:.3g} degC (full load, most by "
-    "{cause}); {limit:N,3} is required",
-)
 
 BESIDE_NOISE = 10.0
 """How many times the resolution one degree of tilt may be read as before it is worth a note."""
@@ -315,7 +313,10 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
         words = [" and ".join(f"{show(load[k], 'N', 3)} of {_along(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
-        yield AMBIGUOUS.found("target.size", advice=less_travel(design.spec), one=words[0], other=words[1])
+        yield Violation(
+            f"two loads within what is required read alike: {words[0]}, and {words[1]}; no map tells them apart", "",
+            "target.size", advice=less_travel(design.spec),
+        )
 
 
 @where_felt
@@ -331,27 +332,22 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
         k = list(map(_along, found.bench.range.axes)).index(most.axis)
-        yield TILT_COVERS.found("elastomer.thickness", most.value, BESIDE_NOISE, None, axis=most.axis, at=most.at,
-                                force=float(point.tilt_errors(DEGREE)[k].max()), noise=float(point.noise[k]))
+        yield Violation(
+            f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), 'N', 2)} of {most.axis} "
+            f"({most.at}), {most.value:.0f} times the noise of {show(float(point.noise[k]), 'N', 2)}: the contact's "
+            "tilt, not the noise, says how fine it is",
+            "a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
+            "requirements.tilt with tilt_error, so that it is judged", "elastomer.thickness", most.value, BESIDE_NOISE,
+        )
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:
     """Shear that is to be borne and that a coil alone reads as normal force."""
     if len(design.spec.array.placements) == 1:
-        yield UNSEEN.found("requirements.shear_force", force=design.spec.requirements.shear_force or 0.0)
-
-
-AMBIGUOUS = Case("two loads within what is required read alike: {one}, and {other}; no map tells them apart")
-TILT_COVERS = Case(
-    "one degree of tilt is read as {force:N,2} of {axis} ({at}), {measured:.0f} times the noise of {noise:N,2}: the "
-    "contact's tilt, not the noise, says how fine it is",
-    hint="a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
-         "requirements.tilt with tilt_error, so that it is judged",
-)
-UNSEEN = Case(
-    "one coil alone sees no shear: {force:N} of it are borne, and what they do to the target is read as normal force",
-    hint="two coils in line tell shear along them, three or four both axes",
-)
+        yield Violation(
+            f"one coil alone sees no shear: {show(design.spec.requirements.shear_force or 0.0, 'N')} of it are borne, "
+            "and what they do to the target is read as normal force", MORE_COILS, "requirements.shear_force",
+        )
 
 
 def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:

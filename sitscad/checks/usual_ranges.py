@@ -8,10 +8,10 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
-from sitscad.checks.board.fabrication import outline_box
-from sitscad.checks.rules import Case, Rule, Verdict, rule_of
+from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import cited, rows
 from sitscad.design import Design
+from sitscad.geometry.path import bounding_box
 from sitscad.record import record
 from sitscad.spec.circuit import LayerKind
 from sitscad.units import parse_quantity, show
@@ -59,10 +59,6 @@ def _layers(kind: LayerKind) -> Callable[[Design], list[float]]:
     return lambda design: [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind]
 
 
-def _foils(design: Design) -> list[float]:
-    return [copper.foil for copper in design.spec.fpc.stackup.copper]
-
-
 def _poisson(design: Design) -> float | None:
     """Poisson's ratio of the pad by its moduli: (3 K - 2 G) / (6 K + 2 G)."""
     if design.spec.elastomer is None:
@@ -72,7 +68,7 @@ def _poisson(design: Design) -> float | None:
 
 
 def _board(design: Design) -> list[float]:
-    x0, y0, x1, y1 = outline_box(design)
+    x0, y0, x1, y1 = bounding_box([design.layout.outline])
     return [x1 - x0, y1 - y0]
 
 
@@ -99,7 +95,7 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
     "coverlays": _layers(LayerKind.COVERLAY),
     "copper": _layers(LayerKind.COPPER),
     "dielectrics": _layers(LayerKind.DIELECTRIC),
-    "foils": _foils,
+    "foils": lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper],
     "board": _board,
     "tolerances": lambda design: dict(design.spec.assembly.tolerances),
     "poisson": _poisson,
@@ -121,13 +117,14 @@ def unusual(design: Design) -> Iterator[Verdict]:
             beyond = list(found)
             told = [f"{_named(usual)} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond]
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
-            yield TOGETHER.found(section, float(len(beyond)), 0.0, None, source=sources, told=", ".join(told))
+            yield Violation(f"nobody is known who makes what these rules say: {', '.join(told)}",
+                            f"look at numbers and units; {IGNORE}", section, float(len(beyond)), 0.0, source=sources)
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
-            yield UNUSUAL.found(usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
-                                what=_named(usual), value=_shown(value, usual.dimension), usual=usual.words,
-                                why=usual.source)
+            yield Violation(f"{_named(usual)} is {_shown(value, usual.dimension)}; {usual.words} are usual",
+                            f"look at number and unit ({usual.source}); {IGNORE}", usual.key, value, bound,
+                            SI.get(usual.dimension), source=usual.source)
 
 
 def _beyond(design: Design) -> Iterator[tuple[UsualRange, float]]:
@@ -179,10 +176,6 @@ NAMES = {
 }
 
 IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT134 they make it"
-
-UNUSUAL = Case("{what} is {value}; {usual} are usual", f"look at number and unit ({{why}}); {IGNORE}")
-
-TOGETHER = Case("nobody is known who makes what these rules say: {told}", f"look at numbers and units; {IGNORE}")
 
 
 RULES: tuple[Rule, ...] = (

@@ -5,9 +5,10 @@ jaw, as rules judge them: nominally, by root-sum-square of tolerances, at worst.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -22,7 +23,7 @@ from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
-from sitscad.units import show
+from sitscad.units import counted, show
 
 ROUNDING = 1e-9
 
@@ -32,17 +33,23 @@ GRAIN = 10e-6
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
     """The tail's bend through a hinge: its layers, and the radius that it needs."""
-    spec, tail = design.spec, design.spec.fpc.tail
+    spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec)
     assert tail is not None
     if tail.bend == "none":
         return
     if tail.bend == "dynamic" and tail.layers > 1:
-        yield BENT_TOO_OFTEN.found("fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0,
-                                   "copper layers", advice=lambda left: _calmer(design, left), is_grave=tail.layers > 2,
-                                   layers=tail.layers)
+        yield Violation(
+            f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
+            "fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
+            "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
+            severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING, advice=lambda left: _calmer(design, left),
+        )
     if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
-        yield BRITTLE.found("fpc.copper", copper=spec.fpc.copper)
-    figure = bend_figure(spec)
+        yield Violation(
+            f"the tail bends at every grasp (dynamic), and its foil is {spec.fpc.copper}, which cracks after fewer "
+            "bends", "fpc.copper: rolled-annealed, its grain along the tail; or bend it once (bend: static)",
+            "fpc.copper", severity=Severity.WARNING,
+        )
     if figure is None:
         yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
     else:
@@ -57,14 +64,21 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
     elif stated > max(radius, room + ROUNDING):
-        yield TOO_WIDE_A_BEND.found("fpc.tail.bend.radius", stated, room, "m", wanted=max(radius, min(stated, room)))
+        yield Violation(
+            f"a bend of {show(stated, 'm', 3)} inside radius is wanted; inside the port there are {show(room, 'm', 3)}",
+            f"fpc.tail.bend.radius: {show(max(radius, min(stated, room)), 'm', 3)}, or leave it out",
+            "fpc.tail.bend.radius", stated, room, "m", severity=Severity.WARNING,
+        )
     elif radius > room + ROUNDING:
-        yield TOO_THICK_TO_BEND.found(
-            "fpc.tail.bend", radius, room, "m", source=source_of(design, field),
-            is_grave=tail.bend != "static" or tail.layers > 2, bend=tail.bend, layers=tail.layers,
-            plural="s" if tail.layers > 1 else "", house=house(design, field), ratio=ratio, thickness=thickness,
-            advice=lambda left: first_tried([list(thinner_tails(design.spec)),
-                                             list(plated_in_holes_alone(design.spec))], TOO_THICK_TO_BEND.hint)(left),
+        hint = ("a thinner tail, of fewer copper layers (fpc.tail.layers) or plated in its holes alone (fpc.plated: "
+                "buttons), or no bend")
+        yield Violation(
+            f"a {tail.bend} bend of {counted(tail.layers, 'copper layer')} needs a radius of {show(radius, 'm', 3)} "
+            f"({house(design, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside the port there "
+            f"are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
+            severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
+            source=source_of(design, field), advice=lambda left: first_tried(
+                [list(thinner_tails(design.spec)), list(plated_in_holes_alone(design.spec))], hint)(left),
         )
 
 
@@ -83,40 +97,43 @@ def _calmer(design: Design, left: Left) -> str:
 
 
 def shield_gap(design: Design) -> Iterator[Verdict]:
-    """The shield lies between the board and the jaw's metal, and under all coils."""
-    shield, mount = design.spec.shield, design.spec.mount
-    assert shield is not None and mount is not None
-    yield from _uncovered_coils(design)
-    needed = shield.gap + shield.thickness
+    """The shield lies between the board and the jaw's metal, and under all coils, though the port may make it narrower
+    than the body.
+    """
+    part, mount, (_, y0, _, y1) = design.spec.shield, design.spec.mount, design.layout.body
+    assert part is not None and mount is not None
+    with suppress(PartsError):  # it stands in the jaw's metal, which is said below
+        sheet = shield(design.layout)
+        assert sheet is not None
+        (_, low, _, high), middle, coils = bounding_box((sheet.outline(),)), (y0 + y1) / 2, coils_breadth(design.spec)
+        width, across = high - low, 2.0 * max(middle - coils.low, coils.high - middle)
+        if across > width + ROUNDING:
+            yield Violation(
+                f"the shield is {show(width, 'm', 3)} wide, as the port leaves it room, and the coils reach "
+                f"{show(across, 'm', 3)} across: {show((across - width) / 2, 'm', 3)} of them on each side see the jaw "
+                "beside it, and the estimate takes it as endless",
+                "bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller "
+                "coils", "shield.gap", width, across, "m", severity=Severity.WARNING,
+            )
+    needed = part.gap + part.thickness
     if needed > mount.standoff + ROUNDING:
-        yield SHIELD_IN_METAL.found(
-            "shield.gap", needed, mount.standoff, "m", carrier="the jaw" if mount.jaw else "the mount",
-            missing=needed - mount.standoff,
+        yield Violation(
+            f"the shield ends {show(needed, 'm')} below the board's bottom, {'the jaw' if mount.jaw else 'the mount'} "
+            f"begins at {show(mount.standoff, 'm')}",
+            f"raise mount.standoff by {show(needed - mount.standoff, 'm')} at least, or bring the shield nearer to "
+            "the board", "shield.gap", needed, mount.standoff, "m",
             advice=first_tried([[higher_seat(design.spec, needed)]], "a higher seat, or a nearer shield"),
         )
 
 
-def _uncovered_coils(design: Design) -> Iterator[Verdict]:
-    """Coils that reach beyond a shield which the port makes narrower than the body."""
-    spec, (_, y0, _, y1) = design.spec, design.layout.body
-    try:
-        sheet = shield(design.layout)
-    except PartsError:
-        return  # it stands in the jaw's metal, which is said below
-    assert sheet is not None
-    middle, (_, low, _, high) = (y0 + y1) / 2, bounding_box((sheet.outline(),))
-    width, coils = high - low, coils_breadth(spec)
-    across = 2.0 * max(middle - coils.low, coils.high - middle)
-    if across > width + ROUNDING:
-        yield UNCOVERED_COILS.found("shield.gap", width, across, "m", beyond=(across - width) / 2)
-
-
 def bare_metal(design: Design) -> Iterator[Verdict]:
     """A target that touches tissue is sealed."""
+    target = design.spec.target
     if design.spec.encapsulation is None:
-        target = design.spec.target
         metal = "copper" if target is not None and target.material.name == "copper" else "metal"
-        yield BARE_METAL.found("target", advice=first_tried([list(sealed(design.spec))], _WITH_A_FILM), metal=metal)
+        hint = "add a section encapsulation; a thick or stiff film, as one of PDMS, takes a good part of the signal"
+        yield Violation(f"the {metal} target is not encapsulated, and in the jaw it touches tissue", hint, "target",
+                        advice=first_tried([list(sealed(design.spec))], hint))
 
 
 def jaw_of(design: Design) -> Jaw:
@@ -136,46 +153,6 @@ def unverified(jaw: Jaw) -> str:
     """What a finding has to add in its detail where the jaw's figures are not measured ones."""
     return "the jaw's figures are unverified: measure yours" if is_unverified(jaw.source) else ""
 
-
-BENT_TOO_OFTEN = Case(
-    "the tail bends at every grasp (dynamic) and has {layers} copper layers",
-    hint="fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
-    severity=Severity.WARNING, grave=Severity.ERROR,
-)
-
-BRITTLE = Case(
-    "the tail bends at every grasp (dynamic), and its foil is {copper}, which cracks after fewer bends",
-    hint="fpc.copper: rolled-annealed, its grain along the tail; or bend it once (bend: static)",
-    severity=Severity.WARNING,
-)
-
-TOO_WIDE_A_BEND = Case(
-    "a bend of {measured:m,3} inside radius is wanted; inside the port there are {limit:m,3}",
-    hint="fpc.tail.bend.radius: {wanted:m,3}, or leave it out", severity=Severity.WARNING,
-)
-
-TOO_THICK_TO_BEND = Case(
-    "a {bend} bend of {layers} copper layer{plural} needs a radius of {measured:m,3} ({house} asks {ratio:g} times the "
-    "{thickness:m,3} tail); inside the port there are {limit:m,3}",
-    hint="a thinner tail, of fewer copper layers (fpc.tail.layers) or plated in its holes alone (fpc.plated: buttons), "
-    "or no bend", severity=Severity.NOTE, grave=Severity.WARNING,
-)
-
-SHIELD_IN_METAL = Case(
-    "the shield ends {measured:m} below the board's bottom, {carrier} begins at {limit:m}",
-    hint="raise mount.standoff by {missing:m} at least, or bring the shield nearer to the board",
-)
-
-UNCOVERED_COILS = Case(
-    "the shield is {measured:m,3} wide, as the port leaves it room, and the coils reach {limit:m,3} across: "
-    "{beyond:m,3} of them on each side see the jaw beside it, and the estimate takes it as endless",
-    hint=("bring it nearer to the closed pair's middle (a smaller shield.gap, a lower stack), or take smaller coils"),
-    severity=Severity.WARNING,
-)
-
-_WITH_A_FILM = "add a section encapsulation; a thick or stiff film, as one of PDMS, takes a good part of the signal"
-
-BARE_METAL = Case("the {metal} target is not encapsulated, and in the jaw it touches tissue", hint=_WITH_A_FILM)
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
-from sitscad.checks.rules import Case, Undecided, Verdict, rule_of
+from sitscad.checks.rules import Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit
 from sitscad.geometry.convex import Footprint, beyond
@@ -62,14 +63,10 @@ def moved(spec: SensorSpec) -> Iterator[Fix]:
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
         yield setting(spec, "elastomer.offset", plate.offset, pair(plate.offset))
-    edits: list[Edit] = []
-    zero = (0.0, 0.0)
-    if pad is not None and pad.offset != zero:
-        edits, pad = [*edits, Edit("elastomer.offset", "[0, 0]")], replace(pad, offset=zero)
-    if plate is not None and plate.offset != zero:
-        edits, plate = [*edits, Edit("target.offset", "[0, 0]")], replace(plate, offset=zero)
-    if edits:
-        yield Fix(tuple(edits), replace(spec, elastomer=pad, target=plate))
+    aside = [name for name, part in (("elastomer", pad), ("target", plate)) if part is not None and any(part.offset)]
+    if aside:
+        back: dict[str, Any] = {name: replace(getattr(spec, name), offset=(0.0, 0.0)) for name in aside}
+        yield Fix(tuple(Edit(f"{name}.offset", "[0, 0]") for name in aside), replace(spec, **back))
 
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
@@ -90,13 +87,11 @@ def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tu
     return x, y
 
 
-WRITTEN = (100e-6, 50e-6, GRAIN)
-"""To what a smaller side (m) is rounded down: as people write it, finer only where that leaves too little."""
-
-
 def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
-    """Target and elastomer no larger than the body has room for where they stand, the roundest sides first."""
-    for grain in WRITTEN:
+    """Target and elastomer no larger than the body has room for where they stand: sides rounded down to so many metres
+    as people write them, finer only where that leaves too little.
+    """
+    for grain in (100e-6, 50e-6, GRAIN):
         yield from _cut(spec, body, grain)
 
 
@@ -150,9 +145,7 @@ def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: floa
         side = _down(min(here.size[0], 2.0 * room), grain)
         return side, side
     size = [min(here.size[k], _widest(here, on, around, k)) for k in (0, 1)]
-    if is_square:
-        size = [min(size)] * 2
-
+    size = [min(size)] * 2 if is_square else size
     ways = [(1.0, 1.0)] if is_square else [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]
     found = [cut for way in ways if (cut := _shortened(here, size, way, on, around, grain)) is not None]
     return max(found, key=lambda sides: (round(sides[0] * sides[1], 12), sides), default=None)
@@ -211,13 +204,9 @@ def pair(lengths: tuple[float, float]) -> str:
 
 def _written(key: str, before: Plate, after: Plate) -> tuple[Edit, ...]:
     """How a plate's new shape and size are written."""
-    parts = []
-    if after.shape != before.shape:
-        parts.append(Edit(f"{key}.shape", after.shape))
-    if after.size != before.size:
-        size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
-        parts.append(Edit(f"{key}.size", size))
-    return tuple(parts)
+    size = pair(after.size) if after.outline.is_long else f"{after.size[0] * 1e3:.6g}"
+    written = {"shape": after.shape if after.shape != before.shape else "", "size": size * (after.size != before.size)}
+    return tuple(Edit(f"{key}.{name}", text) for name, text in written.items() if text)
 
 
 TARGET_LENGTH_TOLERANCE = 0.2
@@ -230,46 +219,61 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     pitch, coil, length = _line_pitch(design.spec), _largest_coil(design, target.rotation), _chord(target)
 
     def advice(left: Left) -> str:
-        # A target as long as two coils are apart and as wide as one, or as large as a coil, in words
-        target = design.spec.target
-        assert target is not None
-        what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
-        if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
-            return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
-        length = pitch or max(target.size[0], coil[0])
-        across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
-        changes = list(larger_target(design.spec, length, max(across, coil[1])))
-        found = first_that_mends(changes, left)
-        if found is not None:
-            return f"{found.words} (it was tried): {what}"
-        if left.is_cut_short:
-            return ""
-        against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
-        return (
-            f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
-            "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
-        )
+        return _larger(design.spec, target, pitch, coil, left)
 
     if not is_as_long_as_line(design.spec):
-        yield NOT_AS_LONG.found("target.size", length, pitch, "m", advice=advice)
-    ways = (("wide", 1),) if pitch else (("long", 0), ("wide", 1))
-    for word, axis in ways:
+        assert pitch is not None
+        yield Violation(
+            f"the target is {show(length, 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
+            "a target as long as that distance gives the most shear signal", "target.size", length, pitch, "m",
+            advice=advice,
+        )
+    for word, axis in (("wide", 1),) if pitch else (("long", 0), ("wide", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
-            yield TOO_SMALL.found("target.size", target.size[axis], coil[axis], "m", advice=advice, word=word)
+            yield Violation(
+                f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
+                "field passes beside it", "a larger target", "target.size", target.size[axis], coil[axis], "m",
+                advice=advice,
+            )
     if any(target.offset):
-        yield from _aside(design, coil)
+        yield from _aside(design.spec, target, coil)
     elif pitch is None:
         # a target in the middle of several coils may reach not one of them
         outline, half = footprint(design.spec, target).outline(), 0.5 * min(design.spec.coil.size)
         nearest = min(beyond(outline, Point(*p.centre)) for p in array.placements)
         if nearest >= half:
-            yield BETWEEN_COILS.found("target.size", nearest, half, "m")
+            yield Violation(
+                "the target lies between the coils and over none of them: the nearest one's middle stands "
+                f"{show(nearest, 'm', 3)} beyond its edge",
+                "a target that reaches the middles of the coils, or coils nearer together", "target.size", nearest,
+                half, "m",
+            )
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
             "the target's best length is known for two coils in a line only; of this array it was checked only that "
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
         )
+
+
+def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
+    """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
+    what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
+    if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
+        return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
+    length = pitch or max(target.size[0], coil[0])
+    across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
+    changes = list(larger_target(spec, length, max(across, coil[1])))
+    found = first_that_mends(changes, left)
+    if found is not None:
+        return f"{found.words} (it was tried): {what}"
+    if left.is_cut_short:
+        return ""
+    against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
+    return (
+        f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
+        "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
+    )
 
 
 def _line_pitch(spec: SensorSpec) -> float | None:
@@ -283,10 +287,8 @@ def is_as_long_as_line(spec: SensorSpec) -> bool:
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
-def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
+def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Iterator[Verdict]:
     """What a target covers less of the coils because it is offset: of a single coil all, of several their centres."""
-    spec, target = design.spec, design.spec.target
-    assert target is not None
     here, middle = footprint(spec, target), footprint(spec, replace(target, offset=(0.0, 0.0)))
     if len(spec.array.placements) == 1:
         place = here.place_of(Point(*spec.array.middle))
@@ -299,8 +301,12 @@ def _aside(design: Design, coil: tuple[float, float]) -> Iterator[Verdict]:
         lost = {name: now for name, (now, before) in beside.items() if now > max(before, 0.0) + slack}
         names, over, words = list(lost), max(lost.values(), default=0.0), "the middle of coil"
     if names:
-        yield BESIDE_COILS.found("target.offset", over, 0.0, "m", pair=pair(target.offset), words=words,
-                                 plural="s" * (len(names) > 1), join=", ".join(names))
+        yield Violation(
+            f"the target is offset by {pair(target.offset)} mm: {words}{'s' * (len(names) > 1)} {', '.join(names)} "
+            "lies beside it, and so does the field there",
+            "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
+            "target larger", "target.offset", over, 0.0, "m",
+        )
 
 
 def _chord(target: Target) -> float:
@@ -320,27 +326,6 @@ def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
         return length, width
     return (max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),
             max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned))
-
-
-NOT_AS_LONG = Case(
-    "the target is {measured:m} long, the coils' centres are {limit:m} apart",
-    hint="a target as long as that distance gives the most shear signal",
-)
-
-TOO_SMALL = Case(
-    "the target is {measured:m} {word}, a coil {limit:m}: part of the field passes beside it", hint="a larger target",
-)
-
-BETWEEN_COILS = Case(
-    "the target lies between the coils and over none of them: the nearest one's middle stands {measured:m,3} beyond "
-    "its edge", hint="a target that reaches the middles of the coils, or coils nearer together",
-)
-
-BESIDE_COILS = Case(
-    "the target is offset by {pair} mm: {words}{plural} {join} lies beside it, and so does the field there",
-    hint="target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
-    "target larger",
-)
 
 
 PROPORTIONS = rule_of("SIT306", target_proportions, "target")

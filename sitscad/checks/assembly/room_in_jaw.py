@@ -17,7 +17,8 @@ from sitscad.checks.assembly.fit import (
     weight_of,
     with_tolerances,
 )
-from sitscad.checks.rules import Advice, Case, Rule, Undecided, Verdict, rule_of
+from sitscad.checks.assembly.plates import pair as in_brackets
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import bounding_box
@@ -35,45 +36,69 @@ from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
+OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
+NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
+
+SMALLEST_MEASURED_PORT = 1.1
+"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
+
+BOARD = "board body"
+"""The closed pair's piece that a smaller coil or margin makes narrower."""
+
+PLATES = ("target", "elastomer", "encapsulation")
+"""Its pieces that are as wide as the spec says, and the film on them."""
+
+LEAST_STEP = 1e-6
+"""How fine (m) a length is found that has to go."""
+
 
 def sensor_width(design: Design) -> Iterator[Verdict]:
-    """Board, elastomer and target across the jaw, whose middle lies under the body's."""
-    jaw = jaw_of(design)
+    """Board, elastomer and target across the jaw, whose middle lies under the body's; the whole board, laid flat, in
+    the port.
+    """
+    jaw, (_, low, _, high) = jaw_of(design), bounding_box((design.layout.outline,))
     for slab in above_board(design.spec):
         yield from _across_jaw(design, jaw, slab)
     yield from _overhang(design, jaw)
-    yield from _in_pocket(design, jaw, design.layout.body_size[1])
-    yield from _through_port(design)
+    yield from _in_pocket(design, jaw, *design.layout.body_size)
+    across = high - low
+    if across > jaw.port_diameter + ROUNDING:
+        is_body = across <= design.layout.body_size[1] + ROUNDING
+        at_tail = "a straight tail, fewer contacts, a finer connector"
+        yield Violation(
+            f"the whole board is {show(across, 'm')} wide where it is laid flat, its tail and contacts included; the "
+            f"port leaves {show(jaw.port_diameter, 'm')}", "it goes through the port rolled or from behind only: "
+            + ("the body decides, make it narrower" if is_body else at_tail),
+            "coil.outer_diameter" if is_body else "fpc.tail", across, jaw.port_diameter, "m", severity=Severity.WARNING,
+            detail=unverified(jaw),
+        )
 
 
 def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     """Elastomer or target across the jaw, each where it stands, beyond both the jaw and the board that carries it."""
     (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, design.layout.body
     middle, width = (y0 + y1) / 2, high - low
-    needed, carried = 2.0 * max(high - middle, middle - low), min(y1 - y0, jaw.port_diameter)
-    room = max(jaw.width, carried)
-    if needed <= room + ROUNDING:
-        return
-    aside = needed - width > ROUNDING
-    beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
-    yield PLATE_TOO_WIDE.found(f"{slab.name}.{'offset' if aside else 'size'}", needed, room, "m", name=slab.name,
-                               width=width, beside=beside, carrier="jaw" if room == jaw.width else "board in its port",
-                               unverified=unverified(jaw), excess=(needed - room) / 2, side="that" if aside else "each",
-                               middle=", one that stands in the middle" if aside else "")
+    needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
+    if needed > room + ROUNDING:
+        aside = needed - width > ROUNDING
+        beside = f" and its middle {show((needed - width) / 2, 'm', 3)} beside the jaw's" if aside else ""
+        side, smaller = ("that", "part, one that stands in the middle") if aside else ("each", "part")
+        yield Violation(
+            f"the {slab.name} is {show(width, 'm')} wide{beside}, the "
+            f"{'jaw' if room == jaw.width else 'board in its port'} {show(room, 'm')}",
+            f"{show((needed - room) / 2, 'm')} too much on {side} side: a smaller {smaller}, or a wider jaw",
+            f"{slab.name}.{'offset' if aside else 'size'}", needed, room, "m", detail=unverified(jaw),
+        )
 
 
 def _shares(design: Design) -> str:
     """What the body's width is made of, where leads or vias beside the coils take a part of it."""
-    spec, width = design.spec, design.layout.body_size[1]
-    coils = 2.0 * coils_breadth(spec).half
-    edges = 2.0 * spec.fpc.rules.copper_to_edge
-    margin = 2.0 * spec.fpc.margin[1]
-    beside = width - coils - edges - margin
+    spec, coils = design.spec, 2.0 * coils_breadth(design.spec).half
+    edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
+    beside = design.layout.body_size[1] - coils - edges - margin
     parts = [f"coils {show(coils, 'm')}", f"board's edges {show(edges, 'm')}"]
-    if margin:
-        parts.append(f"fpc.margin {show(margin, 'm')}")
-    if beside > ROUNDING:
-        parts.append(f"and {show(beside, 'm')} for leads and vias that pass beside the coils")
+    parts += [f"fpc.margin {show(margin, 'm')}"] if margin else []
+    parts += [f"and {show(beside, 'm')} for leads and vias that pass beside the coils"] if beside > ROUNDING else []
     return f" ({', '.join(parts)})" if len(parts) > 2 else ""
 
 
@@ -82,13 +107,7 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
-    written = f"[{margin[0] * 1e3:.6g}, {margin[1] * 1e3:.6g}]"
-    return setting(spec, "fpc.margin", margin, written) if less >= 0.0 else None
-
-
-def _advice(less: Fix | None, before: str = "", after: str = "") -> Advice | None:
-    """A hint with less of the margin, and what became of it when it was tried; none where there is none to take."""
-    return None if less is None else lambda left: f"{before}{less.words}{tried(less, left)}{after}"
+    return setting(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
 
 
 def _narrower_body(design: Design, excess: float, left: Left) -> str:
@@ -113,64 +132,57 @@ def _led_otherwise(design: Design, name: str, left: Left) -> Iterator[Fix]:
             yield fix
 
 
-def _through_port(design: Design) -> Iterator[Verdict]:
-    """A warning where the whole board, laid flat, is wider than the port."""
-    jaw, (_, low, _, high) = jaw_of(design), bounding_box((design.layout.outline,))
-    across = high - low
-    is_body = across <= design.layout.body_size[1] + ROUNDING
-    if across > jaw.port_diameter + ROUNDING:
-        at_tail = "a straight tail, fewer contacts, a finer connector"
-        yield WIDER_THAN_PORT.found("coil.outer_diameter" if is_body else "fpc.tail", across, jaw.port_diameter, "m",
-                                    unverified=unverified(jaw),
-                                    remedy="the body decides, make it narrower" if is_body else at_tail)
-
-
-def _in_pocket(design: Design, jaw: Jaw, body: float) -> Iterator[Verdict]:
+def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
     """A board below the rims of a pad pocket has to go into it."""
     mount = design.spec.mount
     if jaw.pocket is None or mount is None:
         return
-    length = jaw.pocket[0] - 2.0 * POCKET_CLEARANCE
-    if design.layout.body_size[0] > length + ROUNDING:
-        long = design.layout.body_size[0]
-        yield LONGER_THAN_POCKET.found(design.distance_key, long, length, "m", unverified=unverified(jaw))
-    if mount.standoff > jaw.recess - ROUNDING:
-        return
-    room = jaw.pocket[1] - 2.0 * POCKET_CLEARANCE
-    if body > room + ROUNDING:
-        yield WIDER_THAN_POCKET.found("mount.standoff", body, room, "m", below=jaw.recess - mount.standoff,
-                                      unverified=unverified(jaw), over=jaw.recess * 1e3)
+    length, room = (side - 2.0 * POCKET_CLEARANCE for side in jaw.pocket)
+    if long > length + ROUNDING:
+        yield Violation(
+            f"the board's body is {show(long, 'm')} long, and what lies under it has {show(length, 'm')} in the jaw's "
+            "pocket", "a shorter board (fewer or smaller coils), or a jaw with a longer pocket", design.distance_key,
+            long, length, "m", detail=unverified(jaw),
+        )
+    if mount.standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
+        yield Violation(
+            f"the board's body is {show(wide, 'm')} wide and lies {show(jaw.recess - mount.standoff, 'm', 3)} below "
+            f"the rims of the jaw's pocket, which leaves {show(room, 'm')}",
+            f"mount.standoff: {jaw.recess * 1e3:.6g} or more lays it over the rims, or a narrower board",
+            "mount.standoff", wide, room, "m", detail=unverified(jaw),
+        )
 
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """The board beside the jaw's true face: how far it stands over it, against what the seat below holds."""
-    over = measure_of(design, OVERHANG)
-    if over is None or over.worst <= ROUNDING:
+    over, body = measure_of(design, OVERHANG), design.layout.body_size[1]
+    severity = None if over is None else weight_of(over)
+    if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
-    severity = weight_of(over)
-    if severity is None and over.nominal <= ROUNDING:
+    wide = width_under(design.layout)
+    cut = f", which the port leaves {show(wide, 'm')} wide there" if wide is not None and wide < body - ROUNDING else ""
+    carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
+    said = (
+        f"the board's body, {show(body, 'm')} wide{_shares(design) if severity else ''}, stands "
+        f"{show(max(0.0, over.nominal), 'm', 3)} over each side of the jaw's face, which is "
+        f"{show(section(rim(jaw)).face, 'm')} wide{with_tolerances(over)}; "
+    )
+    found = Violation(said, "", "coil.outer_diameter", over.measured, over.limit, "m", severity or Severity.NOTE,
+                      detail=unverified(jaw))
+    if severity is None:
+        yield replace(found, message=f"{said}held by {carried}", hint="nothing has to be changed for that: the mount "
+                      "is cut back to the port's circle; a narrower board would lie on metal altogether")
         return
     excess = 2.0 * (over.worst - over.limit)
-    less = _less_margin(design.spec, 1, excess) if severity is not None else None
-    wide = width_under(design.layout)
-    cut = (
-        f", which the port leaves {show(wide, 'm')} wide there"
-        if wide is not None and wide < design.layout.body_size[1] - ROUNDING
-        else ""
-    )
-    carried = f"the {show(over.limit, 'm', 3)} of plastic under it{cut}" if over.limit else "nothing under it"
-    is_coils = severity is Severity.ERROR and not less
-    yield (HELD_BY_PLASTIC if severity is None else BODY_OVER_FACE).found(
-        "fpc.margin" if less else "coil.outer_diameter", over.measured, over.limit, "m", severity=severity,
-        advice=(lambda left: _narrower_body(design, excess, left)) if is_coils
-        else _advice(less, after=f", or {OTHER_SEAT}"), body=design.layout.body_size[1],
-        shares="" if severity is None else _shares(design), over=max(0.0, over.nominal), face=section(rim(jaw)).face,
-        unverified=unverified(jaw), beyond=with_tolerances(over), carried=carried,
-        remedy=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}",
-    )
-
-
-OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
+    less = _less_margin(design.spec, 1, excess)
+    found = replace(found, message=f"{said}it is to be held by {carried}",
+                    hint=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}")
+    if less is not None:
+        found = replace(found, key="fpc.margin",
+                        advice=lambda left: f"{less.words}{tried(less, left)}, or {OTHER_SEAT}")
+    elif severity is Severity.ERROR:
+        found = replace(found, advice=lambda left: _narrower_body(design, excess, left))
+    yield found
 
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
@@ -180,57 +192,14 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     if measure is None or severity is None:
         return
     excess = measure.worst - jaw.length
-    less = _less_margin(design.spec, 0, excess)
-    many = len(design.spec.array.placements) > 1
-    yield BODY_TOO_LONG.found(
+    less, too_much = _less_margin(design.spec, 0, excess), f"{show(excess, 'm')} too much at worst: "
+    pitch = ", or a smaller pitch" if len(design.spec.array.placements) > 1 else ""
+    yield Violation(
+        f"the board's body is {show(measure.nominal, 'm')} long{with_tolerances(measure)}, the jaw "
+        f"{show(jaw.length, 'm')}", too_much + (less.words if less else f"fewer or smaller coils{pitch}"),
         "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
-        nominal=measure.nominal, beyond=with_tolerances(measure), unverified=unverified(jaw), excess=excess,
-        advice=_advice(less, f"{show(excess, 'm')} too much at worst: "),
-        remedy=less.words if less else f"fewer or smaller coils{', or a smaller pitch' if many else ''}",
+        advice=(lambda left: f"{too_much}{less.words}{tried(less, left)}") if less else None, detail=unverified(jaw),
     )
-
-
-PLATE_TOO_WIDE = Case(
-    "the {name} is {width:m} wide{beside}, the {carrier} {limit:m}",
-    hint="{excess:m} too much on {side} side: a smaller part{middle}, or a wider jaw", detail="{unverified}",
-)
-
-WIDER_THAN_PORT = Case(
-    "the whole board is {measured:m} wide where it is laid flat, its tail and contacts included; the port leaves "
-    "{limit:m}", hint="it goes through the port rolled or from behind only: {remedy}", severity=Severity.WARNING,
-    detail="{unverified}",
-)
-
-LONGER_THAN_POCKET = Case(
-    "the board's body is {measured:m} long, and what lies under it has {limit:m} in the jaw's pocket",
-    "a shorter board (fewer or smaller coils), or a jaw with a longer pocket", detail="{unverified}",
-)
-
-WIDER_THAN_POCKET = Case(
-    "the board's body is {measured:m} wide and lies {below:m,3} below the rims of the jaw's pocket, which leaves "
-    "{limit:m}", "mount.standoff: {over:.6g} or more lays it over the rims, or a narrower board", detail="{unverified}",
-)
-
-_BODY_OVER_FACE = (
-    "the board's body, {body:m} wide{shares}, stands {over:m,3} over each side of the jaw's face, which is {face:m} "
-    "wide{beyond}; "
-)
-
-BODY_OVER_FACE = Case(_BODY_OVER_FACE + "it is to be held by {carried}", "{remedy}", detail="{unverified}")
-
-HELD_BY_PLASTIC = Case(
-    _BODY_OVER_FACE + "held by {carried}",
-    "nothing has to be changed for that: the mount is cut back to the port's circle; a narrower board would lie on "
-    "metal altogether", Severity.NOTE, detail="{unverified}",
-)
-
-BODY_TOO_LONG = Case(
-    "the board's body is {nominal:m} long{beyond}, the jaw {limit:m}", hint="{excess:m} too much at worst: {remedy}",
-    detail="{unverified}",
-)
-
-SMALLEST_MEASURED_PORT = 1.1
-"""5 mm trocars measure 5.5 mm inside at the least (Limperg 2024): that much more than the nominal port."""
 
 
 def stack_height(design: Design) -> Iterator[Verdict]:
@@ -242,53 +211,66 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         return
     pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
-        yield JAW_TOO_WIDE.found("mount.jaw.width", jaw.width, jaw.port_diameter, "m", unverified=unverified(jaw))
+        yield Violation(
+            f"the jaw alone is {show(jaw.width, 'm')} wide, the port {show(jaw.port_diameter, 'm')}: its back was "
+            "taken as round as the port, and so narrower than the jaw",
+            "mount.jaw.port_diameter: that of the port that this jaw passes", "mount.jaw.width", jaw.width,
+            jaw.port_diameter, "m", detail=unverified(jaw),
+        )
     # the rims of pad pockets against what lies between the pockets' floors
     at = levels(column(design.layout))
     between = at["opposing-jaw"][0].nominal - at["jaw"][1].nominal
     rims = (jaw.recess if jaw.pocket else 0.0) + (jaw.opposing_recess if jaw.opposing_pocket else 0.0)
     if rims > between + ROUNDING:
-        yield SUNK.found("mount.jaw.recess", rims, between, "m")
-    severity = None if pair is None else weight_of(pair)
-    if pair is None or severity is None:
-        return
-    wider = SMALLEST_MEASURED_PORT * pair.limit
-    passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
-    less = f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {_thinner(design)}"
-    narrower_by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
-    otherwise = f"{less}; or narrower tolerances: {_widest(pair)}"
-    plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
-    yield PAIR_TOO_HIGH.found(
-        "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=severity, nominal=pair.nominal,
-        beyond=with_tolerances(pair), decided_by=pair.decided_by, unverified=unverified(jaw),
-        glue=math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE)),
-        measured_ports="" if pair.measured > wider + ROUNDING else passes,
-        remedy=f"{_narrower_by(narrower_by)} {NARROWER}; or {otherwise}" if narrower_by else plates + otherwise,
-        advice=(lambda left: _narrower_in_port(design, narrower_by, otherwise, left)) if narrower_by else None,
+        yield Violation(
+            f"the rims of the pad pockets are {show(rims, 'm', 3)} high together, and {show(between, 'm', 3)} lie "
+            "between the pockets' floors: they meet before anything touches the sensor, which feels nothing",
+            "a higher stack (mount.standoff), or mount.jaw.recess as it is measured", "mount.jaw.recess", rims, between,
+            "m",
+        )
+    if pair is not None and weight_of(pair) is not None:
+        yield _too_high(design, jaw, pair)
+
+
+def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
+    """The complaint for a closed pair that does not pass its port, with what can give: the heights, largest first, and
+    the tolerances that count most.
+    """
+    spec, wider = design.spec, SMALLEST_MEASURED_PORT * pair.limit
+    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
+    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
+    heights += [("elastomer.thickness", spec.elastomer.thickness)] if spec.elastomer else []
+    heights += [("target.thickness", spec.target.thickness)] if spec.target else []
+    thinner = ", ".join(f"{key} is {show(height, 'm', 3)}"
+                        for key, height in sorted(heights, key=lambda e: (-e[1], e[0])) if height > 0.0)
+    widest = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
+    loose = [f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest]
+    otherwise = (
+        f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {thinner}; or narrower tolerances: "
+        f"{', '.join(loose)} (assembly.tolerances, where yours are measured)"
     )
+    by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
+    plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
+    narrower_by = f"a board narrower by {show(by, 'm', 3)}:" if by else ""
 
+    def advice(left: Left) -> str:
+        # less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port
+        margin = _less_margin(spec, 1, by or 0.0)
+        led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
+        fixes = [margin] if margin else [*led, *narrower(spec, by or 0.0)]
+        found = first_or_vain(fixes, left, ("", otherwise, f"{NARROWER}; or {otherwise}"))
+        return f"{narrower_by} {found}" if found else ""
 
-BOARD = "board body"
-"""The closed pair's piece that a smaller coil or margin makes narrower."""
-
-PLATES = ("target", "elastomer", "encapsulation")
-"""Its pieces that are as wide as the spec says, and the film on them."""
-
-
-NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
-
-
-def _narrower_by(width: float) -> str:
-    return f"a board narrower by {show(width, 'm', 3)}:"
-
-
-def _narrower_in_port(design: Design, by: float, otherwise: str, left: Left) -> str:
-    """Less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port."""
-    margin = _less_margin(design.spec, 1, by)
-    led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
-    fixes = [margin] if margin else [*led, *narrower(design.spec, by)]
-    found = first_or_vain(fixes, left, ("", otherwise, f"{NARROWER}; or {otherwise}"))
-    return f"{_narrower_by(by)} {found}" if found else ""
+    glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
+    passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
+    return Violation(
+        f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
+        f"{with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
+        f"{narrower_by} {NARROWER}; or {otherwise}" if by else plates + otherwise, "mount.standoff", pair.measured,
+        jaw.port_diameter, "m", severity=weight_of(pair), advice=advice if by else None,
+        detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
+                      "" if pair.measured > wider + ROUNDING else passes),
+    )
 
 
 def _width_to_take_off(design: Design, pair: Measure) -> float | None:
@@ -327,8 +309,8 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
     """The least length (m) that is enough, of some between half of what is too much and three times that; None where
     none below `most` is.
     """
-    tried_ones = [step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most]
-    high = next((length for length in tried_ones if passes(length)), None)
+    steps = (step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most)
+    high = next((length for length in steps if passes(length)), None)
     if high is None:
         return None
     low = 0.5 * over
@@ -336,49 +318,6 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
         middle = 0.5 * (low + high)
         low, high = (low, middle) if passes(middle) else (middle, high)
     return LEAST_STEP * math.ceil(high / LEAST_STEP)
-
-
-LEAST_STEP = 1e-6
-"""How fine (m) a length is found that has to go."""
-
-
-def _widest(pair: Measure) -> str:
-    """The parts that tolerances change most, and the key that narrows them where yours are better."""
-    found = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
-    named_parts = ", ".join(f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in found)
-    return f"{named_parts} (assembly.tolerances, where yours are measured)"
-
-
-def _thinner(design: Design) -> str:
-    """The soft or empty heights that can give, largest first."""
-    spec = design.spec
-    standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
-    heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
-    if spec.elastomer is not None:
-        heights.append(("elastomer.thickness", spec.elastomer.thickness))
-    if spec.target is not None:
-        heights.append(("target.thickness", spec.target.thickness))
-    heights = [entry for entry in sorted(heights, key=lambda e: (-e[1], e[0])) if entry[1] > 0.0]
-    return ", ".join(f"{key} is {show(height, 'm', 3)}" for key, height in heights)
-
-
-PAIR_TOO_HIGH = Case(
-    "the closed jaws with the sensor glued between them need a circle of {nominal:m}{beyond}, which the {decided_by} "
-    "decides; the port's is {limit:m}", detail="glue lines are {glue:m,3} of it; {unverified}; {measured_ports}",
-    hint="{remedy}",
-)
-
-
-JAW_TOO_WIDE = Case(
-    "the jaw alone is {measured:m} wide, the port {limit:m}: its back was taken as round as the port, and so narrower "
-    "than the jaw", hint="mount.jaw.port_diameter: that of the port that this jaw passes", detail="{unverified}",
-)
-
-SUNK = Case(
-    "the rims of the pad pockets are {measured:m,3} high together, and {limit:m,3} lie between the pockets' floors: "
-    "they meet before anything touches the sensor, which feels nothing",
-    hint="a higher stack (mount.standoff), or mount.jaw.recess as it is measured",
-)
 
 
 RULES: tuple[Rule, ...] = (

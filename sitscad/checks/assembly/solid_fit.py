@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.assembly.fit import jaw_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, located, named, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, located, named, rule_of
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.layout.bending import tail_thickness
@@ -21,13 +21,12 @@ from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import BODY
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.sensor import SensorSpec
-
-BY_BUILD = "measured on the solids by sitscad build (mount/fit.json), not by check"
+from sitscad.units import show
 
 
 def on_solids(design: Design) -> Iterator[Verdict]:
     """Nothing can be said without solids."""
-    yield Undecided(BY_BUILD)
+    yield Undecided("measured on the solids by sitscad build (mount/fit.json), not by check")
 
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
@@ -46,12 +45,20 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
         return
     for gap in pin_gaps(layout):
         if not gap.is_free:
-            yield TAIL_IN_PIN.found("mount.standoff", gap.away, gap.pin, "m", when=gap.when, pin=2.0 * gap.pin,
-                                    origin=gap.source)
+            yield Violation(
+                f"{gap.when}, the tail runs {show(gap.away, 'm', 3)} from the pivot, and the hinge's pin is "
+                f"{show(2.0 * gap.pin, 'm', 3)} thick ({gap.source})",
+                "write your instrument's pin (assembly.hinge_pin), lead the tail beside it, or lay it lower (a larger "
+                "mount.standoff)", "mount.standoff", gap.away, gap.pin, "m",
+            )
     half = (jaw.opening or 0.0) / 2
     needed = (closed.radius + tail_thickness(design.spec) / 2) * math.tan(half / 2)
     if needed > jaw.hinge:
-        yield BEND_BEFORE_HINGE.found("fpc.tail.bend", needed, jaw.hinge, "m", radius=closed.radius)
+        yield Violation(
+            f"the tail's bend of {show(closed.radius, 'm', 3)} inside radius begins {show(needed, 'm', 3)} before the "
+            f"pivot, where the jaw's face still is: from its heel to the pivot there are {show(jaw.hinge, 'm', 3)}",
+            "a thinner tail, a tighter bend, or a jaw that opens less", "fpc.tail.bend", needed, jaw.hinge, "m",
+        )
 
 
 def end_through_shaft(design: Design) -> Iterator[Verdict]:
@@ -61,8 +68,12 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
     width, thick = end_section(layout)
     across = math.hypot(width, thick)
     if across > behind.bore:
-        yield END_TOO_WIDE.found("fpc.tail.connector", across, behind.bore, "m", width=width, thick=thick,
-                                 origin=behind.source)
+        yield Violation(
+            f"the tail's end is {show(width, 'm', 3)} wide and {show(thick, 'm', 3)} thick, {show(across, 'm', 3)} "
+            f"from corner to corner; the tube behind the jaws leaves {show(behind.bore, 'm', 3)} ({behind.source})",
+            "write your instrument's bore (assembly.shaft_bore); else a connector of finer pitch, fewer coils, or "
+            "wires soldered behind the jaws", "fpc.tail.connector", across, behind.bore, "m",
+        )
 
 
 def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Finding, ...]:
@@ -70,84 +81,62 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
     found = []
     for each in document.get("measured", ()):
         if not each["kept"]:
-            rule, case, key = FAULTS[each["what"]]
-            # what a measurement that is not kept says
-            x, y, z = each["where_m"]
-            volume = 1e9 * each["value"] if each["unit"] == "m3" else 0.0
-            area = 1e6 * each["value"] if each["unit"] == "m2" else 0.0
-            when = f" ({each['when']})" if each["when"] else ""
-            values = {"first": each["first"], "second": each["second"], "when": when, "volume": volume, "area": area,
-                      "wanted": 1e6 * each["limit"], "x": 1e3 * x, "y": 1e3 * y, "z": 1e3 * z}
-            values["under"] = f"the {BODY}" if each["first"] == BODY else f"the board under the {each['first']}"
-            complaint = case.found(key, each["value"], each["limit"], each["unit"], **values)
-            found.append(located(named(_RULES[rule], replace(complaint, place=Place(x, y)), spec.readout.device), spec))
+            rule, key = JUDGED_BY[each["what"]]
+            said = replace(_fault(each), key=key, measured=each["value"], limit=each["limit"], unit=each["unit"],
+                           place=Place(*each["where_m"][:2]))
+            found.append(located(named(_RULES[rule], said, spec.readout.device), spec))
     return tuple(found)
+
+
+def _fault(each: Mapping[str, Any]) -> Violation:
+    """What a measurement that is not kept says."""
+    first, second, value, limit = each["first"], each["second"], each["value"], each["limit"]
+    x, y, z = (1e3 * along for along in each["where_m"])
+    match each["what"]:
+        case "interference":
+            return Violation(
+                f"{first} and {second} stand in each other: both take {1e9 * value:.3g} mm3 about x = {x:.2f}, y = "
+                f"{y:.2f}, z = {z:.2f} mm of the board's drawing",
+                "give one of them other sizes; mount/fit.json says how much (build --force), assembly.step where",
+            )
+        case "port":
+            return Violation(
+                f"the {first} reaches {show(value, 'm')} from the closed pair's axis, the port {show(limit, 'm')}",
+                "a lower stack or a narrower piece; SIT303 says by how much",
+            )
+        case "opening":
+            when = f" ({each['when']})" if each["when"] else ""
+            return Violation(
+                f"the jaws cannot open: the {second} runs into the {first}{when}, {1e9 * value:.3g} mm3 of it",
+                "what stands at the sensor's heel has to be lower or shorter, or the jaw's hinge is not where it says",
+            )
+        case "travel":
+            return Violation(
+                f"under {each['when']} the {first} comes to lie on the {second}, which does not give way: the force "
+                "beyond that is not felt", "more room beside the pad, a smaller target, or a stiffer pad",
+            )
+        case "bulge":
+            return Violation(
+                f"under {each['when']} the elastomer's sides bulge against the {second}, and the pad is stiffer than "
+                "computed", "a smaller pad, or more room beside it", severity=Severity.WARNING,
+            )
+    under = f"the {BODY}" if first == BODY else f"the board under the {first}"
+    return Violation(
+        f"{under} is carried on {1e6 * value:.3g} mm2, as far as the solids go; it takes {1e6 * limit:.3g} mm2",
+        "more of the mount under the board: a STEP file's datum is the middle of the face that the board is glued on",
+        severity=Severity.WARNING if each["what"] == "support" else Severity.ERROR,
+    )
 
 
 def settles(document: Mapping[str, Any]) -> frozenset[str]:
     """The rules that a document decides."""
-    kinds = {each["what"] for each in document.get("measured", ())}
-    return frozenset(FAULTS[kind][0] for kind in kinds)
+    return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
 
 
-IN_EACH_OTHER = Case(
-    "{first} and {second} stand in each other: both take {volume:.3g} mm3 about x = {x:.2f}, y = {y:.2f}, z = {z:.2f} "
-    "mm of the board's drawing",
-    hint="give one of them other sizes; mount/fit.json says how much (build --force), assembly.step where",
-)
-
-OUTSIDE_PORT = Case(
-    "the {first} reaches {measured:m,4} from the closed pair's axis, the port {limit:m,4}",
-    hint="a lower stack or a narrower piece; SIT303 says by how much",
-)
-
-HITS_WHILE_OPENING = Case(
-    "the jaws cannot open: the {second} runs into the {first}{when}, {volume:.3g} mm3 of it",
-    hint="what stands at the sensor's heel has to be lower or shorter, or the jaw's hinge is not where it says",
-)
-
-HITS_UNDER_LOAD = Case(
-    "under {when} the {first} comes to lie on the {second}, which does not give way: the force beyond that is not felt",
-    hint="more room beside the pad, a smaller target, or a stiffer pad",
-)
-
-BULGE_HITS = Case(
-    "under {when} the elastomer's sides bulge against the {second}, and the pad is stiffer than computed",
-    hint="a smaller pad, or more room beside it", severity=Severity.WARNING,
-)
-
-TAIL_IN_PIN = Case(
-    "{when}, the tail runs {measured:m,3} from the pivot, and the hinge's pin is {pin:m,3} thick ({origin})",
-    hint="write your instrument's pin (assembly.hinge_pin), lead the tail beside it, or lay it lower (a larger "
-    "mount.standoff)",
-)
-
-BEND_BEFORE_HINGE = Case(
-    "the tail's bend of {radius:m,3} inside radius begins {measured:m,3} before the pivot, where the jaw's face still "
-    "is: from its heel to the pivot there are {limit:m,3}",
-    hint="a thinner tail, a tighter bend, or a jaw that opens less",
-)
-
-END_TOO_WIDE = Case(
-    "the tail's end is {width:m,3} wide and {thick:m,3} thick, {measured:m,3} from corner to corner; the tube behind "
-    "the jaws leaves {limit:m,3} ({origin})",
-    hint="write your instrument's bore (assembly.shaft_bore); else a connector of finer pitch, fewer coils, or wires "
-    "soldered behind the jaws",
-)
-
-NOT_CARRIED = Case(
-    "{under} is carried on {area:.3g} mm2, as far as the solids go; it takes {wanted:.3g} mm2",
-    hint="more of the mount under the board: a STEP file's datum is the middle of the face that the board is glued on",
-    severity=Severity.WARNING,
-)
-
-HARDLY_CARRIED = replace(NOT_CARRIED, severity=Severity.ERROR)
-
-FAULTS = {"interference": ("SIT320", IN_EACH_OTHER, "mount"), "port": ("SIT321", OUTSIDE_PORT, "mount"),
-          "opening": ("SIT322", HITS_WHILE_OPENING, "mount"), "travel": ("SIT323", HITS_UNDER_LOAD, "requirements"),
-          "bulge": ("SIT323", BULGE_HITS, "requirements"), "support": ("SIT326", NOT_CARRIED, "mount"),
-          "no support": ("SIT326", HARDLY_CARRIED, "mount")}
-"""By kind of measurement: the rule that judges it, what it says, and the key that it points at."""
+JUDGED_BY = {"interference": ("SIT320", "mount"), "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
+             "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
+             "no support": ("SIT326", "mount")}
+"""By kind of measurement: the rule that judges it, and the key that it points at."""
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT320", on_solids, "jaw"),

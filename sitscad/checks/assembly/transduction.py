@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
 from sitscad.checks.assembly.plates import lies
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of, worded
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
@@ -40,41 +40,35 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
         return
-    material, sigma = pad.material, pad.material.shear_modulus_sigma
+    rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
-    if most.strain <= elastomer.VALID_STRAIN:
+    if most.strain <= valid:
         return
-    certain = _at_least(design, nominal)
+    certain = nominal.strain
+    if nominal.doubt:
+        # what lies around a target on a part of its pad makes that stiffer by so much at most, and no pad gives way
+        # less than with all of it loaded
+        helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
+        certain = max(helped.strain, nominal.least_strain)
     is_error = certain > STRAIN_ERROR
-    judged = "even helped most by the rest of the pad" if nominal.doubt else "that"
-    yield TOO_SOFT.found(
-        "elastomer.material", certain if is_error else most.strain,
-        STRAIN_ERROR if is_error else elastomer.VALID_STRAIN, None,
-        advice=(lambda left: _stiffer(design, force, left) + _otherwise(nominal)) if is_error else None,
-        is_grave=is_error, force=force, thickness=pad.thickness, name=material.name, strain=nominal.strain,
-        least_strain=least.strain, most_strain=most.strain, shear_modulus=material.shear_modulus, scatter=sigma,
-        gap=nominal.gap, shape_factor=nominal.shape_factor, taken=_part(nominal),
-        which=judged if is_error else "the softest case",
-        extrapolated=worded(EXTRAPOLATED, {"valid": elastomer.VALID_STRAIN}) if nominal.strain > elastomer.VALID_STRAIN
-        else "", stiffer=_stiffer(design, force), otherwise=_otherwise(nominal),
-    )
-
-
-def _at_least(design: Design, nominal: elastomer.Compression) -> float:
-    """The strain that is certain: what lies around a target on a part of its pad makes that stiffer by so much at most,
-    and no pad gives way less than with all of it loaded.
-    """
-    if not nominal.doubt:
-        return nominal.strain
-    helped = pressed(design.spec, modulus=1.0 + own_limits()["surround_stiffness_most"].value)
-    return max(helped.strain, nominal.least_strain)
-
-
-def _otherwise(nominal: elastomer.Compression) -> str:
-    """What else makes a pad give way less, and what to be sure of first."""
+    strain, limit = (certain, STRAIN_ERROR) if is_error else (most.strain, valid)
+    which = "the softest case"
+    if is_error:
+        which = "even helped most by the rest of the pad" if nominal.doubt else "that"
     larger = "target" if nominal.loaded_share < LOADED else "or thinner pad"
-    return (
+    otherwise = (
         f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
+    )
+    beyond = f"; beyond {100.0 * valid:.0f} % the pad's law is extrapolated" if nominal.strain > valid else ""
+    yield Violation(
+        f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {rubber.name} pad by {100.0 * nominal.strain:.0f} "
+        f"% ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
+        f"{show(rubber.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to {show(nominal.gap, 'm', 3)}",
+        _stiffer(design, force) + otherwise, "elastomer.material", strain, limit,
+        severity=Severity.ERROR if is_error else Severity.WARNING,
+        advice=(lambda left: _stiffer(design, force, left) + otherwise) if is_error else None,
+        detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
+        f"{nominal.shape_factor:.2f}{_part(nominal)}",
     )
 
 
@@ -83,56 +77,67 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
         return
-    pad, face, lost = pad_of(design), loaded_face(design.spec)[0], _gives_way(design)
-    width = min(face.width_x, face.width_y)
-    ratio = pad.thickness / width
-    if ratio > SLENDERNESS + ROUNDING or lost:
-        yield (lost or TOO_SLENDER).found(
-            "elastomer.thickness", ratio, SLENDERNESS, None, force=design.spec.requirements.normal_force,
-            wide="wide" if width == min(pad.size) else "the target is wide",
-            reading="force" if len(design.spec.array.placements) == 1 else "shear", slender=SLENDERNESS * width,
-        )
-
-
-def _gives_way(design: Design) -> Case | None:
-    """What is said of a pad that gives way sideways under the required normal force, the target held level or free."""
     import numpy as np
 
     from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, pushed
 
-    force = design.spec.requirements.normal_force
-    if not force:
-        return None
-    _, (note,) = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))
-    return {GIVES_WAY: GIVES_WAY_FREE, TOO_SOFT: GIVES_WAY_LEVEL}.get(note)
+    pad, face, force = pad_of(design), loaded_face(design.spec)[0], design.spec.requirements.normal_force
+    # whether it gives way sideways under the required normal force, the target held level or free
+    lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
+    width = min(face.width_x, face.width_y)
+    ratio, slender = pad.thickness / width, show(SLENDERNESS * width, "m", 3)
+    if ratio <= SLENDERNESS + ROUNDING and lost not in (GIVES_WAY, TOO_SOFT):
+        return
+    said = f"the elastomer is {ratio:.2g} times as thick as {'' if width == min(pad.size) else 'the target is '}wide"
+    bench = "as the bench pad did (8 x 8 x 2 mm; Jones, thesis, Leeds)"
+    as_slender = f"{slender} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds);"
+    reading = "force" if len(design.spec.array.placements) == 1 else "shear"
+    message, hint, severity = (
+        f"{said}: the target tilts easily, and tilt reads as {reading}", f"{as_slender} thinner is steadier still",
+        Severity.NOTE,
+    )
+    if lost == GIVES_WAY:
+        message, hint, severity = (
+            f"{said}: under {show(force or 0.0, 'N')} it gives way sideways where the target is free to tilt, and no "
+            "reading is one force",
+            f"{slender} stays level, {bench}; or a stiffer one, or a face that keeps the target level",
+            Severity.WARNING,
+        )
+    elif lost == TOO_SOFT:
+        message, hint, severity = (
+            f"{said}: under {show(force or 0.0, 'N')} it gives way sideways, even with the target held level, and the "
+            "target is off the coils", f"{as_slender} or a stiffer one", Severity.ERROR,
+        )
+    yield Violation(message, hint, "elastomer.thickness", ratio, SLENDERNESS, severity=severity)
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
-    pad, force, pitch = pad_of(design), design.spec.requirements.shear_force, design.spec.array.pitch
+    spec, pad, force = design.spec, pad_of(design), design.spec.requirements.shear_force
+    pitch, hint = spec.array.pitch, "a stiffer, a larger or a thinner pad"
     assert force is not None
-    if not rests_on_pad(design.spec):
+    if not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD)
         return
-    strain = _sheared(design.spec, force)
+    strain = _sheared(spec, force)
     yield from _shear_strain(design, force, strain)
     if pitch is None:
         yield Undecided("no pitch: the coils have no common distance")
         return
+
+    def advice(left: Left) -> str:
+        # the softest silicone on which the target stays over the coils, then pads of other thickness
+        enough = _softest_for_shear(spec, force, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness))
+        return first_tried([[] if enough is None else [_of(spec, enough)], list(other_thicknesses(spec))], hint)(left)
+
     travel = strain * pad.thickness
     if math.inf > travel > pitch / 2.0:
-        yield PAST_THE_COILS.found("elastomer.material", travel, pitch / 2.0, "m", force=force,
-                                   shear_modulus_sigma=pad.material.shear_modulus_sigma, share=travel / pad.thickness,
-                                   advice=lambda left: _stays_over_the_coils(design.spec, force, left))
-
-
-def _stays_over_the_coils(spec: SensorSpec, force: float, left: Left) -> str:
-    """A hint with the softest silicone on which the target stays over the coils, then with pads of other thickness."""
-    assert spec.elastomer is not None and spec.array.pitch is not None
-    most = min(elastomer.VALID_SHEAR, 0.5 * spec.array.pitch / spec.elastomer.thickness)
-    enough = _softest_for_shear(spec, force, most)
-    silicones = [] if enough is None else [_of(spec, enough)]
-    return first_tried([silicones, list(other_thicknesses(spec))], PAST_THE_COILS.hint)(left)
+        yield Violation(
+            f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
+            f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
+            f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed a coil's centre and the signal turns "
+            "back", hint, "elastomer.material", travel, pitch / 2.0, "m", advice=advice,
+        )
 
 
 def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
@@ -156,9 +161,7 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
-    spec, limit = design.spec, elastomer.VALID_SHEAR
-    material, area = pad_of(design).material, loaded_face(design.spec)[0].area
-    softest = _softest(material.shear_modulus_sigma)
+    spec, limit, softest = design.spec, elastomer.VALID_SHEAR, _softest(pad_of(design).material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
         # beyond what the pad's law was held against, as data sheet and calibration say
@@ -166,26 +169,36 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
 
         held = held_shear(spec)
         if force > held:
-            yield EXTRAPOLATED_SHEAR.found("requirements.shear_force", force, held, "N", beyond=beyond_held_shear(held))
+            yield Violation(
+                f"{show(force, 'N')} of shear are required; {beyond_held_shear(held)}",
+                "a stiffer pad, or a larger one under a larger target, goes less far", "requirements.shear_force",
+                force, held, "N", severity=Severity.NOTE,
+            )
         return
-    beyond = strain > limit
-    factor = _modulus_for_shear(design, force, limit, (softest, usual), strain)
-    most = strain if beyond else usual
-    is_borne = math.isfinite(strain) and math.isfinite(usual)
-    enough = _softest_for_shear(spec, force, limit)
-    hint = worded(TOO_MUCH_SHEAR.hint, {"enough": _rounded_up(material.shear_modulus * factor / softest),
-                                        "softest_preset": _named_preset(enough),
-                                        "larger_area": _larger_area(design, area, area * factor / softest)})
+    material, area = pad_of(design).material, loaded_face(spec)[0].area
+    stiffer = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
+    most, enough = strain if strain > limit else usual, _softest_for_shear(spec, force, limit)
+    hint = (
+        f"a shear modulus of {show(_rounded_up(material.shear_modulus * stiffer), 'Pa', 3)} or more known as well as "
+        f"this one{_larger_area(design, area, area * stiffer)} keeps the softest case within it{_named_preset(enough)}"
+        "; a thinner pad shortens the travel, not this share"
+    )
 
-    def stiff_enough(left: Left) -> str:
+    def advice(left: Left) -> str:
         # the softest silicone that is stiff enough where trying finds that it mends, before what else would
         fix = None if enough is None else _of(spec, enough)
-        return "" if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint}"
+        return hint if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint}"
 
-    yield TOO_MUCH_SHEAR.found("elastomer.material", most if math.isfinite(most) else None, limit, None,
-                               source=elastomer.SHEAR_SOURCE, is_grave=beyond or not is_borne, hint=hint,
-                               advice=lambda left: stiff_enough(left) or hint, force=force,
-                               moved=_travel(strain), name=material.name, usual=_travel(usual))
+    moved, softer = (f"by {100.0 * one:.0f} % of its thickness" if math.isfinite(one) else
+                     "out of its place: it gives way" for one in (strain, usual))
+    yield Violation(
+        f"{show(force, 'N')} of shear, with the required normal force or without, move the target on the "
+        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", hint, "elastomer.material",
+        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, advice=advice,
+        severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
+        detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
+        "and edges of the pad may peel",
+    )
 
 
 def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
@@ -199,11 +212,9 @@ def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> Elastome
     )
 
 
-def _travel(strain: float) -> str:
-    return f"by {100.0 * strain:.0f} % of its thickness" if math.isfinite(strain) else "out of its place: it gives way"
-
-
-def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple[float, float], strain: float) -> float:
+def _modulus_for_shear(
+    spec: SensorSpec, force: float, limit: float, softer: tuple[float, float], strain: float
+) -> float:
     """The factor on the pad's modulus that keeps its shear strain just below a limit (within 1 %), as shear falls with
     it: between two by their shears' logarithms, for shear goes about as one over it. `softer` is a factor and its
     strain beyond the limit, `strain` that of the modulus itself.
@@ -211,13 +222,13 @@ def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple
     (low, lower), (high, upper) = softer, (1.0, strain)
     while upper > limit and high < 1e6:
         low, lower, high = high, upper, 2.0 * high
-        upper = _sheared(design.spec, force, high)
+        upper = _sheared(spec, force, high)
     while high > 1.0005 * low and upper < 0.99 * limit:
         share = 0.5
         if math.isfinite(lower):
             share = min(max(math.log(lower / (0.995 * limit)) / math.log(lower / upper), 0.05), 0.95)
         middle = low * (high / low) ** share
-        found = _sheared(design.spec, force, middle)
+        found = _sheared(spec, force, middle)
         if found > limit:
             low, lower = middle, found
         else:
@@ -227,28 +238,30 @@ def _modulus_for_shear(design: Design, force: float, limit: float, softer: tuple
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
     """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
-    mount = design.spec.mount
+    spec, pad, target, mount = design.spec, pad_of(design), design.spec.target, design.spec.mount
     room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
+    now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
     if wanted > room:
-        return f" (target and pad would have to be {_mm2(wanted)}, the jaw's face has {_mm2(room)})"
-    scale, pad, target = math.sqrt(wanted / area), pad_of(design), design.spec.target
+        return f" (target and pad would have to be {then}, the jaw's face has {has})"
     assert target is not None
-    larger = replace(design.spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
+    scale = math.sqrt(wanted / area)
+    larger = replace(spec, elastomer=replace(pad, size=(scale * pad.size[0], scale * pad.size[1])),
                      target=replace(target, size=(scale * target.size[0], scale * target.size[1])))
-    body = f" on a larger body ({design.spec.fpc.body_key}), for this one is too small"
-    body = "" if lies(larger, ground(design.layout)) else body
-    return f", or a target and pad of {_mm2(wanted)} instead of {_mm2(area)}{body},"
-
-
-def _mm2(area: float) -> str:
-    return f"{show(area * 1e6, '', 3)} mm2"
+    body = f" on a larger body ({spec.fpc.body_key}), for this one is too small"
+    return f", or a target and pad of {then} instead of {now}{'' if lies(larger, ground(design.layout)) else body},"
 
 
 def target_gap(design: Design) -> Iterator[Verdict]:
     """A target needs something soft to lie on: without an elastomer it lies on the board itself."""
     if design.spec.elastomer is None:
-        top = design.spec.fpc.stackup.layers[0].kind
-        yield NO_GAP.found("elastomer", 0.0, None, "m", top="bare copper" if top is LayerKind.COPPER else f"the {top}")
+        film = design.spec.fpc.stackup.layers[0].kind
+        top = "bare copper" if film is LayerKind.COPPER else f"the {film}"
+        yield Violation(
+            "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and the numbers "
+            f"at rest are those of metal against {top}",
+            "add an elastomer (like elastomer: {thickness: 1}): its thickness is the gap between board and target",
+            "elastomer", 0.0, None, "m",
+        )
 
 
 def target_bending(design: Design) -> Iterator[Verdict]:
@@ -278,20 +291,25 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
     bent, limit = bending(target.size, target.outline.is_round, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
-        enough = _rounded_up(float(thicker[np.argmax(bent <= limit)])) if bent[-1] <= limit else None
-        yield BENDS.found("target.thickness", float(bent[0]), limit, None, force=force, x=contact[0], y=contact[1],
-                          thickness=target.thickness, metal=target.material.name,
-                          enough="" if enough is None else worded(ENOUGH, {"thick": enough}))
+        enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
+        flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if bent[-1] <= limit else ""
+        yield Violation(
+            f"{show(target.thickness, 'm')} of {target.material.name} bend: where {show(force, 'N')} press "
+            f"{show(contact[0], 'm')} x {show(contact[1], 'm')} of its middle, that goes down by "
+            f"{100.0 * bent[0]:.0f} % of the pad's way more than the target's edges, and all numbers are "
+            "those of a rigid plate",
+            f"{flat}something stiff that is no metal glued on it, and its size as requirements.contact",
+            "target.thickness", float(bent[0]), limit,
+            detail=f"{100.0 * limit:.0f} % are borne; requirements.contact says what presses",
+        )
 
 
 def _part(pressed: elastomer.Compression) -> str:
     """In words, that only part of the pad is loaded."""
     if pressed.loaded_share >= LOADED:
         return ""
-    share = f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad"
-    if not pressed.doubt:
-        return share
-    return f"{share}, which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"
+    cut = f", which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"
+    return f"; the target loads {100.0 * pressed.loaded_share:.0f} % of the pad{cut if pressed.doubt else ''}"
 
 
 def _softest(sigma: float) -> float:
@@ -346,73 +364,6 @@ def _rounded_up(value: float) -> float:
     """The next value of three digits, never below."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return math.ceil(value / step) * step
-
-
-EXTRAPOLATED = "; beyond {valid:%.0f} % the pad's law is extrapolated"
-
-TOO_SOFT = Case(
-    "{force:N} compress the {thickness:m} {name} pad by {strain:%.0f} % ({least_strain:%.0f} to {most_strain:%.0f} % "
-    "with the modulus {shear_modulus:Pa,3} +- {scatter:%.0f} %), down to {gap:m,3}",
-    detail="{which}, {measured:%.1f} %, is more than {limit:%.0f} %{extrapolated}; shape factor "
-    "{shape_factor:.2f}{taken}", hint="{stiffer}{otherwise}", severity=Severity.WARNING, grave=Severity.ERROR,
-)
-
-_SLENDER = "the elastomer is {measured:.2g} times as thick as {wide}"
-
-TOO_SLENDER = Case(
-    _SLENDER + ": the target tilts easily, and tilt reads as {reading}",
-    hint="{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); thinner "
-    "is steadier still", severity=Severity.NOTE,
-)
-
-GIVES_WAY_FREE = Case(
-    _SLENDER + ": under {force:N} it gives way sideways where the target is free to tilt, and no reading is one force",
-    hint="{slender:m,3} stays level, as the bench pad did (8 x 8 x 2 mm; Jones, thesis, Leeds); or a stiffer one, or a "
-    "face that keeps the target level", severity=Severity.WARNING,
-)
-
-GIVES_WAY_LEVEL = Case(
-    _SLENDER + ": under {force:N} it gives way sideways, even with the target held level, and the target is off the "
-    "coils",
-    hint="{slender:m,3} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); or a "
-    "stiffer one", severity=Severity.ERROR,
-)
-
-PAST_THE_COILS = Case(
-    "{force:N} of shear move the target by about {measured:m,2} (+- {shear_modulus_sigma:%.0f} % with its modulus; "
-    "{share:.2g} times the pad's thickness); beyond {limit:m} it has passed a coil's centre and the signal turns back",
-    hint="a stiffer, a larger or a thinner pad",
-)
-
-EXTRAPOLATED_SHEAR = Case(
-    "{measured:N} of shear are required; {beyond}",
-    hint="a stiffer pad, or a larger one under a larger target, goes less far", severity=Severity.NOTE,
-)
-
-TOO_MUCH_SHEAR = Case(
-    "{force:N} of shear, with the required normal force or without, move the target on the {name} pad {moved} ({usual} "
-    "with a modulus one sigma softer)",
-    detail="beyond {limit:%.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond and edges "
-    "of the pad may peel",
-    hint="a shear modulus of {enough:Pa,3} or more known as well as this one{larger_area} keeps the softest case "
-    "within it{softest_preset}; a thinner pad shortens the travel, not this share", severity=Severity.NOTE,
-    grave=Severity.WARNING,
-)
-
-NO_GAP = Case(
-    "the target lies on the board, at gap 0: no elastomer is under it, so no force moves it, and "
-    "the numbers at rest are those of metal against {top}",
-    hint="add an elastomer (like elastomer: {{thickness: 1}}): its thickness is the gap between board and target",
-)
-
-BENDS = Case(
-    "{thickness:m} of {metal} bend: where {force:N} press {x:m} x {y:m} of its middle, that goes down by "
-    "{measured:%.0f} % of the pad's way more than the target's edges, and all numbers are those of a rigid plate",
-    detail="{limit:%.0f} % are borne; requirements.contact says what presses",
-    hint="{enough}something stiff that is no metal glued on it, and its size as requirements.contact",
-)
-
-ENOUGH = "{thick:m,2} of the same metal stay flat; or "
 
 
 RULES: tuple[Rule, ...] = (

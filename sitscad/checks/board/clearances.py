@@ -6,14 +6,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
-from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of, um
-from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
+from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of
+from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place
@@ -32,6 +34,9 @@ GRAIN = 1e-6
 
 WHY = "on a spiral of so wide a pitch turns lie nearer than they are spaced along the radius"
 
+ALLOWED_SHORTFALL = 1e-6
+"""What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
+
 
 def nearer_by(spec: SensorSpec) -> float:
     """By how much (m) neighbouring turns of a circle come nearer than its spacing, at most: at the inner end."""
@@ -43,46 +48,42 @@ def nearer_by(spec: SensorSpec) -> float:
     return coil.pitch * (1.0 - math.cos(math.atan(slope)))
 
 
-def spacing_for(spec: SensorSpec, missing: float) -> float:
-    """The spacing (m) in the spec with which turns that lack so much (m) keep their distance, on whole micrometres."""
-    return GRAIN * math.ceil((spec.coil.trace_spacing + missing) / GRAIN - 1e-6)
-
-
-def spacing_in_words(spec: SensorSpec, missing: float) -> str:
-    """What to write, as long as it was not tried."""
-    return f"coil.trace_spacing: {show(spacing_for(spec, missing), 'm', 6)}: {WHY}"
-
-
-def tried_spacing(spec: SensorSpec, missing: float, left: Left) -> str:
-    """The same, tried; with fewer turns where the wider pitch takes the room of those."""
-    changes = list(wider(spec, 0.0, spacing_for(spec, missing)))
+def _tried_spacing(spec: SensorSpec, spacing: float, untried: str, left: Left) -> str:
+    """That spacing (m), tried; with fewer turns where the wider pitch takes the room of those."""
+    changes = list(wider(spec, 0.0, spacing))
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} gives them their distance (it was tried): {WHY}"
-    return "".join([spacing_in_words(spec, missing), *(tried(change, left) for change in changes[-1:])])
-
-
-ALLOWED_SHORTFALL = 1e-6
-"""What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
+    return "".join([untried, *(tried(change, left) for change in changes[-1:])])
 
 
 def via_clearance(design: Design) -> Iterator[Verdict]:
     """Every via pad to every conductor that does not join it there, turns of its own coil included."""
-    found = [near for near in _near_copper(design) if isinstance(near.one, Via) or isinstance(near.other, Via)]
-    return _worst_of_each_kind(design, found, "coil.turns")
+    return _worst_of_each_kind(design, True, "coil.turns")
 
 
 def copper_spacing(design: Design) -> Iterator[Verdict]:
     """Every other pair of tracks and contacts, turn to turn of one coil included."""
-    found = [near for near in _near_copper(design) if not isinstance(near.one, Via) and not isinstance(near.other, Via)]
-    return _worst_of_each_kind(design, found, "coil")
+    return _worst_of_each_kind(design, False, "coil")
 
 
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
+    asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
     for (what, layer), (gap, index, item) in _near_edge(design).items():
-        point = copper_in(design).pieces.start[index]
-        yield _edge_complaint(design, f"{what} on layer {layer}", gap, point, layer, item)
+        x, y = copper_in(design).pieces.start[index].tolist()
+        missing = f"{show(asked - gap, 'm')} are missing: "
+        found = Violation(
+            f"{what} on layer {layer} comes within {show(max(0.0, gap), 'm')} of the board's edge; "
+            f"{house(design, 'copper_to_edge')} asks {show(asked, 'm')}",
+            f"{missing}a wider board, or a smaller coil, gives it room", "coil.outer_diameter", gap, asked, "m",
+            source=source_of(design, "copper_to_edge"), place=Place(x, y, layer, (item.net,)),
+        )
+        at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
+        yield found if not at_plug else replace(
+            found, hint=f"{missing}a connector with more board beside its contacts", key="fpc.tail.connector",
+            advice=partial(_other_connector, design, missing),
+        )
 
 
 def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]:
@@ -99,13 +100,17 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
     return worst
 
 
-def _other_connector(design: Design, left: Left) -> str:
+def _other_connector(design: Design, missing: str, left: Left) -> str:
+    return missing + design.once("connector with more edge", lambda: _connector_with_edge(design, left))
+
+
+def _connector_with_edge(design: Design, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
     spec, tail = design.spec, design.spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
-    have = f"{um(tail.connector.edge_margin)}{unseen}"
-    margin = f"beside its contacts {tail.connector.name} has {have} of board from their middle"
+    have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
+    margin = f"beside its contacts {have} of board from their middle"
     for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
         other = connector(name)
         if other.edge_margin > tail.connector.edge_margin:
@@ -125,20 +130,18 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for near in drill_nearness(copper_in(design), rules.drill_to_copper - ALLOWED_SHORTFALL):
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
-        yield HOLE_NEAR_COPPER.found(
-            "coil.turns", near.gap, rules.drill_to_copper, "m", source=source_of(design, "drill_to_copper"),
-            place=Place(near.x, near.y, near.layer, near.nets), net=via.net, gap=max(0.0, near.gap),
-            foreign=name_of(foreign), layer=near.layer, house=house(design, "drill_to_copper"),
-            missing=rules.drill_to_copper - near.gap,
+        yield Violation(
+            f"a hole of {via.net} comes within {show(max(0.0, near.gap), 'm')} of {name_of(foreign)} on layer "
+            f"{near.layer}; {house(design, 'drill_to_copper')} asks {show(rules.drill_to_copper, 'm')} from hole to "
+            "copper", f"{show(rules.drill_to_copper - near.gap, 'm')} are missing", "coil.turns", near.gap,
+            rules.drill_to_copper, "m", source=source_of(design, "drill_to_copper"),
+            place=Place(near.x, near.y, near.layer, near.nets),
         )
 
 
 def edge_of(outline: Outline) -> Primitives:
     """A closed outline as pieces to measure distances from."""
     return from_rows([row for row, _ in path_rows(outline)])
-
-
-# ----------------------------------------------------------------------------------------------------------- distances
 
 
 def copper_in(design: Design) -> Copper:
@@ -148,10 +151,10 @@ def copper_in(design: Design) -> Copper:
 
 def _near_copper(design: Design) -> tuple[Nearness, ...]:
     """Every pair of items that is too near, worst first."""
-    rules, coil = design.spec.fpc.rules, design.spec.coil
-    spacing = rules.trace_spacing - ALLOWED_SHORTFALL
-    winding = min(rules.trace_spacing, coil.trace_spacing) - ALLOWED_SHORTFALL
-    return design.once("near copper", lambda: tuple(too_near(copper_in(design), spacing, winding)))
+    spacing = design.spec.fpc.rules.trace_spacing
+    winding = min(spacing, design.spec.coil.trace_spacing)
+    return design.once("near copper", lambda: tuple(
+        too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL)))
 
 
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
@@ -164,58 +167,37 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
         yield int(i[k]), float(gap[k])
 
 
-# -------------------------------------------------------------------------------------------------------------- words
-
-
-def _edge_complaint(design: Design, what: str, gap: float, point: Array, layer: int, item: Item) -> Violation:
-    """The complaint for copper of an item that lies a gap (m) from the board's edge."""
-    rules, missing = design.spec.fpc.rules, um(design.spec.fpc.rules.copper_to_edge - gap)
-    tail = design.spec.fpc.tail
-    at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
-    wider = "a wider board, or a smaller coil, gives it room"
-    return NEAR_EDGE.found(
-        "fpc.tail.connector" if at_plug else "coil.outer_diameter", gap, rules.copper_to_edge, "m",
-        source=source_of(design, "copper_to_edge"), place=Place(float(point[0]), float(point[1]), layer, (item.net,)),
-        advice=(lambda left: f"{missing} are missing: {_connector_with_edge(design, left)}") if at_plug else None,
-        what=what, gap=max(0.0, gap), house=house(design, "copper_to_edge"), missing=missing,
-        remedy="a connector with more board beside its contacts" if at_plug else wider,
-    )
-
-
-def _connector_with_edge(design: Design, left: Left) -> str:
-    return design.once("connector with more edge", lambda: _other_connector(design, left))
-
-
-def _worst_of_each_kind(design: Design, found: Sequence[Nearness], key: str) -> Iterator[Violation]:
+def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
     """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
-    for near in found:
-        words = sorted((_kind(near.one), _kind(near.other)))
-        kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
+    for near in _near_copper(design):
+        if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
+            words = sorted((_kind(near.one), _kind(near.other)))
+            kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
         yield _spacing_complaint(design, places[0], len(places), key)
 
 
 def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
     """The complaint for two pieces that are too near, and how many such places there are."""
-    asked = near.asked + ALLOWED_SHORTFALL
+    spec, asked = design.spec, near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
-    names = name_of(near.one), name_of(near.other)
-    what = f"two parts of {names[0]}" if near.one is near.other else f"{names[0]} and {names[1]}"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     who, source = gap_asked_by(design, asked)
-    missing, spec = asked - near.gap, design.spec
+    missing = f"{show(asked - near.gap, 'm')} are missing: "
+    found = Violation(
+        f"{pair_in_words(near)} {how} on layer {near.layer}{more}; {who} asks {show(asked, 'm')}",
+        f"{missing}fewer turns, a narrower pitch or a larger coil give the room", key, near.gap, asked, "m",
+        source=source, place=Place(near.x, near.y, near.layer, near.nets),
+    )
     # a turn near another one of its coil, or near what goes on where that ends
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
-    is_steep = near.one.net == near.other.net and Role.WINDING in kinds <= of_turns and missing <= nearer_by(spec)
-    room = "fewer turns, a narrower pitch or a larger coil give the room"
-    return TOO_NEAR.found(
-        "coil.trace_spacing" if is_steep else key, near.gap, asked, "m", source=source,
-        place=Place(near.x, near.y, near.layer, near.nets),
-        advice=(lambda left: f"{um(missing)} are missing: {tried_spacing(spec, missing, left)}") if is_steep else None,
-        what=what, how=how, layer=near.layer, more=more, who=who, missing=missing,
-        remedy=spacing_in_words(spec, missing) if is_steep else room,
-    )
+    if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns or asked - near.gap > nearer_by(spec):
+        return found
+    spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
+    untried = f"coil.trace_spacing: {show(spacing, 'm', 6)}: {WHY}"
+    return replace(found, key="coil.trace_spacing", hint=f"{missing}{untried}",
+                   advice=lambda left: f"{missing}{_tried_spacing(spec, spacing, untried, left)}")
 
 
 def _kind(item: Item) -> str:
@@ -233,16 +215,10 @@ def name_of(item: Item) -> str:
     return f"the {item.role.value} of {item.net}"
 
 
-HOLE_NEAR_COPPER = Case(
-    "a hole of {net} comes within {gap:m} of {foreign} on layer {layer}; {house} asks {limit:m} from hole to copper",
-    hint="{missing:m} are missing",
-)
-
-NEAR_EDGE = Case(
-    "{what} comes within {gap:m} of the board's edge; {house} asks {limit:m}", hint="{missing} are missing: {remedy}",
-)
-
-TOO_NEAR = Case("{what} {how} on layer {layer}{more}; {who} asks {limit:m}", hint="{missing:m} are missing: {remedy}")
+def pair_in_words(near: Nearness) -> str:
+    """Two pieces of copper in words."""
+    one, other = name_of(near.one), name_of(near.other)
+    return f"two parts of {one}" if near.one is near.other else f"{one} and {other}"
 
 
 def coverlay_web(design: Design) -> Iterator[Verdict]:
@@ -251,14 +227,14 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
         pieces = [edge_of(region.outline) for region in openings]
         for one, other in combinations(pieces, 2):
-            hint = "join them to one opening, or move the contacts apart"
-            yield from _narrow_web(design, f"two openings of the {side} coverlay leave", hint, one, other)
+            yield from _narrow_web(design, one, other, f"two openings of the {side} coverlay leave a web of",
+                                   "between them", "join them to one opening, or move the contacts apart")
         for one in pieces:
-            hint = "a wider connector, or a fabricator whose coverlay keeps a narrower web"
-            what = f"an opening of the {side} coverlay leaves"
             sides, edge = _apart(one, edge_of(layout.outline))
             inside = _inside_of(sides, layout.outline, design.spec.fpc.rules.coverlay_web)
-            yield from _narrow_web(design, what, hint, inside, edge, "to the board's edge")
+            yield from _narrow_web(design, inside, edge, f"an opening of the {side} coverlay leaves a web of",
+                                   "to the board's edge",
+                                   "a wider connector, or a fabricator whose coverlay keeps a narrower web")
 
 
 def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
@@ -290,43 +266,51 @@ def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator
 
 
 def _narrow_web(
-    design: Design, what: str, hint: str, one: Primitives, other: Primitives, where: str = "between them"
+    design: Design, one: Primitives, other: Primitives, what: str, where: str, hint: str
 ) -> Iterator[Violation]:
     """A complaint where the strip of coverlay between two groups of edges is too narrow."""
-    rules = design.spec.fpc.rules
+    asked = design.spec.fpc.rules.coverlay_web
     # the smallest distance, looking no further than what is asked
-    near, none = np.full(len(one), rules.coverlay_web), np.zeros(len(other))
-    pairs = nearest_pairs(one.boxes, near, other.boxes, none)
-    web = np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf)
-    if web < rules.coverlay_web - ROUNDING:
-        yield NARROW_WEB.found("fpc.tail.connector", float(web), rules.coverlay_web, "m", hint=hint,
-                               source=source_of(design, "coverlay_web"),
-                               place=Place(float(one.start[0, 0]), float(one.start[0, 1])), what=what, where=where,
-                               house=house(design, "coverlay_web"))
+    pairs = nearest_pairs(one.boxes, np.full(len(one), asked), other.boxes, np.zeros(len(other)))
+    web = float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf))
+    if web < asked - ROUNDING:
+        yield Violation(
+            f"{what} {show(web, 'm')} {where}; {house(design, 'coverlay_web')} asks {show(asked, 'm')}", hint,
+            "fpc.tail.connector", web, asked, "m", source=source_of(design, "coverlay_web"),
+            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
+        )
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
     """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
-    layout, films = design.layout, design.spec.fpc.stackup.layers
+    spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
+    asked, who = spec.fpc.rules.coverlay_opening_to_trace, house(design, "coverlay_opening_to_trace")
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
-            lies = _lies_on(design, side)
-            yield NO_COVERLAY.found("fpc.stackup", side=side, finish=design.spec.fpc.finish, lies=lies)
+            lies = ""
+            if side == "top" and spec.target is not None and spec.elastomer is None:
+                lies = f", and the target of {spec.target.material.name} lies on them, a short from turn to turn"
+            yield Violation(
+                f"the {side} of the board has no coverlay: all its tracks lie bare, are finished with "
+                f"{spec.fpc.finish} as the contacts are, which no estimate counts{lies}",
+                "begin and end fpc.stackup with a coverlay: 27.5 um are 12.5 um polyimide and 15 um adhesive",
+                "fpc.stackup",
+            )
         elif film.kind is not LayerKind.COVERLAY and openings:
-            yield NOTHING_TO_OPEN.found("fpc.stackup", side=side, film=film.kind)
+            yield Violation(
+                f"the contacts are bared in the {side} coverlay, and the stack-up has a {film.kind} there: no openings "
+                "are made in it", "write that layer of fpc.stackup as a coverlay", "fpc.stackup",
+            )
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
             for item, gap, point in _bared(design, number, region.outline):
-                yield _opening_complaint(design, item, gap,
-                                         Place(float(point[0]), float(point[1]), number, (item.net,)))
-
-
-def _lies_on(design: Design, side: str) -> str:
-    """What of the sensor lies on bare copper without anything between."""
-    target = design.spec.target
-    if side == "bottom" or target is None or design.spec.elastomer is not None:
-        return ""
-    return f", and the target of {target.material.name} lies on them, a short from turn to turn"
+                yield Violation(
+                    f"{name_of(item)} on layer {number} comes within {show(max(0.0, gap), 'm')} of an opening of the "
+                    f"coverlay; {who} asks {show(asked, 'm')}",
+                    "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail", gap, asked, "m",
+                    source=source_of(design, "coverlay_opening_to_trace"),
+                    place=Place(float(point[0]), float(point[1]), number, (item.net,)),
+                )
 
 
 def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Array]]:
@@ -375,34 +359,6 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
         if (a.y > point.y) != (b.y > point.y) and point.x < a.x + (point.y - a.y) * (b.x - a.x) / (b.y - a.y):
             inside = not inside
     return inside
-
-
-def _opening_complaint(design: Design, item: Trace | Via, gap: float, place: Place) -> Violation:
-    """The complaint for an opening of the coverlay that is too near to a track or via beside it."""
-    rules = design.spec.fpc.rules
-    return OPENING_NEAR_TRACK.found("fpc.tail", gap, rules.coverlay_opening_to_trace, "m",
-                                    source=source_of(design, "coverlay_opening_to_trace"), place=place,
-                                    what=name_of(item), layer=place.layer, gap=max(0.0, gap),
-                                    house=house(design, "coverlay_opening_to_trace"))
-
-
-NARROW_WEB = Case("{what} a web of {measured:m} {where}; {house} asks {limit:m}")
-
-NO_COVERLAY = Case(
-    "the {side} of the board has no coverlay: all its tracks lie bare, are finished with {finish} as the contacts are, "
-    "which no estimate counts{lies}",
-    hint="begin and end fpc.stackup with a coverlay: 27.5 um are 12.5 um polyimide and 15 um adhesive",
-)
-
-NOTHING_TO_OPEN = Case(
-    "the contacts are bared in the {side} coverlay, and the stack-up has a {film} there: no openings are made in it",
-    hint="write that layer of fpc.stackup as a coverlay",
-)
-
-OPENING_NEAR_TRACK = Case(
-    "{what} on layer {layer} comes within {gap:m} of an opening of the coverlay; {house} asks {limit:m}",
-    hint="bare copper beside the contact: lengthen the tail or move the track",
-)
 
 
 RULES: tuple[Rule, ...] = (

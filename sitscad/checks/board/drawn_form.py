@@ -12,11 +12,10 @@ from itertools import islice, pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of
+from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of, pair_in_words
 from sitscad.checks.board.copper import Copper, conductor_notches
 from sitscad.checks.board.fabrication import gap_asked_by
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.geometry.path import Path, Point, Segment
@@ -25,6 +24,7 @@ from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.record import record
 from sitscad.remedy.moves import other_ends
 from sitscad.remedy.search import Fix, Left, first_that_mends
+from sitscad.units import show
 
 CHORD = 10e-6
 """Arcs are followed within this distance (m), where a loop's area is concerned."""
@@ -32,6 +32,10 @@ CHORD = 10e-6
 _GRID = 1e-8
 
 Node = tuple[int, int, int]
+
+
+def _cell(point: Point) -> tuple[int, int]:
+    return round(point.x / _GRID), round(point.y / _GRID)
 
 
 @record
@@ -126,7 +130,10 @@ def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
     for trace in layout.traces:
         for point in (trace.path.start, trace.path.end):
             node = graph.node_of(point, trace.layer)
-            if node[0] > 0 and count[node] < 2 and not _runs_into(layout, trace, point):
+            if node[0] > 0 and count[node] < 2 and not any(  # nor does it run into another track of its layer
+                other is not trace and other.path.distance(point) < other.width / 2
+                for other in layout.on_layer(trace.layer)
+            ):
                 yield point, trace.layer, trace.net
     for number, via in enumerate(layout.vias):
         if count[0, number, 0] < 2:
@@ -143,13 +150,6 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
         roots = {parts.root((-1, i, 0)): pad for i, pad in reversed(pads)}
         first = pads[0][1]
         yield from ((first, pad) for pad in roots.values() if pad is not first)
-
-
-def _runs_into(layout: Layout, trace: Trace, point: Point) -> bool:
-    """Whether an end lies on another track of its layer, away from that one's ends."""
-    return any(
-        other is not trace and other.path.distance(point) < other.width / 2 for other in layout.on_layer(trace.layer)
-    )
 
 
 def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
@@ -180,18 +180,15 @@ def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
                 found[whose[j]].append((ways[j] + _along(segment, point), point))
-    return {i: _once(found[i]) for i in range(len(layout.traces))}
+    # one meeting a point, although an end can touch two pieces of a track
+    return {i: list({_cell(point): (way, point) for way, point in found[i]}.values())
+            for i in range(len(layout.traces))}
 
 
 def _along(segment: Segment, point: Point) -> float:
     """The way (m) along a segment to its place nearest to a point, within a thirty-second of its length."""
     share = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1] / 32
     return float(share * segment.length)
-
-
-def _once(meetings: list[tuple[float, Point]]) -> list[tuple[float, Point]]:
-    """One meeting a point, although an end can touch two pieces of a track."""
-    return list({_cell(point): (way, point) for way, point in meetings}.values())
 
 
 def _between(path: Path, first: float, last: float) -> tuple[Point, ...]:
@@ -252,10 +249,6 @@ class _Parts:
         return a != b
 
 
-def _cell(point: Point) -> tuple[int, int]:
-    return round(point.x / _GRID), round(point.y / _GRID)
-
-
 ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
 own stubs meet their spirals at 75 degrees and more."""
@@ -265,40 +258,46 @@ MOST_DRAWN = 2
 
 _SAME_PLACE = 1e-8
 
+DRAWN = "the layout drew this, it is no fault of the spec"
+DRAWN_SO = f"{DRAWN}: another coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
+
 
 def acute_angle(design: Design) -> Iterator[Verdict]:
     """Legs of one track, or of two that meet, that part at an acute angle where no pad covers the corner."""
     copper = copper_in(design)
     seen: set[tuple[int, int]] = set()
-    for one, other, point, angle in _corners(copper):
+    for one, other, (x, y), angle in _corners(copper):
         a, b = copper.items[copper.item[one]], copper.items[copper.item[other]]
-        pair = int(copper.item[one]), int(copper.item[other])
-        if a.net != b.net or pair in seen or _is_covered(design, point, int(copper.layer[one])):
+        pair, layer = (int(copper.item[one]), int(copper.item[other])), int(copper.layer[one])
+        is_covered = any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias)
+        is_covered = is_covered or any(
+            pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
+            for pad in design.layout.all_pads
+        )
+        if a.net != b.net or pair in seen or is_covered:
             continue
         seen.add(pair)
         what = f"two legs of {name_of(a)}" if a is b else f"{name_of(a)} and {name_of(b)}"
-        yield ACUTE_ANGLE.found("coil", math.degrees(angle), math.degrees(ACUTE), "degrees",
-                                place=Place(float(point[0]), float(point[1]), int(copper.layer[one]), (a.net,)),
-                                advice=lambda left: _drawn_otherwise(design, acute_angle, left), what=what,
-                                layer=copper.layer[one])
+        yield Violation(
+            f"{what} meet at {math.degrees(angle):.3g} degrees on layer {layer}", DRAWN_SO, "coil", math.degrees(angle),
+            math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
+            advice=lambda left: _drawn_otherwise(design, acute_angle, left),
+        )
 
 
 def sliver(design: Design) -> Iterator[Verdict]:
     """Gaps between parts of one conductor that turns back on itself, narrower than the fabricator's spacing."""
-    rules = design.spec.fpc.rules
-    asked = min(rules.trace_spacing, design.spec.coil.trace_spacing)
+    asked = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
     who, source = gap_asked_by(design, asked)
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
-        a, b = name_of(near.one), name_of(near.other)
-        what = f"two parts of {a}" if near.one is near.other else f"{a} and {b}"
-        yield SLIVER.found("coil", near.gap, asked, "m", source=source,
-                           place=Place(near.x, near.y, near.layer, (near.one.net,)),
-                           advice=lambda left: _drawn_otherwise(design, sliver, left), what=what, layer=near.layer,
-                           who=who, missing=asked - near.gap)
-
-
-DRAWN = "the layout drew this, it is no fault of the spec"
-OTHERWISE = "another coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
+        yield Violation(
+            f"{pair_in_words(near)} leave a notch of {show(near.gap, 'm')} between them on layer {near.layer}; {who} "
+            f"asks {show(asked, 'm')}",
+            f"{show(asked - near.gap, 'm')} are missing: a gap this narrow is not etched through, or leaves a strip "
+            f"of resist that comes off; {DRAWN_SO}", "coil", near.gap, asked, "m", source=source,
+            place=Place(near.x, near.y, near.layer, (near.one.net,)),
+            advice=lambda left: _drawn_otherwise(design, sliver, left),
+        )
 
 
 def _drawn_otherwise(design: Design, rule: Callable[[Design], Iterable[Verdict]], left: Left) -> str:
@@ -311,7 +310,7 @@ def _drawn_otherwise(design: Design, rule: Callable[[Design], Iterable[Verdict]]
     if found is None and left.is_cut_short:
         return ""
     if found is None:
-        return f"{DRAWN}: {OTHERWISE}; the board works as it is, only its yield is lower"
+        return f"{DRAWN_SO}; the board works as it is, only its yield is lower"
     return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
 
 
@@ -328,10 +327,13 @@ def _free_of(rule: Callable[[Design], Iterable[Verdict]], design: Design, left: 
 def shorted_turn(design: Design) -> Iterator[Verdict]:
     """Closed conducting loops of any net, and how often they run round each coil."""
     for loop in closed_loops(_graph(design)):
-        round_what = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
-        yield (SHORTED_TURN if round_what else LOOP).found(
-            "coil", place=Place(*loop.place, loop.layer, loop.nets), nets=" and ".join(loop.nets),
-            coils=" and ".join(round_what), area=loop.area * 1e6,
+        round_it = [coil.name for coil in design.layout.coils if abs(loop.turns_round(coil.centre)) > 0.5]
+        does = f"closes a loop of {loop.area * 1e6:.3g} mm2: a coil leads from contact to contact"
+        if round_it:
+            does = f"closes a loop round coil {' and '.join(round_it)}: a shorted turn"
+        yield Violation(
+            f"copper of {' and '.join(loop.nets)} {does}", "open the loop: the current induced in it takes inductance "
+            "and quality; tell us if the layout drew it", "coil", place=Place(*loop.place, loop.layer, loop.nets),
         )
 
 
@@ -342,10 +344,16 @@ def unconnected(design: Design) -> Iterator[Verdict]:
         yield Undecided("the layout is not complete: see what found no room")
         return
     for point, layer, net in loose_ends(_graph(design)):
-        yield ENDS_IN_NOTHING.found("coil", place=Place(*point, layer, (net,)), net=net, layer=layer)
+        yield Violation(
+            f"copper of {net} ends in nothing on layer {layer}",
+            "a track or via is missing there, or does not meet its neighbour", "coil",
+            place=Place(*point, layer, (net,)),
+        )
     for one, other in open_nets(_graph(design)):
-        yield NOT_JOINED.found("coil", place=Place(*other.centre, other.layer, (one.net,)), pin=one.pin,
-                               other=other.pin, net=one.net)
+        yield Violation(
+            f"no copper joins contacts {one.pin} and {other.pin} of {one.net}",
+            "a track or via is missing between them", "coil", place=Place(*other.centre, other.layer, (one.net,)),
+        )
 
 
 def _graph(design: Design) -> TrackGraph:
@@ -355,7 +363,7 @@ def _graph(design: Design) -> TrackGraph:
 # ------------------------------------------------------------------------------------------------------------- corners
 
 
-def _corners(copper: Copper) -> Iterator[tuple[int, int, Array, float]]:
+def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], float]]:
     """Pairs of pieces of tracks that meet at an acute angle: their numbers, where (m), and the angle (rad)."""
     tracks = np.flatnonzero(np.array([isinstance(copper.items[k], Trace) for k in copper.item], dtype=bool))
     pieces = copper.pieces.take(tracks)
@@ -370,43 +378,8 @@ def _corners(copper: Copper) -> Iterator[tuple[int, int, Array, float]]:
         same = (keys[a] == keys[b]).all(axis=1)
         cosine = (out[a] * out[b]).sum(axis=1)
         for k in np.flatnonzero(same & (cosine > math.cos(ACUTE)) & (number[a] != number[b])):
-            angle = math.acos(min(1.0, float(cosine[k])))
-            yield int(number[a[k]]), int(number[b[k]]), points[a[k]], angle
-
-
-def _is_covered(design: Design, point: Array, layer: int) -> bool:
-    x, y = float(point[0]), float(point[1])
-    return any(math.hypot(via.centre.x - x, via.centre.y - y) < _SAME_PLACE for via in design.layout.vias) or any(
-        pad.layer == layer and abs(pad.centre.x - x) <= pad.size[0] / 2 and abs(pad.centre.y - y) <= pad.size[1] / 2
-        for pad in design.layout.all_pads
-    )
-
-
-ACUTE_ANGLE = Case(
-    "{what} meet at {measured:.3g} degrees on layer {layer}",
-    hint="the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a turn more or less, "
-    "makes it draw the leads otherwise",
-)
-
-SLIVER = Case(
-    "{what} leave a notch of {measured:m} between them on layer {layer}; {who} asks {limit:m}",
-    hint="{missing:m} are missing: a gap this narrow is not etched through, or leaves a strip of resist that comes "
-    "off; the layout drew this, it is no fault of the spec: another coil.start_angle, or part of a turn more or less, "
-    "makes it draw the leads otherwise",
-)
-
-OPEN_IT = "open the loop: the current induced in it takes inductance and quality; tell us if the layout drew it"
-
-SHORTED_TURN = Case("copper of {nets} closes a loop round coil {coils}: a shorted turn", OPEN_IT)
-
-LOOP = Case("copper of {nets} closes a loop of {area:.3g} mm2: a coil leads from contact to contact", OPEN_IT)
-
-ENDS_IN_NOTHING = Case(
-    "copper of {net} ends in nothing on layer {layer}",
-    hint="a track or via is missing there, or does not meet its neighbour",
-)
-
-NOT_JOINED = Case("no copper joins contacts {pin} and {other} of {net}", hint="a track or via is missing between them")
+            angle, (x, y) = math.acos(min(1.0, float(cosine[k]))), points[a[k]].tolist()
+            yield int(number[a[k]]), int(number[b[k]]), (x, y), angle
 
 
 RULES: tuple[Rule, ...] = (

@@ -9,10 +9,11 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.remedy.moves import finer_fabricators, plated_in_holes_alone, wider
 from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
@@ -32,9 +33,10 @@ def via_drill(design: Design) -> Iterator[Verdict]:
     rules = design.spec.fpc.rules
     for via in design.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
-            yield TOO_FINE_A_DRILL.found(
-                "fpc.rules", via.drill, rules.via_drill, "m", source=source_of(design, "via_drill"),
-                place=Place(*via.centre, nets=(via.net,)), net=via.net, house=house(design, "via_drill"),
+            yield Violation(
+                f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(design, 'via_drill')} drills "
+                f"{show(rules.via_drill, 'm')} and larger", "", "fpc.rules", via.drill, rules.via_drill, "m",
+                source=source_of(design, "via_drill"), place=Place(*via.centre, nets=(via.net,)),
             )
 
 
@@ -44,10 +46,13 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield NARROW_RING.found("fpc.rules", ring, rules.annular_ring, "m",
-                                    source=source_of(design, "annular_ring"), place=Place(*via.centre, nets=(via.net,)),
-                                    net=via.net, house=house(design, "annular_ring"),
-                                    wanted=via.drill + 2.0 * rules.annular_ring)
+            yield Violation(
+                f"a via of {via.net} has an annular ring of {show(ring, 'm')}; {house(design, 'annular_ring')} asks "
+                f"{show(rules.annular_ring, 'm')}",
+                f"a pad of {show(via.drill + 2.0 * rules.annular_ring, 'm')} is needed", "fpc.rules", ring,
+                rules.annular_ring, "m", source=source_of(design, "annular_ring"),
+                place=Place(*via.centre, nets=(via.net,)),
+            )
 
 
 def hole_to_hole(design: Design) -> Iterator[Verdict]:
@@ -57,74 +62,76 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
         for other in vias[k + 1 :]:
             wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
             if wall < rules.hole_to_hole - ROUNDING:
-                yield HOLES_TOO_NEAR.found(
+                yield Violation(
+                    f"two holes ({via.net}, {other.net}) leave {show(wall, 'm')} between them; "
+                    f"{house(design, 'hole_to_hole')} asks {show(rules.hole_to_hole, 'm')}",
+                    f"move them {show(rules.hole_to_hole - wall, 'm')} apart: a larger inner diameter gives the room",
                     "coil.turns", wall, rules.hole_to_hole, "m", source=source_of(design, "hole_to_hole"),
                     place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
-                                nets=tuple(sorted({via.net, other.net}))), net=via.net, net2=other.net,
-                    house=house(design, "hole_to_hole"), missing=rules.hole_to_hole - wall,
+                                nets=tuple(sorted({via.net, other.net}))),
                 )
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
     """The whole outline against the smallest part that the fabricator handles."""
-    rules = design.spec.fpc.rules
-    x0, y0, x1, y1 = outline_box(design)
-    have, need = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
-    for size, smallest in zip(have, need, strict=True):
-        if size < smallest - ROUNDING:
-            in_panel = is_wanted(design.layout)
-            yield (SMALL_BUT_IN_PANEL if in_panel else SMALL).found(
-                "fpc.rules" if in_panel else "fpc.panel", size, smallest, "m", source=source_of(design, "part_size"),
-                name=design.spec.name, length=have[1], width=have[0], house=house(design, "part_size"),
-                least_length=need[1], least_width=need[0],
-            )
-            break
-    if is_wanted(design.layout):
-        yield from _panel_size(design, LARGE_PANEL, least_size(design.layout))
+    rules, in_panel = design.spec.fpc.rules, is_wanted(design.layout)
+    x0, y0, x1, y1 = bounding_box([design.layout.outline])
+    (width, length), least = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
+    short = next(((size, limit) for size, limit in zip((width, length), least, strict=True)
+                  if size < limit - ROUNDING), None)
+    if short is not None:
+        said = (
+            f"the board is {show(length, 'm')} x {show(width, 'm')}; {house(design, 'part_size')} handles parts from "
+            f"{show(least[1], 'm')} x {show(least[0], 'm')}"
+        )
+        found = Violation(f"{said}, and it is not in a panel", "fpc.panel: auto puts it in a panel, held by bridges",
+                          "fpc.panel", *short, "m", Severity.WARNING, source_of(design, "part_size"))
+        name = design.spec.name
+        yield found if not in_panel else replace(
+            found, message=f"{said}: so it is put in a panel, which is ordered instead", key="fpc.rules",
+            hint=f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
+            f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
+        )
+    if in_panel:
+        size = least_size(design.layout)
+        yield from _panel_size(
+            design, size, Violation(f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}",
+                                    "fewer parts a panel, a shorter tail, or fpc.panel: none", "fpc.panel"))
         yield from _too_few_bridges(design)
     elif not is_unverified(source_of(design, "panel_size")):
-        yield from _panel_size(design, LARGE_BOARD, (x1 - x0, y1 - y0))
+        yield from _panel_size(
+            design, (x1 - x0, y1 - y0),
+            Violation(f"the board is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}",
+                      "a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
+            ", out of which a board that is sold singly is cut, too")
 
 
 def _too_few_bridges(design: Design) -> Iterator[Verdict]:
     """Bridges too wide for the part's edge find too few places, and the part drops out of its panel."""
     layout, width = design.layout, design.spec.fpc.panel.bridge
     count = len(bridges(layout))
-    if count >= FEWEST_BRIDGES:
-        return
-    least = narrower_bridge(layout)
-    held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
-    yield TOO_FEW_BRIDGES.found(
-        "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), None,
-        hint=f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)" if least
-        else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
-        source="two bridges are a hinge, three hold a part in its plane", held=held, width=width,
-        fewest_bridges=FEWEST_BRIDGES,
-    )
+    if count < FEWEST_BRIDGES:
+        least = narrower_bridge(layout)
+        held = {0: "no bridge holds", 1: "only 1 bridge holds"}.get(count, f"only {count} bridges hold")
+        yield Violation(
+            f"{held} the part in its panel: the edge has no more places for bridges {show(width, 'm')} wide off "
+            f"contacts, stiffener and bend; {FEWEST_BRIDGES} are needed",
+            f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)" if least
+            else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
+            "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), severity=Severity.ERROR,
+            source="two bridges are a hinge, three hold a part in its plane",
+        )
 
 
-def _panel_size(design: Design, case: Case, size: tuple[float, float]) -> Iterator[Verdict]:
+def _panel_size(design: Design, size: tuple[float, float], found: Violation, more: str = "") -> Iterator[Verdict]:
     """A complaint where what is delivered (m) is larger than the fabricator's panel."""
-    rules, have, most = design.spec.fpc.rules, sorted(size), sorted(design.spec.fpc.rules.panel_size)
-    for side, largest in zip(have, most, strict=True):
+    limits = design.spec.fpc.rules.panel_size
+    for side, largest in zip(sorted(size), sorted(limits), strict=True):
         if side > largest + ROUNDING:
-            yield case.found("fpc.rules" if case is LARGE_BOARD else "fpc.panel", side, largest, "m",
-                             source=source_of(design, "panel_size"), length=size[0], width=size[1],
-                             house=house(design, "panel_size"), most_length=rules.panel_size[0],
-                             most_width=rules.panel_size[1])
+            makes = f"{house(design, 'panel_size')} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}"
+            yield replace(found, message=f"{found.message}; {makes}{more}", measured=side, limit=largest, unit="m",
+                          severity=Severity.WARNING, source=source_of(design, "panel_size"))
             return
-
-
-def outline_box(design: Design) -> tuple[float, float, float, float]:
-    """(x_min, y_min, x_max, y_max) in metres of the whole board."""
-    points = [point for segment in design.layout.outline for point in segment.flattened(1e-6)]
-    xs, ys = [p.x for p in points], [p.y for p in points]
-    return min(xs), min(ys), max(xs), max(ys)
-
-
-def um(length: float) -> str:
-    """A length for people."""
-    return show(length, "m")
 
 
 def house(design: Design, field: str) -> str:
@@ -149,49 +156,9 @@ def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
     return house(design, "trace_spacing"), source_of(design, "trace_spacing")
 
 
-TOO_FINE_A_DRILL = Case("a via of {net} is drilled {measured:m}; {house} drills {limit:m} and larger")
-
-NARROW_RING = Case(
-    "a via of {net} has an annular ring of {measured:m}; {house} asks {limit:m}", hint="a pad of {wanted:m} is needed",
-)
-
-HOLES_TOO_NEAR = Case(
-    "two holes ({net}, {net2}) leave {measured:m} between them; {house} asks {limit:m}",
-    hint="move them {missing:m} apart: a larger inner diameter gives the room",
-)
-
-SMALL = Case(
-    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}, and it is not "
-    "in a panel", hint="fpc.panel: auto puts it in a panel, held by bridges", severity=Severity.WARNING,
-)
-
-SMALL_BUT_IN_PANEL = Case(
-    "the board is {length:m} x {width:m}; {house} handles parts from {least_length:m} x {least_width:m}: so it is put "
-    "in a panel, which is ordered instead",
-    hint="send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
-    "fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
-)
-
-TOO_FEW_BRIDGES = Case(
-    "{held} the part in its panel: the edge has no more places for bridges {width:m} wide off contacts, stiffener and "
-    "bend; {fewest_bridges} are needed", severity=Severity.ERROR,
-)
-
-LARGE_PANEL = Case(
-    "the panel becomes at least {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}",
-    hint="fewer parts a panel, a shorter tail, or fpc.panel: none", severity=Severity.WARNING,
-)
-
-LARGE_BOARD = Case(
-    "the board is {length:m} x {width:m}; {house} makes panels of {most_length:m} x {most_width:m}, out of which a "
-    "board that is sold singly is cut, too", hint="a smaller board or a shorter tail, or a fabricator of larger panels",
-    severity=Severity.WARNING,
-)
-
-WIDEN = "widen tracks and gaps and wind fewer turns, or choose {finer}"
-NO_FINER = "a finer fabricator (no installed profile is as fine)"
 NAMED = 4
 """Finer fabricators that are named at most."""
+
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
@@ -203,20 +170,24 @@ def trace_width(design: Design) -> Iterator[Verdict]:
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
-            yield DRAWN_TOO_FINE.found("fpc.rules", trace.width, rules.trace_width, "m",
-                                       source=source_of(design, "trace_width"),
-                                       place=Place(*trace.path.start, trace.layer, (trace.net,)), role=trace.role.value,
-                                       net=trace.net, layer=trace.layer, house=house(design, "trace_width"))
+            yield Violation(
+                f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {show(trace.width, 'm')} "
+                f"wide; {house(design, 'trace_width')} makes {show(rules.trace_width, 'm')} and wider", "", "fpc.rules",
+                trace.width, rules.trace_width, "m", source=source_of(design, "trace_width"),
+                place=Place(*trace.path.start, trace.layer, (trace.net,)),
+            )
 
 
 def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Violation]:
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
     value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
     if value < least - ROUNDING:
-        yield TOO_FINE.found(f"coil.{field}", value, least, "m",
-                             hint=WIDEN.format(finer=_finer(list(finer_fabricators(design.spec)))),
-                             source=source_of(design, field), advice=lambda left: _widened(design, field, left),
-                             asked=asked.format(um(value)), house=house(design, field), more=more)
+        yield Violation(
+            f"{asked.format(show(value, 'm'))}; {house(design, field)} makes {show(least, 'm')} and {more}",
+            f"widen tracks and gaps and wind fewer turns, or choose {_finer(list(finer_fabricators(design.spec)))}",
+            f"coil.{field}", value, least, "m", source=source_of(design, field),
+            advice=lambda left: _widened(design, field, left),
+        )
 
 
 def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Violation]:
@@ -225,8 +196,11 @@ def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Se
     rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
-        yield THICKER_FOIL.found("fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
-                                 house=house(design, field), word=word, field=field)
+        yield Violation(
+            f"{house(design, field)} gives no figure for {word} in {show(foil, 'm')} copper; the thickest stated is "
+            f"{show(stated, 'm')}", f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
+            "fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
+        )
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
@@ -242,16 +216,24 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
              ("trace_spacing", "spacing", coil.trace_spacing, rules.coil_trace_spacing))
     if all(smallest is None for *_, smallest in pairs):
         yield Undecided(f"{rules.name} states no minimum of its own for coils")
-    copper = f" at {um(rules.coil_copper)} copper" if rules.coil_copper is not None else ""
+    copper = f" at {show(rules.coil_copper, 'm')} copper" if rules.coil_copper is not None else ""
     for field, word, value, smallest in pairs:
         if smallest is not None and value < smallest - ROUNDING:
             binds = rules.binds(f"coil_{field}")
-            why = "" if binds else f"this only warns: {_not_binding(design)}"
-            yield FINE_COIL.found(f"coil.{field}", value, smallest, "m", source=source_of(design, f"coil_{field}"),
-                                  advice=partial(_waived_or_widened if binds else _hardly_widened, design,
-                                                 f"coil_{field}"),
-                                  is_grave=binds, word=word, house=house(design, f"coil_{field}"), copper=copper,
-                                  why=why)
+            # why a fabricator's minimum for coils may only warn: not every house has it
+            holder = rules.holders.get("coil_rule_binding", rules.name)
+            why = f"{holder} does not make it binding (coil_rule_binding: no)"
+            if rules.unbound:
+                why = "it comes from the profile that yours is based on, which does not make it binding"
+            yield Violation(
+                f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(design, f'coil_{field}')} asks "
+                f"{show(smallest, 'm')}{copper}",
+                f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
+                f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
+                source_of(design, f"coil_{field}"),
+                advice=partial(_waived if binds else _hardly_widened, design, f"coil_{field}"),
+                detail="" if binds else f"this only warns: {why}",
+            )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
@@ -285,7 +267,7 @@ def _as_foil(design: Design, field: str, left: Left) -> str:
 def _finer(houses: Sequence[Fix]) -> str:
     """The finer fabricators in words: their figures allow it."""
     if not houses:
-        return NO_FINER
+        return "a finer fabricator (no installed profile is as fine)"
     return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
 
 
@@ -300,36 +282,10 @@ def _hardly_widened(design: Design, field: str, left: Left) -> str:
     return "; or ".join((*known, WAIVER)) if known else ""
 
 
-def _waived_or_widened(design: Design, field: str, left: Left) -> str:
+def _waived(design: Design, field: str, left: Left) -> str:
     widened = _widened(design, field, left)
     return f"{WAIVER}, or {widened}" if widened else ""
 
-
-def _not_binding(design: Design) -> str:
-    """Why a fabricator's minimum for coils only warns: not every house has it."""
-    rules = design.spec.fpc.rules
-    if rules.unbound:
-        return "it comes from the profile that yours is based on, which does not make it binding"
-    holder = rules.holders.get("coil_rule_binding", rules.name)
-    return f"{holder} does not make it binding (coil_rule_binding: no)"
-
-
-TOO_FINE = Case("{asked}; {house} makes {limit:m} and {more}")
-
-THICKER_FOIL = Case(
-    "{house} gives no figure for {word} in {measured:m} copper; the thickest stated is {limit:m}",
-    hint="ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
-)
-
-DRAWN_TOO_FINE = Case(
-    "the {role} of {net} on layer {layer} is drawn {measured:m} wide; {house} makes {limit:m} and wider",
-)
-
-FINE_COIL = Case(
-    "{word} in the coil is {measured:m}; for coiled tracks {house} asks {limit:m}{copper}", detail="{why}",
-    hint="ask the fabricator for a waiver (no electrical test sees a short between turns), or widen tracks and gaps, "
-    "which takes turns and lowers L and Rp (see SIT201 and SIT203)", severity=Severity.WARNING, grave=Severity.ERROR,
-)
 
 ALIKE = 0.1
 """Films and foils that differ by less than this part are the same: fabricators' own tolerance of films is 10 %."""
@@ -350,27 +306,30 @@ def offered(design: Design) -> Iterator[Verdict]:
     good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
     hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
     for field, word, measured, asked in refused:
-        yield _complaint(design, "fpc.stackup", field, word, asked, hint, measured)
+        yield _complaint(design, "fpc.stackup", field, f"{word}: {asked}", hint, measured)
     if rules.finishes is not None and fpc.finish not in rules.finishes:
         hint = f"fpc.finish: {rules.finishes[0]}, or another fabricator" if rules.finishes else ANOTHER
-        yield _complaint(design, "fpc.finish", "finishes", "contacts", fpc.finish, hint)
+        yield _complaint(design, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint)
     plate = design.layout.stiffener
     if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
-        yield _complaint(design, "fpc.tail", "stiffeners", "stiffener", plate.material, STIFF)
+        yield _complaint(design, "fpc.tail", "stiffeners", f"stiffener: {plate.material}",
+                         f"contacts for solder need none (fpc.tail.connector: solder-pads); or take {ANOTHER}")
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
-        yield ODD_NUMBER.found("fpc.boards", float(fpc.boards), float(more), source=source_of(design, "order_multiple"),
-                               boards=fpc.boards, more=more, house=house(design, "order_multiple"),
-                               multiple=rules.order_multiple)
+        yield Violation(
+            f"{fpc.boards} boards are wanted; {house(design, 'order_multiple')} sells them in multiples of "
+            f"{rules.order_multiple}", f"fpc.boards: {more}", "fpc.boards", float(fpc.boards), float(more),
+            severity=Severity.WARNING, source=source_of(design, "order_multiple"),
+        )
 
 
-def _complaint(
-    design: Design, key: str, field: str, word: str, asked: str, hint: str, measured: float | None = None
-) -> Violation:
-    listed = getattr(design.spec.fpc.rules, field)
-    found = NOT_OFFERED.found(key, measured, source=source_of(design, field), hint=hint, asked=f"{word}: {asked}",
-                              house=house(design, field), offered=_words(listed) or "none")
-    return found if measured is None or field == "layer_counts" else replace(found, unit="m")
+def _complaint(design: Design, key: str, field: str, asked: str, hint: str, measured: float | None = None) -> Violation:
+    """What is asked, in words, and what the fabricator lists of that field instead."""
+    listed = (show(each, "m") if isinstance(each, float) else str(each)
+              for each in getattr(design.spec.fpc.rules, field))
+    unit = None if measured is None or field == "layer_counts" else "m"
+    return Violation(f"{asked}; {house(design, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
+                     unit, source=source_of(design, field))
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
@@ -402,23 +361,7 @@ def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
     return any(abs(thickness - each) <= ALIKE * each for each in listed)
 
 
-def _words(listed: Sequence[object]) -> str:
-    return ", ".join(show(each, "m") if isinstance(each, float) else str(each) for each in listed)
-
-
 ANOTHER = "another fabricator (fpc.rules); where yours has told you that it is made, say so in a profile of your own"
-
-STIFF = (
-    "contacts for solder need none (fpc.tail.connector: solder-pads); or take another fabricator (fpc.rules); where "
-    "yours has told you that it is made, say so in a profile of your own"
-)
-
-NOT_OFFERED = Case("{asked}; {house} offers {offered}")
-
-ODD_NUMBER = Case(
-    "{boards} boards are wanted; {house} sells them in multiples of {multiple}", hint="fpc.boards: {more}",
-    severity=Severity.WARNING,
-)
 
 
 RULES: tuple[Rule, ...] = (

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 
 from sitscad.checks.board.fabrication import ROUNDING
-from sitscad.checks.rules import Case, Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
 from sitscad.geometry.convex import beyond
@@ -18,11 +19,15 @@ from sitscad.remedy import moves
 from sitscad.remedy.moves import fewer_turns
 from sitscad.remedy.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.scene.stack import ground
+from sitscad.spec.body import BodySpec
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 MOST_STEPS = 16
 """Parts of a turn less that are tried to make room inside."""
+
+GRAIN = 100e-6
+"""A body is first tried so much larger (m) on every side where nobody knows what is missing."""
 
 
 def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
@@ -45,10 +50,10 @@ def _complaint(design: Design, lack: Shortfall) -> Violation:
 def _said(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
     """The hint, the key and the source (empty: the rule's) of a shortfall."""
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
-    more_layers = f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer"
     at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
     said = {
-        Missing.WAY_OUT: (more_layers, "coil.layers", ""),
+        Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
+                          "coil.layers", ""),
         Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
         Missing.LEAD_ROOM: ("change coil.start_angle or the number of turns, so that the layers end at other angles",
                             "coil.start_angle", f"via pad {of_rules}"),
@@ -64,10 +69,12 @@ def _said(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
 def no_way_out(design: Design) -> Iterator[Verdict]:
     """Every coil must begin and end at a contact."""
     yield from no_room(Missing.WAY_OUT)(design)
-    open_coils = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
-    if open_coils and not design.layout.shortfalls:
-        names = ", ".join(coil.name for coil in open_coils)
-        yield NO_WAY_OUT.found("coil.layers", place=Place(*open_coils[0].centre), names=names)
+    unled = [coil for coil in design.layout.coils if not coil.is_closed_circuit]
+    if unled and not design.layout.shortfalls:
+        yield Violation(
+            f"coil {', '.join(coil.name for coil in unled)} does not reach both of its contacts: it cannot be driven",
+            key="coil.layers", place=Place(*unled[0].centre),
+        )
 
 
 def _room_inside(design: Design, plain: Violation, left: Left) -> Violation:
@@ -107,41 +114,40 @@ def _room_between(design: Design, plain: Violation, left: Left) -> Violation | s
     def angle(of: SensorSpec) -> Fix | None:
         return next((fix for fix in moves.other_start_angles(of) if routes(fix.spec)), None)
 
+    def too_near(near: float, more: float, hint: str) -> Violation:
+        return replace(
+            plain, message="leads and outer vias find no room between the coils, whose centres are "
+            f"{near * 1e3:.3f} mm apart: at most {more * 1e6:.0f} um are missing", hint=hint, key=design.distance_key,
+            measured=near, limit=near + more, unit="m",
+        )
+
     near, first = moves.nearest_distance(spec), moves.lead_room(spec)
     found = None if near is None else moves.least(spec, moves.coils_apart, routes, first, left.wants_another)
     if near is not None and found is not None:
         more, fix = found
         words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
-        return _too_near(design, plain, near, more, words)
+        return too_near(near, more, words)
     turned = angle(spec)
     if turned is not None:
         return f"{turned.words} gives them one{tried(turned, left)}"
-    if near is None:
-        return ""
-    more = moves.GROWTH * first
-    apart = moves.coils_apart(spec, more)
-    turned = angle(apart.spec)
-    if turned is None:
+    apart = moves.coils_apart(spec, moves.GROWTH * first)
+    turned = None if near is None else angle(apart.spec)
+    if near is None or turned is None:
         return ""
     both = f"{apart.words} together with {turned.words} lets them pass{tried(apart.with_also(turned), left)}"
-    return _too_near(design, plain, near, more, both)
+    return too_near(near, moves.GROWTH * first, both)
 
 
 def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | str:
     """The least body, of those tried, in which everything finds its place; nothing to say where none is given."""
-    spec = design.spec
-    if spec.fpc.body is None or spec.fpc.body.size is None:
+    spec, body = design.spec, design.spec.fpc.body
+    if body is None or body.size is None:
         return ""
     missing = GRAIN
     if plain.measured is not None and plain.limit is not None:  # leads then want room beside the coils, too
         missing = plain.limit - plain.measured + moves.lead_room(spec)
-
-    def holds(changed: SensorSpec) -> bool:
-        layout = left.drawn(changed)
-        return layout is not None and not layout.shortfalls
-
-    found = moves.least(spec, moves.larger_body, holds, missing, left.wants_another)
-    inside = f"inside the body that is asked for ({spec.fpc.body.written})"
+    found = moves.least(spec, moves.larger_body, partial(_holds, left), missing, left.wants_another)
+    inside = f"inside the body that is asked for ({body.written})"
     message = plain.message if inside in plain.message else f"{plain.message} {inside}"
     if found is None:
         return replace(plain, message=message, key="fpc.body")
@@ -149,65 +155,48 @@ def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | s
     return replace(plain, message=message, hint=hint, key="fpc.body")
 
 
-GRAIN = 100e-6
-"""A body is first tried so much larger (m) on every side where nobody knows what is missing."""
+def _holds(left: Left, changed: SensorSpec) -> bool:
+    """Whether everything finds its place in a changed design."""
+    layout = left.drawn(changed)
+    return layout is not None and not layout.shortfalls
 
 
 def within_largest(design: Design) -> Iterator[Verdict]:
     """The body, wherever it is laid, lies in the largest outline; one that is drawn has its place about the coils."""
-    spec, largest = design.spec, design.spec.fpc.largest
+    spec, largest, body = design.spec, design.spec.fpc.largest, ground(design.layout)
     if largest is None:
         return
-    body = ground(design.layout)
     (x0, y0, x1, y1), (x, y) = bounding_box([body]), spec.array.middle
     if largest.shape != "dxf":
         x, y = (x0 + x1) / 2, (y0 + y1) / 2
-    limit = largest.edge.shifted(x, y)
-    over = max(beyond(limit, point) for point in body.flattened(1e-6))
-    if over <= ROUNDING:
-        return
-    size = f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}"
-    yield TOO_LARGE.found(
-        "fpc.largest", over, 0.0, "m", body=size, largest=largest.written, over=over,
-        advice=lambda left: _fitting(spec, left),
-    )
+    over = max(beyond(largest.edge.shifted(x, y), point) for point in body.flattened(1e-6))
+    if over > ROUNDING:
+        yield Violation(
+            f"the body, {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, reaches {show(over, 'm')} beyond the largest "
+            f"outline that is asked for ({largest.written})",
+            "smaller coils, or coils nearer to each other, make a smaller body; a body of that outline (fpc.body) is "
+            "refused with what has no room in it", "fpc.largest", over, 0.0, "m",
+            advice=partial(_fitting, spec, largest),
+        )
 
 
-def _fitting(spec: SensorSpec, left: Left) -> str:
+def _fitting(spec: SensorSpec, largest: BodySpec, left: Left) -> str:
     """The largest outline as the body's own, with the coils as they are or the least smaller that fit."""
-    largest = spec.fpc.largest
-    assert largest is not None
     as_asked = setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
-
-    def holds(changed: SensorSpec) -> bool:
-        layout = left.drawn(changed)
-        return layout is not None and not layout.shortfalls
-
-    if holds(as_asked.spec):
+    if _holds(left, as_asked.spec):
         return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"
-    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), holds, GRAIN, left.wants_another)
+    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), partial(_holds, left), GRAIN,
+                        left.wants_another)
     if found is None:
         return ""
     return f"it would hold smaller coils: {found[1].words} together with {as_asked.words}"
 
 
-def _too_near(design: Design, plain: Violation, near: float, more: float, hint: str) -> Violation:
-    """The complaint about leads between coils, with their distance now and how much (m) is missing."""
-    return replace(
-        plain,
-        message=f"leads and outer vias find no room between the coils, whose centres are {near * 1e3:.3f} mm apart: at "
-        f"most {more * 1e6:.0f} um are missing", hint=hint,
-        key="array.centres" if design.spec.array.pattern == "explicit" else "array.pitch", measured=near,
-        limit=near + more, unit="m",
-    )
-
-
 def _room_at_contacts(design: Design, plain: Violation, left: Left) -> Violation | str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
     for fix in moves.wider_connectors(design.spec):
-        layout = left.drawn(fix.spec)
-        if layout is not None and not layout.shortfalls:
-            pitch = fix.spec.fpc.tail.connector.pitch if fix.spec.fpc.tail is not None else 0.0
+        if _holds(left, fix.spec) and fix.spec.fpc.tail is not None:
+            pitch = fix.spec.fpc.tail.connector.pitch
             hint = (
                 f"{fix.words} gives them room{tried(fix, left)}: {(pitch - (plain.measured or 0.0)) * 1e6:.0f} um more "
                 "from contact to contact; or fewer coils on one tail"
@@ -221,15 +210,6 @@ _ROOM: dict[Missing, Callable[[Design, Violation, Left], Violation | str]] = {
     Missing.BODY_ROOM: _room_in_body,
 }
 """What gives room, by what lacks it."""
-
-
-NO_WAY_OUT = Case("coil {names} does not reach both of its contacts: it cannot be driven")
-
-TOO_LARGE = Case(
-    "the body, {body}, reaches {over:m} beyond the largest outline that is asked for ({largest})",
-    "smaller coils, or coils nearer to each other, make a smaller body; a body of that outline (fpc.body) is "
-    "refused with what has no room in it",
-)
 
 
 RULES: tuple[Rule, ...] = (

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import Footprint
 from sitscad.scene.bodies import elastomers, targets
 from sitscad.scene.column import print_limit
+from sitscad.units import show
 
 
 def crosstalk(design: Design) -> Iterator[Verdict]:
@@ -24,9 +25,14 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return
     if design.spec.encapsulation is not None:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
-    yield CROSSTALK.found(
-        design.distance_key, found.total, limit.value, None, is_grave=found.total > limit.value, source=limit.source,
-        target=found.target, targets=found.targets, coils=found.coils, keeps_limit=found.total <= limit.value,
+    yield Violation(
+        f"cells read each other: with all around it pressed, a cell changes by at most {100.0 * found.total:.2g} % of "
+        "its own full signal", "cells farther apart (array.pitch), or smaller targets", design.distance_key,
+        found.total, limit.value, severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
+        source=limit.source, keeps_limit=found.total <= limit.value,
+        detail=f"through the targets of all neighbours at most {100.0 * found.targets:.2g} % (of one "
+        f"{100.0 * found.target:.2g} %), as if the cell had no target of its own to hold that off; through "
+        f"coils that wait grounded at most {100.0 * found.coils:.2g} %; pads stand apart",
     )
 
 
@@ -48,10 +54,17 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
         what = bodies[0].role.value
         if gap <= 0.0:
-            yield OVERLAP.found(design.distance_key, gap, 0.0, "m", what=what, one=one, other=other, over=-gap)
+            yield Violation(
+                f"the {what}s of cells {one} and {other} overlap by {show(-gap, 'm', 3)}", "", design.distance_key, gap,
+                0.0, "m", severity=Severity.ERROR,
+            )
         elif gap < least:
-            yield CLOSE.found(design.distance_key, gap, least, "m", what=what, one=one, other=other, bulge=2.0 * bulge,
-                              wall=wall)
+            yield Violation(
+                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart; {show(least, 'm', 3)} are "
+                "wanted", "", design.distance_key, gap, least, "m", severity=Severity.WARNING,
+                detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)}; both pads pressed "
+                f"bulge by {show(2.0 * bulge, 'm', 3)}",
+            )
 
 
 def _gap(one: Footprint, other: Footprint) -> float:
@@ -61,23 +74,6 @@ def _gap(one: Footprint, other: Footprint) -> float:
     x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))
     return math.hypot(max(x, 0.0), max(y, 0.0)) or max(x, y)
 
-
-CROSSTALK = Case(
-    "cells read each other: with all around it pressed, a cell changes by at most {measured:%.2g} % of its own full "
-    "signal",
-    detail="through the targets of all neighbours at most {targets:%.2g} % (of one {target:%.2g} %), as if the cell "
-    "had no target of its own to hold that off; through coils that wait grounded at most {coils:%.2g} %; pads stand "
-    "apart",
-    hint="cells farther apart (array.pitch), or smaller targets", severity=Severity.NOTE, grave=Severity.WARNING,
-)
-
-OVERLAP = Case("the {what}s of cells {one} and {other} overlap by {over:m,3}", severity=Severity.ERROR)
-
-CLOSE = Case(
-    "the {what}s of cells {one} and {other} stand {measured:m,3} apart; {limit:m,3} are wanted",
-    detail="the jig's wall between them and its clearances take {wall:m,3}; both pads pressed bulge by {bulge:m,3}",
-    severity=Severity.WARNING,
-)
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT219", crosstalk, limit=100.0 * own_limits()["cell_crosstalk"].value),

@@ -16,7 +16,7 @@ from sitscad.checks.reading.readings import (
     where,
     worst_of,
 )
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.units import show
@@ -25,6 +25,8 @@ CODE_KEY = "readout.drive_code"
 """Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,
 which decide R_P.
 """
+
+CODE_IS_SET = "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
 
 
 def drive_amplitude(design: Design) -> Iterator[Verdict]:
@@ -41,13 +43,12 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
     # what is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker
     # code and another for a stronger one. Place and figures are those of the gravest
-    near = [*near, *_copper_ends(design)]
-    if not near:
-        return
-    gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
-    yield replace(gravest, message="; ".join(dict.fromkeys(aside.message for aside in near)),
-                  detail="; ".join(aside.detail for aside in near if aside.detail),
-                  hint="; ".join([MEASURE_FIRST, *(aside.hint for aside in near)]))
+    near += _copper_ends(design)
+    if near:
+        gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
+        yield replace(gravest, message=joined(*dict.fromkeys(aside.message for aside in near)),
+                      detail=joined(*(aside.detail for aside in near)),
+                      hint=joined("measure the amplitude of the first boards", *(aside.hint for aside in near)))
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
@@ -66,58 +67,81 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
     thick = max(states, key=lambda each: each[0] + each[1], default=None)
     thin = min(states, key=lambda each: each[0] - each[1], default=None)
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
-        yield THICK_COPPER.found(CODE_KEY, thick[0] + thick[1], high, "V", where=where(thick[2]),
-                                 code=_code(design, thick[2]))
+        yield Violation(
+            "with the thickest copper that is delivered (foil and plating both at their ends) the tank of "
+            f"{where(thick[2])} would swing {show(thick[0] + thick[1], 'V', 3)} peak with drive code "
+            f"{_code(design, thick[2])}, beyond {show(high, 'V')}",
+            "leave readout.drive_code out, and one is chosen that does for such copper", CODE_KEY, thick[0] + thick[1],
+            high, "V", severity=Severity.WARNING,
+        )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
-        yield THIN_COPPER.found(CODE_KEY, thin[0] - thin[1], low, "V", where=where(thin[2]),
-                                code=_code(design, thin[2]))
+        yield Violation(
+            f"with the thinnest copper that is delivered the tank of {where(thin[2])} would swing "
+            f"{show(thin[0] - thin[1], 'V', 3)} peak with drive code {_code(design, thin[2])}, below the low-noise "
+            f"window from {show(low, 'V')} on: no code serves both ends of the copper",
+            "choose the code by the amplitude that the boards of a batch show: they have one foil and one plating",
+            CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE,
+        )
 
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
-    """The largest amplitude against what clamps; what keeps it by little goes to `near`."""
-    high = design.converter.limit("amplitude_max")
+    """The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
+    temperature; what keeps the limit by little goes to `near`.
+    """
+    converter, readout = design.converter, design.spec.readout
+    high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
+    clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"
     if largest is not None and largest.value > high * (1.0 + 1e-9):
-        yield CLAMPED.found(CODE_KEY, largest.value, high, "V",
-                            hint=_clamp_advice(_code(design, largest), design.spec.readout.drive_code is not None),
-                            source=design.converter.limits["amplitude_max"].source, sigma=sigmas_between(largest, high),
-                            code=_code(design, largest), where=where(largest), in_sigmas=in_sigmas(largest, high, "V"))
+        code = _code(design, largest)
+        hint = f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
+        if code == 0:
+            hint = "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
+        yield Violation(
+            f"with drive code {code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} peak; {clamps}",
+            hint if readout.drive_code is None else CODE_IS_SET, CODE_KEY, largest.value, high, "V", source=source,
+            sigma=sigmas_between(largest, high), detail=in_sigmas(largest, high, "V"),
+        )
         return
     if largest is not None:
         near += near_limit(largest, high, "V", "amplitude", _other_code(_code(design, largest) - 1, "weaker"), CODE_KEY)
-    yield from _cold_amplitude(design)
+    cold = design.at_room_temperature
+    if cold is design:
+        return
+    resistances = readings_of(cold, "parallel_resistance", True)
+    swings = [(converter.amplitude(r.value, _code(design, r)), r) for r in resistances]
+    swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
+    if widest is not None and swing > high:
+        careful = converter.drive_code(widest.value + (widest.sigma or 0.0))
+        yield Violation(
+            f"switched on at 20 degC, the tank of {where(widest)} swings {show(swing, 'V', 3)} peak with drive code "
+            f"{_code(design, widest)}, which is chosen for {design.estimates.temperature:g} degC; {clamps}",
+            f"begin with drive code {careful}, and change when the sensor is warm", "requirements.temperature", swing,
+            high, "V", severity=Severity.WARNING, source=source,
+        )
 
 
 def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
+    limit = design.converter.limit
+    optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
         return
-    optimum, stable = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_stable_min")
+    code = _code(design, smallest)
     if smallest.value >= optimum:
-        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(_code(design, smallest) + 1, "stronger"),
-                           CODE_KEY)
+        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(code + 1, "stronger"), CODE_KEY)
         return
-    below = smallest.value < stable
-    asked = stable if below else optimum
-    yield (MAY_STOP if below else TOO_WEAK).found(
-        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY, smallest.value, asked, "V",
-        hint=_weak_advice(design, smallest),
-        source=design.converter.limits["amplitude_stable_min" if below else "amplitude_optimum_min"].source,
-        sigma=sigmas_between(smallest, asked), code=_code(design, smallest), where=where(smallest),
-        high=design.converter.limit("amplitude_max"), in_sigmas=in_sigmas(smallest, asked, "V"),
+    name, severity = "amplitude_stable_min", None
+    window = f"below {show(limit(name), 'V')} the oscillation may stop"
+    if smallest.value >= limit(name):
+        name, severity = "amplitude_optimum_min", Severity.WARNING
+        window = f"{show(optimum, 'V')} to {show(high, 'V')} is the low-noise window"
+    yield Violation(
+        f"with drive code {code} the tank of {where(smallest)} swings only {show(smallest.value, 'V', 3)} peak; "
+        f"{window}", _weak_advice(design, smallest),
+        "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY, smallest.value, limit(name), "V",
+        severity, design.converter.limits[name].source, sigma=sigmas_between(smallest, limit(name)),
+        detail=in_sigmas(smallest, limit(name), "V"),
     )
-
-
-def _cold_amplitude(design: Design) -> Iterator[Verdict]:
-    """The same drive code when the sensor is switched on at room temperature."""
-    cold, high = design.at_room_temperature, design.converter.limit("amplitude_max")
-    if cold is design:
-        return
-    largest, swing = _widest(design, readings_of(cold, "parallel_resistance", True))
-    if largest is not None and swing > high:
-        yield CLAMPED_WHEN_COLD.found("requirements.temperature", swing, high, "V",
-                                      source=design.converter.limits["amplitude_max"].source, where=where(largest),
-                                      code=_code(design, largest), temperature=design.estimates.temperature,
-                                      careful_code=design.converter.drive_code(largest.value + (largest.sigma or 0.0)))
 
 
 def _code(design: Design, reading: Reading) -> int:
@@ -128,31 +152,24 @@ def _code(design: Design, reading: Reading) -> int:
     return code
 
 
-def _widest(design: Design, resistances: list[Reading]) -> tuple[Reading | None, float]:
-    """Of some parallel resistances the one that swings widest with its coil's drive code, and that amplitude (V)."""
-    swings = [(design.converter.amplitude(r.value, _code(design, r)), r) for r in resistances]
-    swing, found = max(swings, key=lambda pair: pair[0], default=(0.0, None))
-    return found, swing
-
-
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
-    low_current, high_current = design.converter.high_current_range
-    values = [r for r in readings_of(design, "parallel_resistance", True)]
+    converter, (low_current, high_current) = design.converter, design.converter.high_current_range
+    values = [reading.value for reading in readings_of(design, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
         return
-    least = design.converter.amplitude_at(min(r.value for r in values), low_current)
-    most = design.converter.amplitude_at(max(r.value for r in values), high_current)
-    too_weak = least < design.converter.limit("amplitude_optimum_min")
-    if too_weak or most > design.converter.limit("amplitude_max"):
-        yield UNSURE_DRIVE.found("coil.turns", least if too_weak else most,
-                                 design.converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V",
-                                 source=design.converter.limits["high_current_max"].source, low_current=low_current,
-                                 high_current=high_current, least=least, most=most)
-
-
-# -------------------------------------------------------------------------------------------------------------- advice
+    least = converter.amplitude_at(min(values), low_current)
+    most = converter.amplitude_at(max(values), high_current)
+    too_weak = least < converter.limit("amplitude_optimum_min")
+    if too_weak or most > converter.limit("amplitude_max"):
+        yield Violation(
+            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
+            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
+            "measure the amplitude at the converter's pins before trusting a reading", "coil.turns",
+            least if too_weak else most, converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V",
+            severity=Severity.WARNING, source=converter.limits["high_current_max"].source,
+        )
 
 
 def _other_code(code: int, how: str) -> str:
@@ -163,7 +180,7 @@ def _other_code(code: int, how: str) -> str:
 def _weak_advice(design: Design, smallest: Reading) -> str:
     """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
     if design.spec.readout.drive_code is not None:
-        return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
+        return CODE_IS_SET
     away = more_distance(design)
     distance = f"{away}, or more turns" if away else "more turns"
     values = readings_of(design, "parallel_resistance", True)
@@ -182,58 +199,6 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
         f"{show(max(own), 'ohm', 3)} in {smallest.coil}, and a drive code for each channel does not bring all of them "
         f"into the window either; place the coils alike under the target, or {distance}"
     )
-
-
-def _clamp_advice(code: int, is_wanted: bool) -> str:
-    if is_wanted:
-        return "the spec sets this drive code; leave readout.drive_code out, and the code is chosen"
-    if code == 0:
-        return "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
-    return f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
-
-
-MEASURE_FIRST = "measure the amplitude of the first boards"
-"""The hint for every amplitude that keeps a limit by little."""
-
-CLAMPED = Case(
-    "with drive code {code} the tank of {where} swings {measured:V,3} peak; above {limit:V} the input clamps and "
-    "shifts the frequency", detail="{in_sigmas}",
-)
-
-TOO_WEAK = Case(
-    "with drive code {code} the tank of {where} swings only {measured:V,3} peak; {limit:V} to {high:V} is the "
-    "low-noise window", detail="{in_sigmas}", severity=Severity.WARNING,
-)
-
-MAY_STOP = Case(
-    "with drive code {code} the tank of {where} swings only {measured:V,3} peak; below {limit:V} the oscillation may "
-    "stop", detail="{in_sigmas}",
-)
-
-THICK_COPPER = Case(
-    "with the thickest copper that is delivered (foil and plating both at their ends) the tank of {where} would swing "
-    "{measured:V,3} peak with drive code {code}, beyond {limit:V}",
-    hint="leave readout.drive_code out, and one is chosen that does for such copper", severity=Severity.WARNING,
-)
-
-THIN_COPPER = Case(
-    "with the thinnest copper that is delivered the tank of {where} would swing {measured:V,3} peak with drive code "
-    "{code}, below the low-noise window from {limit:V} on: no code serves both ends of the copper",
-    hint="choose the code by the amplitude that the boards of a batch show: they have one foil and one plating",
-    severity=Severity.NOTE,
-)
-
-CLAMPED_WHEN_COLD = Case(
-    "switched on at 20 degC, the tank of {where} swings {measured:V,3} peak with drive code {code}, which is chosen "
-    "for {temperature:g} degC; above {limit:V} the input clamps and shifts the frequency",
-    hint="begin with drive code {careful_code}, and change when the sensor is warm", severity=Severity.WARNING,
-)
-
-UNSURE_DRIVE = Case(
-    "the high-current drive is {low_current:A} or {high_current:A}, as TI's texts disagree: the amplitude lies between "
-    "{least:V,3} and {most:V,3} peak", hint="measure the amplitude at the converter's pins before trusting a reading",
-    severity=Severity.WARNING,
-)
 
 
 RULES: tuple[Rule, ...] = (

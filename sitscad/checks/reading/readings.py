@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from sitscad.checks.rules import Case, Undecided, Verdict, Violation
+from sitscad.checks.rules import Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
@@ -95,9 +95,11 @@ def near_limit(
         return
     count = sigmas_between(reading, limit)
     if count is not None and count < NEAR:
-        yield NEAR_LIMIT.found(key, reading.value, limit, unit, hint=hint, sigma=count, keeps_limit=True,
-                               is_grave=count < AT_RISK, words=words, where=where(reading),
-                               value=show(reading.value, unit, 3), in_sigmas=in_sigmas(reading, limit, unit))
+        yield Violation(
+            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}; it keeps its limit by little", hint,
+            key, reading.value, limit, unit, severity=Severity.WARNING if count < AT_RISK else Severity.NOTE,
+            sigma=count, keeps_limit=True, detail=in_sigmas(reading, limit, unit),
+        )
 
 
 def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
@@ -123,7 +125,11 @@ def nothing_estimated(design: Design) -> Iterator[Verdict]:
     for coil in design.estimates.coils:
         reasons = [reason for state, reason in coil.failed_states.items() if state not in coil.overdamped]
         if reasons and not coil.overdamped:
-            yield NOTHING_ESTIMATED.found("coil", name=coil.name, reason=reasons[0])
+            yield Violation(
+                f"coil {coil.name} has no state that could be estimated; {reasons[0]}",
+                "a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away",
+                "coil", severity=Severity.ERROR,
+            )
             return
 
 
@@ -136,9 +142,11 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     now = design.estimates.readout.capacitance
     below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
     smaller = list(capacitor(design.spec, below[:2]))
-    yield OVERDAMPED_TANK.found("readout.capacitance", value, 1.0, None, hint=_LESS_DAMPED,
-                                advice=lambda left: _smaller_capacitor(smaller, left),
-                                where=where(Reading(name, state, value)), now=now)
+    yield Violation(
+        f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
+        f"{show(now, 'F', 3)}", _LESS_DAMPED, "readout.capacitance", value, 1.0, severity=Severity.ERROR,
+        advice=lambda left: _smaller_capacitor(smaller, left),
+    )
 
 
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
@@ -171,21 +179,6 @@ def other_states(design: Design, worst: Reading, attribute: str, unit: str, digi
     words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
     return ", ".join(words)
 
-
-NEAR_LIMIT = Case(
-    "the {words} of {where} is {value}; it keeps its limit by little", detail="{in_sigmas}", severity=Severity.NOTE,
-    grave=Severity.WARNING,
-)
-
-NOTHING_ESTIMATED = Case(
-    "coil {name} has no state that could be estimated; {reason}",
-    hint=("a coil of more usual proportions: tracks no thicker than wide and further apart, metal further away"),
-    severity=Severity.ERROR,
-)
-
-OVERDAMPED_TANK = Case(
-    "the tank of {where} does not oscillate: it is overdamped, Q {measured:.2g} with {now:F,3}", severity=Severity.ERROR
-)
 
 TOO_LOSSY = "SIT203"
 """The rule that a tank of too little parallel resistance breaks."""

@@ -11,7 +11,7 @@ from functools import partial
 
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import NEEDS, Advice, Case, Rule, Undecided, Verdict, own_limits, rule_of, worded
+from sitscad.checks.rules import NEEDS, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.path import Point
@@ -74,7 +74,8 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     """Every coil's change against the converter's step and against the coil that changes most; where no force is
     required, whether any coil feels full load.
     """
-    if not design.spec.requirements.normal_force:
+    required = design.spec.requirements.normal_force
+    if not required:
         yield from _unasked(design)
         return
     found = responses(design)
@@ -89,21 +90,36 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         return
     worst = min(deaf, key=lambda response: response.steps)
     beside, which = best.steps >= FEWEST_STEPS, worst.coil if len(deaf) > 1 else "it"
-    yield (NOT_FELT if _is_lost(found) else HARDLY_FELT).found(
-        "target.size" if beside else "elastomer.thickness", worst.steps,
-        max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
+    against = f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else ""
+    names, force = [response.coil for response in deaf], show(required, "N")
+    hardly = f"coils {', '.join(names[:-1])} and {names[-1]} hardly feel"
+    hardly = f"coil {names[0]} hardly feels" if len(names) == 1 else hardly
+    said = Violation(
+        f"{hardly} {force}: {which} changes by {worst.steps:.2g} steps of the converter", severity=Severity.WARNING,
+        detail=f"from rest to pressed {_changes(deaf)}{against}; asked are {FEWEST_STEPS:.0f} steps and "
+        f"{100.0 * LEAST_SHARE:.0f} % of the best coil's change",
+    )
+    yield replace(
+        _not_felt(deaf, best, force) if _is_lost(found) else said,
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
+        key="target.size" if beside else "elastomer.thickness", measured=worst.steps,
+        limit=max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), unit="steps",
         advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
-        named=_named(deaf), verb_end="s" if len(deaf) == 1 else "", force=design.spec.requirements.normal_force or 0.0,
-        least=f"{which} changes by {worst.steps:.2g} steps of the converter", changes=_changes(deaf),
-        against=f"; coil {best.coil} changes by {show(best.change, 'H', 3)}, {best.steps:.0f} steps" if beside else "",
-        fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE, sigmas=TOLD_FROM_NOISE, noise=best.noise, taken="",
     )
 
 
 def _is_lost(found: Sequence[Response]) -> bool:
     """Whether no coil's change is told from the noise."""
     return all(response.steps < TOLD_FROM_NOISE * response.noise for response in found)
+
+
+def _not_felt(deaf: Sequence[Response], best: Response, force: str) -> Violation:
+    """That no coil's change under a force is told from the noise."""
+    return Violation(
+        f"the sensor feels nothing: from rest to pressed by {force} no coil changes by the {TOLD_FROM_NOISE:g} sigma "
+        "that tell a change from noise", severity=Severity.ERROR,
+        detail=f"{_changes(deaf)}, and noise alone is {best.noise:.2g} steps (one sigma)",
+    )
 
 
 def _unasked(design: Design) -> Iterator[Verdict]:
@@ -117,23 +133,15 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     yield Undecided(NEEDS["normal force"][1])
     if not rests_on_pad(design.spec):
         return
-    asked = replace(design.spec.requirements, normal_force=full_normal(design.spec))
+    full = full_normal(design.spec)
+    asked = replace(design.spec.requirements, normal_force=full)
     loaded = design.drawn(replace(design.spec, requirements=asked))
     found = responses(Design(loaded.spec, loaded.layout, estimated(loaded.layout, solved=design.estimates.solved)))
     if found and _is_lost(found):
         best = max(found, key=lambda response: response.steps)
-        yield NOT_FELT.found(
-            "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=_more_change(design),
-            force=asked.normal_force, changes=_changes(found), sigmas=TOLD_FROM_NOISE, noise=best.noise,
-            taken=f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),",
-        )
-
-
-def _named(deaf: Sequence[Response]) -> str:
-    names = [response.coil for response in deaf]
-    if len(names) == 1:
-        return f"coil {names[0]}"
-    return f"coils {', '.join(names[:-1])} and {names[-1]}"
+        taken = f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),"
+        yield replace(_not_felt(found, best, show(full, "N") + taken), hint=_more_change(design),
+                      key="elastomer.thickness", measured=best.steps, limit=FEWEST_STEPS, unit="steps")
 
 
 def _changes(deaf: Sequence[Response]) -> str:
@@ -211,19 +219,22 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     best, least = max(found, key=lambda signal: abs(signal.share)), own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
-    drift = own_limits()["drift_of_ten_kelvin"].value
+    drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
     steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
-    scale = (
-        f"{100.0 * drift / abs(best.share):.0f} % of full scale" if abs(best.share) > drift else "all of it and more"
+    scale = f"{100.0 * drift / share:.0f} % of full scale" if share > drift else "all of it and more"
+    follows = ", which follows losses, too," if best.has_loss_in_it else ""
+    hint = (
+        f"{_back_over_the_coils(design.spec)}{_more_signal(design.spec)}; else plan for temperature: a reference coil "
+        "without a target, or a tare before each grasp"
     )
-    back, more = _back_over_the_coils(design.spec), _more_signal(design.spec)
-    hint = worded(SMALL_SIGNAL.hint, {"back_over_the_coils": back, "more_signal": more})
-    yield SMALL_SIGNAL.found(
-        "elastomer.thickness", abs(best.share), least.value, None, source=least.source, force=best.force,
-        coil=best.coil, steps=steps, per_newton=best.per_newton, frequency_share=best.frequency_share,
-        at_contacts=abs(best.by_inductance),
-        follows=", which follows losses, too," if best.has_loss_in_it else "", drift=drift, scale=scale, hint=hint,
-        advice=lambda left: _more(design, left, hint),
+    yield Violation(
+        f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "
+        f"{100.0 * share:.2g} % (by the converter's formula; the inductance at the contacts by "
+        f"{100.0 * abs(best.by_inductance):.2g} %){steps}", hint, "elastomer.thickness", share, least.value,
+        source=least.source, advice=lambda left: _more(design, left, hint),
+        detail=f"that inductance changes by {show(best.per_newton, 'H', 3)}/N, its frequency{follows} by "
+        f"{100.0 * best.frequency_share:+.2g} %; ten degrees of warming move the reading by {100.0 * drift:.2g} % by "
+        f"the copper alone, {scale}; silicone adds to that (response --performance has all of it)",
     )
 
 
@@ -248,28 +259,6 @@ def _more_signal(spec: SensorSpec) -> str:
         ways.append("more distance from the metal behind the coils")
     return ", or ".join(ways)
 
-
-HARDLY_FELT = Case(
-    "{named} hardly feel{verb_end} {force:N}: {least}",
-    detail="from rest to pressed {changes}{against}; asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of "
-    "the best coil's change", severity=Severity.WARNING,
-)
-
-NOT_FELT = Case(
-    "the sensor feels nothing: from rest to pressed by {force:N}{taken} no coil changes by the {sigmas:g} sigma that "
-    "tell a change from noise", detail="{changes}, and noise alone is {noise:.2g} steps (one sigma)",
-    severity=Severity.ERROR,
-)
-
-SMALL_SIGNAL = Case(
-    "the whole signal is small: from rest to {force:N} the reading of coil {coil} changes by {measured:%.2g} % "
-    "(by the converter's formula; the inductance at the contacts by {at_contacts:%.2g} %){steps}",
-    detail="that inductance changes by {per_newton:H,3}/N, its frequency{follows} by {frequency_share:%+.2g} %; ten "
-    "degrees of warming move the reading by {drift:%.2g} % by the copper alone, {scale}; silicone adds to that "
-    "(response --performance has all of it)",
-    hint="{back_over_the_coils}{more_signal}; else plan for temperature: a reference coil without a target, or a tare "
-    "before each grasp",
-)
 
 AXES = ("x", "y")
 
@@ -323,9 +312,14 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     if apart / step >= asked:
         return
     beside = f"; the required normal force changes a coil by {show(pressed, 'H', 3)}" if pressed else ""
-    yield HARDLY_SHEAR.found("target.size", apart / step, asked, "steps", hint=_edges_over_coils(spec, axis),
-                             advice=_nearer_edges(spec, axis), axis_name=AXES[axis], force=force, travel=travel,
-                             apart=apart, beside=beside, fewest_steps=FEWEST_STEPS, least_share=LEAST_SHARE)
+    yield Violation(
+        f"the array hardly feels shear along {AXES[axis]}: {show(force, 'N')} part the coils' inductances by "
+        f"{apart / step:.2g} steps of the converter", _edges_over_coils(spec, axis), "target.size", apart / step, asked,
+        "steps", advice=_nearer_edges(spec, axis),
+        detail=f"that force moves the target by {show(travel, 'm', 2)}, and the inductances differ by "
+        f"{show(apart, 'H', 2)} more{beside}; asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} "
+        "% of that change",
+    )
 
 
 def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
@@ -343,8 +337,12 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     read = force * per_metre * (max(places) - min(places)) * math.tan(DEGREE) / apart
     if read <= force:
         return
-    yield TILT_OVER_SHEAR.found("target.size", read, force, "N", axis_name=AXES[axis], other=AXES[1 - axis],
-                                advice=_nearer_edges(design.spec, axis))
+    yield Violation(
+        f"the target covers so much of the coils that a tilt of one degree about {AXES[1 - axis]} is read as "
+        f"{show(read, 'N', 2)} of shear along {AXES[axis]}, where {show(force, 'N')} are to be felt: what moves it "
+        "sideways hardly counts beside how it lies", "", "target.size", read, force, "N",
+        advice=_nearer_edges(design.spec, axis),
+    )
 
 
 def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
@@ -374,19 +372,6 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
         "this does not matter"
     )
 
-
-HARDLY_SHEAR = Case(
-    "the array hardly feels shear along {axis_name}: {force:N} part the coils' inductances by {measured:.2g} steps of "
-    "the converter",
-    detail="that force moves the target by {travel:m,2}, and the inductances differ by {apart:H,2} more{beside}; "
-    "asked are {fewest_steps:.0f} steps and {least_share:%.0f} % of that change",
-)
-
-
-TILT_OVER_SHEAR = Case(
-    "the target covers so much of the coils that a tilt of one degree about {other} is read as {measured:N,2} of shear "
-    "along {axis_name}, where {limit:N} are to be felt: what moves it sideways hardly counts beside how it lies",
-)
 
 DEGREE = math.radians(1.0)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sitscad.checks.reading.readings import Reading, readings_of, where
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, own_limits, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.physics.constants import skin_depth
@@ -51,36 +51,33 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
         yield from _thin(design, depth, frequency)
 
 
-# ------------------------------------------------------------------------------------------------------ a thin target
-
-
 def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """What a target that is thin for its skin depth (m) costs: a note, or a warning where it weighs."""
-    target = _target(design)
-    if target.thickness >= COMPARED * depth and target.material.relative_permeability < 1.1:
-        share = _resistance_of_sheet(target.thickness / depth) - 1.0
-        yield THIN.found(
-            "target.thickness", share, _limit("thin_target_resistance"), None,
-            source=own_limits()["thin_target_resistance"].source, thickness=target.thickness,
-            depths=target.thickness / depth, name=target.material.name, frequency=frequency,
-            words=f"an endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: too little to "
-            "be compared",
-        )
+    target, thick, limits = _target(design), THICK * depth, own_limits()
+    depths, limit = target.thickness / depth, limits["thin_target_resistance"]
+    found = Violation(
+        f"the target is {show(target.thickness, 'm', 3)} thick, {depths:.2g} skin depths of {target.material.name} at "
+        f"{show(frequency, 'Hz', 3)}: a part of the field goes through it", "nothing has to be changed for that",
+        "target.thickness", severity=Severity.NOTE,
+    )
+    if depths >= COMPARED and target.material.relative_permeability < 1.1:
+        share = _resistance_of_sheet(depths) - 1.0
+        yield replace(found, measured=share, limit=limit.value, source=limit.source,
+                      detail=f"an endless sheet of it has {100.0 * share:+.1f} % of resistance against a thick one: "
+                      "too little to be compared")
         return
-    cost = _cost(design, thicker_target(design.spec, THICK * depth).spec)
+    cost = _cost(design, thicker_target(design.spec, thick).spec)
     if cost is None:
         yield Undecided("what so thin a target costs is unknown: no state with it was estimated, or none with a thick")
         return
-    too_much = cost.resistance > _limit("thin_target_resistance")
-    weighs = too_much or cost.change > _limit("thin_target_change")
-    name = "thin_target_resistance" if too_much or cost.resistance >= cost.change else "thin_target_change"
-    yield (TOO_THIN if weighs else THIN).found(
-        "target.thickness", cost.resistance if name == "thin_target_resistance" else cost.change, _limit(name), None,
-        source=own_limits()[name].source,
-        advice=(lambda left: _thicker(design, THICK * depth, left)) if weighs else None, enough=THICK * depth,
-        thickness=target.thickness, depths=target.thickness / depth, name=target.material.name, frequency=frequency,
-        words=cost.words,
-    )
+    too_much, measured = cost.resistance > limit.value, cost.resistance
+    if not too_much and cost.resistance < cost.change:
+        limit, measured = limits["thin_target_change"], cost.change
+    found = replace(found, measured=measured, limit=limit.value, source=limit.source, detail=cost.words)
+    if too_much or cost.change > limits["thin_target_change"].value:
+        found = replace(found, hint=f"take {show(thick, 'm', 3)} or more (3 skin depths stop 95 %)",
+                        severity=Severity.WARNING, advice=lambda left: _thicker(design, thick, left))
+    yield found
 
 
 def _resistance_of_sheet(depths: float) -> float:
@@ -149,9 +146,6 @@ def _thicker(design: Design, thickness: float, left: Left) -> str:
     return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
-# ---------------------------------------------------------------------------------------------------- no target at all
-
-
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """A material into which the field goes deeper than the target is wide, held against copper in its place."""
     target = _target(design)
@@ -170,8 +164,12 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
         if math.isfinite(depth)
         else "does not conduct: no eddy currents flow in it"
     )
-    yield POOR_CONDUCTOR.found("target.material", share, least, None, source=own_limits()["least_target_effect"].source,
-                               is_grave=share < least, name=target.material.name, why=why)
+    yield Violation(
+        f"{target.material.name} {why}. It changes the inductance by {100.0 * share:.2g} % of what copper of its size "
+        "changes", "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
+        "target.material", share, least, severity=Severity.ERROR if share < least else Severity.WARNING,
+        source=own_limits()["least_target_effect"].source,
+    )
 
 
 def _effects(design: Design, other: Design) -> dict[str, float]:
@@ -205,22 +203,6 @@ def _target(design: Design) -> Target:
 
 def _limit(name: str) -> float:
     return own_limits()[name].value
-
-
-_THIN = (
-    "the target is {thickness:m,3} thick, {depths:.2g} skin depths of {name} at {frequency:Hz,3}: a part of the field "
-    "goes through it"
-)
-
-TOO_THIN = Case(_THIN, "take {enough:m,3} or more (3 skin depths stop 95 %)", Severity.WARNING, detail="{words}")
-
-THIN = Case(_THIN, "nothing has to be changed for that", Severity.NOTE, detail="{words}")
-
-POOR_CONDUCTOR = Case(
-    "{name} {why}. It changes the inductance by {measured:%.2g} % of what copper of its size changes",
-    hint="take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
-    severity=Severity.WARNING, grave=Severity.ERROR,
-)
 
 
 RULES: tuple[Rule, ...] = (

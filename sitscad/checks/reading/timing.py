@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Case, Rule, Undecided, Verdict, rule_of, worded
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.remedy.moves import scans
@@ -27,20 +27,20 @@ MOST_COUPLING = 2e-3
 
 def input_frequency(design: Design) -> Iterator[Verdict]:
     """f_IN below a quarter of f_REF, with the divider that fast sensors need."""
-    readout = design.estimates.readout
-    worst = worst_of(design, "frequency", max)
-    if worst is None or readout.input_divider is None:
+    converter, readout = design.converter, design.estimates.readout
+    worst, divider, reference = worst_of(design, "frequency", max), readout.input_divider, readout.reference_frequency
+    if worst is None or divider is None:
         yield Undecided("no sensor frequency was estimated")
-        return
-    if not design.converter.is_input_in_range(worst.value, readout.input_divider, readout.reference_frequency):
-        wanted = design.converter.input_divider(worst.value, readout.reference_frequency)
-        is_enough, slow = wanted <= 15, readout.input_divider < 2
-        yield (INPUT_UNDIVIDED if slow else INPUT_TOO_FAST).found(
-            "readout.clock", worst.value / readout.input_divider, 0.25 * readout.reference_frequency, "Hz",
-            hint=worded(LARGER_DIVIDER if is_enough else FASTER_CLOCK,
-                        {"divider": wanted, "clock": 4.0 * worst.value / 15.0}), value=worst.value,
-            input_divider=readout.input_divider, slow=design.converter.limit("input_divider_2_from"),
-            reference_frequency=readout.reference_frequency,
+    elif not converter.is_input_in_range(worst.value, divider, reference):
+        wanted, lacks = converter.input_divider(worst.value, reference), ""
+        clock = f"no divider up to 15 helps: a clock of at least {show(4.0 * worst.value / 15.0, 'Hz')} is needed"
+        if divider < 2:
+            fast = show(converter.limit("input_divider_2_from"), "Hz")
+            lacks = f", or lacks the divider of 2 that {fast} and more need"
+        yield Violation(
+            f"the sensor frequency {show(worst.value, 'Hz')} divided by {divider} is not below a quarter of the "
+            f"reference {show(reference, 'Hz')}{lacks}", f"FIN_DIVIDER {wanted} would do" if wanted <= 15 else clock,
+            "readout.clock", worst.value / divider, 0.25 * reference, "Hz",
         )
 
 
@@ -51,8 +51,12 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
-        yield TOO_MANY_SCANS.found("readout.scan_rate", readout.scan_rate, wanted, "Hz", coils=_coils(design),
-                                   period=1.0 / readout.scan_rate)
+        yield Violation(
+            f"the fastest scan of {_coils(design)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
+            f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
+            "ask for fewer scans a second, use fewer coils, or a faster clock", "readout.scan_rate", readout.scan_rate,
+            wanted, "Hz",
+        )
 
 
 def read_back(design: Design) -> Iterator[Verdict]:
@@ -63,9 +67,12 @@ def read_back(design: Design) -> Iterator[Verdict]:
     if wanted > sure:
         impossible = wanted > hopeful
         pause = "" if impossible else ", or a host that reads without any pause, as TI's more hopeful figure takes it"
-        yield READ_TOO_SLOWLY.found("readout.scan_rate", wanted, sure, "Hz", is_grave=impossible, coils=_coils(design),
-                                    advice=lambda left: _other_rate(design, math.floor(sure), left, pause), pause=pause,
-                                    period=1.0 / sure)
+        yield Violation(
+            f"reading {_coils(design)} over I2C at 400 kHz takes {show(1.0 / sure, 's', 3)}: a scan rate of "
+            f"{show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked", f"a lower readout.scan_rate{pause}",
+            "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,
+            advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
+        )
 
 
 def bandwidth(design: Design) -> Iterator[Verdict]:
@@ -73,9 +80,11 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     wanted, rate = design.spec.requirements.bandwidth, design.spec.readout.scan_rate
     assert wanted is not None
     if rate < 2.0 * wanted:
-        yield TOO_FEW_SCANS.found("readout.scan_rate", rate, 2.0 * wanted, "Hz",
-                                  advice=lambda left: _other_rate(design, 2.0 * wanted, left), followed=rate / 2.0,
-                                  wanted=wanted)
+        yield Violation(
+            f"a scan rate of {show(rate, 'Hz')} follows a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
+            f"{show(wanted, 'Hz')} are required", "a readout.scan_rate of twice the bandwidth at least",
+            "readout.scan_rate", rate, 2.0 * wanted, "Hz", advice=lambda left: _other_rate(design, 2.0 * wanted, left),
+        )
 
 
 def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") -> str:
@@ -101,9 +110,13 @@ def channels(design: Design) -> Iterator[Verdict]:
         parts = (presets.converter(name) for name in presets.names("converter"))
         others = " or ".join(part.part.lower() for part in parts if part.most_coils >= len(names))
         enough = f" (readout.device: {others} has enough)" if others else ""
-        yield TOO_FEW_CHANNELS.found(key, float(len(names)), float(most), source=_channel_sources(device.family),
-                                     count=len(names), devices=len(device.addresses), device=device.part, each=each,
-                                     more_channels=enough, beyond=len(names) - most)
+        yield Violation(
+            f"{len(names)} coils, but one I2C bus takes {len(device.addresses)} {device.part} of {each} channels, and "
+            f"every coil needs a channel of its own{enough}",
+            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
+            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)", key,
+            float(len(names)), float(most), source=_channel_sources(device.family),
+        )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
         matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
@@ -115,10 +128,15 @@ def channels(design: Design) -> Iterator[Verdict]:
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
-        yield TWO_CONVERTERS.found(
-            key, coupling, MOST_COUPLING, source=_channel_sources(device.family), is_grave=coupling >= MOST_COUPLING,
-            count=len(names), device=device.part, ones=", ".join(names[:each]), address=device.addresses[0],
-            others=", ".join(names[each:]), second_address=device.addresses[1], one=one, other=other,
+        yield Violation(
+            f"{len(names)} coils take two {device.part}: {', '.join(names[:each])} at address "
+            f"0x{device.addresses[0]:02X}, {', '.join(names[each:])} at 0x{device.addresses[1]:02X}. They oscillate "
+            f"at the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
+            "takes all other coils as grounded",
+            "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
+            "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
+            key, coupling, MOST_COUPLING, severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
+            source=_channel_sources(device.family),
         )
 
 
@@ -137,8 +155,13 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
         return
     share, one, other = max(pairs, default=(0.0, "", ""))
     if share >= 1e-3:
-        yield COUPLED.found(design.distance_key, share, 0.05 if share >= 0.05 else 1e-3, None, is_grave=share >= 0.05,
-                            one=one, other=other)
+        yield Violation(
+            f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
+            "off its inductance",
+            "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
+            "this, the free state is the coil alone", design.distance_key, share, 0.05 if share >= 0.05 else 1e-3,
+            severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
+        )
 
 
 def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> float:
@@ -150,72 +173,18 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
     if not low <= value <= high:
+        finest = ": the fastest reference gives the finest reading"
         fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
-        yield ODD_CLOCK.found("readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
-                              advice=lambda left: f"{fastest.words}{tried(fastest, left)}: the fastest reference gives "
-                                                  "the finest reading")
+        yield Violation(
+            f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
+            f"use {show(high, 'Hz')}{finest}", "readout.clock", value, low if value < low else high, "Hz",
+            advice=lambda left: f"{fastest.words}{tried(fastest, left)}{finest}",
+        )
 
 
 def _coils(design: Design) -> str:
     count = len(design.spec.array.placements)
     return "one coil" if count == 1 else f"{count} coils"
-
-
-INPUT_TOO_FAST = Case(
-    "the sensor frequency {value:Hz} divided by {input_divider} is not below a quarter of the "
-    "reference {reference_frequency:Hz}",
-)
-
-INPUT_UNDIVIDED = Case(
-    "the sensor frequency {value:Hz} divided by {input_divider} is not below a quarter of the "
-    "reference {reference_frequency:Hz}, or lacks the divider of 2 that {slow:Hz} and more need",
-)
-
-LARGER_DIVIDER = "FIN_DIVIDER {divider} would do"
-FASTER_CLOCK = "no divider up to 15 helps: a clock of at least {clock:Hz} is needed"
-
-TOO_MANY_SCANS = Case(
-    "the fastest scan of {coils} takes {period:s,3} ({measured:Hz}); {limit:Hz} are asked",
-    hint="ask for fewer scans a second, use fewer coils, or a faster clock",
-)
-
-READ_TOO_SLOWLY = Case(
-    "reading {coils} over I2C at 400 kHz takes {period:s,3}: a scan rate of {limit:Hz} at most; "
-    "{measured:Hz} are asked", hint="a lower readout.scan_rate{pause}", severity=Severity.WARNING, grave=Severity.ERROR,
-)
-
-TOO_FEW_SCANS = Case(
-    "a scan rate of {measured:Hz} follows a bandwidth of {followed:Hz} at most; {wanted:Hz} are required",
-    hint="a readout.scan_rate of twice the bandwidth at least",
-)
-
-TOO_FEW_CHANNELS = Case(
-    "{count} coils, but one I2C bus takes {devices} {device} of {each} channels, and every coil needs a channel of its "
-    "own{more_channels}",
-    hint="leave {beyond} of them out, or make two sensors, each with a bus of its own; three axes take no more than "
-    "three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)",
-)
-
-TWO_CONVERTERS = Case(
-    "{count} coils take two {device}: {ones} at address 0x{address:02X}, {others} at 0x{second_address:02X}. They "
-    "oscillate at the same time; {one} and {other} are coupled most, by {measured:%.2g} %, while the estimate takes "
-    "all other coils as grounded",
-    hint="tanks whose frequencies come within about half the coupling of each other pull each other: keep those coils "
-    "apart, give the second converter another capacitor, or put one to sleep while the other measures",
-    severity=Severity.NOTE, grave=Severity.WARNING,
-)
-
-COUPLED = Case(
-    "{one} and {other} are coupled: while one is read, the other is grounded and takes {measured:%.2g} % off its "
-    "inductance",
-    hint="keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain this, "
-    "the free state is the coil alone", severity=Severity.NOTE, grave=Severity.WARNING,
-)
-
-ODD_CLOCK = Case(
-    "the clock is {measured:Hz}; the converter takes {low:Hz} to {high:Hz}",
-    hint="use {high:Hz}: the fastest reference gives the finest reading",
-)
 
 
 RULES: tuple[Rule, ...] = (
