@@ -31,6 +31,16 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "needs(*modules): needs importable modules that the light core does not bring")
 
 
+def pytest_testnodedown(node: object, error: object) -> None:
+    """Tell how a test process of pytest-xdist ended that did not end by itself: its exit code, or minus its signal."""
+    if error:
+        try:
+            how: object = node.gateway._io.popen.wait(timeout=10)
+        except Exception as refused:  # told, whatever it is: the run goes on with a successor
+            how = refused
+        print(f"\n{node.gateway.id} ended with {how}")
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test whose means are missing; with SITSCAD_SKIP_NOTHING set, as in CI, fail it instead."""
     modules = [name for mark in item.iter_markers("needs") for name in mark.args]

@@ -10,9 +10,10 @@ gmsh is free software under the GPL; it is called here and in the `mesh` stage, 
 
 from __future__ import annotations
 
+import contextlib
 import math
+import signal
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from itertools import pairwise
 
 import gmsh
@@ -86,12 +87,15 @@ def _loop(corners: np.ndarray) -> int:
     return int(gmsh.model.geo.addCurveLoop(lines))
 
 
-@contextmanager
+@contextlib.contextmanager
 def _session() -> Iterator[None]:
     """A gmsh model of our own, with every option that matters set; leaves a session that was open before as it was."""
     ours = not gmsh.isInitialized()
     if ours:
         gmsh.initialize(readConfigFiles=False, interruptible=False)
+        with contextlib.suppress(AttributeError, ValueError):  # Windows has none; a thread may not
+            # gmsh has it end the process: a server would die with the first listener that goes away
+            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
     for name, value in _OPTIONS.items():
         gmsh.option.setNumber(name, value)
     gmsh.model.add("copper")

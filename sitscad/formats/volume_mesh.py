@@ -21,9 +21,10 @@ that cannot change its volume. So the deck takes less bulk modulus than the mate
 
 from __future__ import annotations
 
+import contextlib
 import json
+import signal
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
@@ -153,13 +154,16 @@ Entity = tuple[int, int]
 """A volume, face or curve of gmsh: its dimension and number."""
 
 
-@contextmanager
+@contextlib.contextmanager
 def session(name: str, algorithm: int) -> Iterator[Any]:
     """Gmsh in a model of its own, in millimetres; files are in metres. A session that the caller has open survives."""
     gmsh = require("gmsh")
     ours = not gmsh.isInitialized()
     if ours:
         gmsh.initialize(readConfigFiles=False, interruptible=False)
+        with contextlib.suppress(AttributeError, ValueError):  # Windows has none; a thread may not
+            # gmsh has it end the process: a server would die with the first listener that goes away
+            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
     for option, value in {**_OPTIONS, "Mesh.Algorithm3D": algorithm}.items():
         gmsh.option.setNumber(option, value)
     gmsh.model.add(name)

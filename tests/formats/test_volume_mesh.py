@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import handmade
 import numpy as np
@@ -123,6 +125,15 @@ def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
         }
     finally:
         gmsh.finalize()
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
+def test_a_reader_that_goes_away_does_not_end_a_process_that_has_meshed():
+    """Gmsh has SIGPIPE end the process: test processes ended so long after, at the next closed socket."""
+    with volume_mesh.session("pad", 1):
+        pass
+    (ignored,) = re.findall(r"SigIgn:\s*(\w+)", Path("/proc/self/status").read_text())
+    assert int(ignored, 16) >> (signal.SIGPIPE - 1) & 1
 
 
 def test_without_an_elastomer_there_is_no_file():
