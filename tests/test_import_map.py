@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
     "record": set(),
+    "meshing": set(),
     "arrays": set(),
     "version": set(),
     "data": set(),
@@ -41,7 +42,7 @@ MAY_IMPORT = {
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
     "formats": {"units", "readout", "estimates", "geometry", "spec", "layout", "scene", "parts", "fabrication",
-                "drawing", "writer", "calibration"},
+                "drawing", "writer", "calibration", "meshing"},
     "papers": {
         "units", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication",
         "drawing",
@@ -51,7 +52,7 @@ MAY_IMPORT = {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing",
         "calibration",
     },
-    "extraction": {"units", "finding"},
+    "extraction": {"units", "finding", "meshing"},
     "package": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design",
         "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy", "calibration",

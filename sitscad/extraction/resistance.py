@@ -10,9 +10,7 @@ gmsh is free software under the GPL; it is called here and in the `mesh` stage, 
 
 from __future__ import annotations
 
-import contextlib
 import math
-import signal
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -27,6 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import Hole
 from sitscad.extraction.nets import Contact, ExtractedNet
+from sitscad.meshing import session
 from sitscad.record import record
 
 _OPTIONS = {
@@ -66,7 +65,7 @@ class Mesh:
 
 def triangulate(area: Polygon, size: float) -> Mesh:
     """Triangles that fill a polygon (m), none longer than about `size` (m); equal polygons give equal triangles."""
-    with _session():
+    with session(gmsh, "copper", _OPTIONS):
         area = remove_repeated_points(area, _SAME)
         millimetres = [np.asarray(ring.coords)[:-1] * 1e3 for ring in (area.exterior, *area.interiors)]
         gmsh.option.setNumber("Mesh.MeshSizeMax", size * 1e3)
@@ -85,26 +84,6 @@ def _loop(corners: np.ndarray) -> int:
     points = [gmsh.model.geo.addPoint(x, y, 0.0) for x, y in corners]
     lines = [gmsh.model.geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
     return int(gmsh.model.geo.addCurveLoop(lines))
-
-
-@contextlib.contextmanager
-def _session() -> Iterator[None]:
-    """A gmsh model of our own, with every option that matters set; leaves a session that was open before as it was."""
-    ours = not gmsh.isInitialized()
-    if ours:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-        with contextlib.suppress(AttributeError, ValueError):  # Windows has none; a thread may not
-            # gmsh has it end the process: a server would die with the first listener that goes away
-            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
-    for name, value in _OPTIONS.items():
-        gmsh.option.setNumber(name, value)
-    gmsh.model.add("copper")
-    try:
-        yield
-    finally:
-        gmsh.model.remove()
-        if ours:
-            gmsh.finalize()
 
 
 COPPER_RESISTIVITY = 1.7241e-8

@@ -21,9 +21,7 @@ that cannot change its volume. So the deck takes less bulk modulus than the mate
 
 from __future__ import annotations
 
-import contextlib
 import json
-import signal
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from pathlib import Path as FilePath
@@ -35,6 +33,7 @@ from numpy.typing import NDArray
 
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
+from sitscad.meshing import session
 from sitscad.parts.pieces import assemble, elastomer
 from sitscad.parts.solid import MM, PartsError, Solid, of_role, prism, require
 from sitscad.parts.whole import LEAST_OPENING, glued, ring
@@ -154,27 +153,6 @@ Entity = tuple[int, int]
 """A volume, face or curve of gmsh: its dimension and number."""
 
 
-@contextlib.contextmanager
-def session(name: str, algorithm: int) -> Iterator[Any]:
-    """Gmsh in a model of its own, in millimetres; files are in metres. A session that the caller has open survives."""
-    gmsh = require("gmsh")
-    ours = not gmsh.isInitialized()
-    if ours:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-        with contextlib.suppress(AttributeError, ValueError):  # Windows has none; a thread may not
-            # gmsh has it end the process: a server would die with the first listener that goes away
-            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
-    for option, value in {**_OPTIONS, "Mesh.Algorithm3D": algorithm}.items():
-        gmsh.option.setNumber(option, value)
-    gmsh.model.add(name)
-    try:
-        yield gmsh
-    finally:
-        gmsh.model.remove()
-        if ours:
-            gmsh.finalize()
-
-
 def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
     """The volumes of a build123d shape, handed over as BREP text."""
     path = folder / "shape.brep"
@@ -286,7 +264,8 @@ def _pad_of(spec: SensorSpec) -> ElastomerPad:
 
 def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None) -> dict[str, bytes]:
     """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
-    with TemporaryDirectory() as name, session("elastomer", DELAUNAY) as gmsh:
+    gmsh = require("gmsh")
+    with TemporaryDirectory() as name, session(gmsh, "elastomer", {**_OPTIONS, "Mesh.Algorithm3D": DELAUNAY}):
         folder = FilePath(name)
         pad, board, target = (
             [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
@@ -408,7 +387,8 @@ def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
 
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
     """The files of regions (build123d solids) in air, lengths in millimetres."""
-    with TemporaryDirectory() as name, session("field", HXT) as gmsh:
+    gmsh = require("gmsh")
+    with TemporaryDirectory() as name, session(gmsh, "field", {**_OPTIONS, "Mesh.Algorithm3D": HXT}):
         folder = FilePath(name)
         volumes = _fragmented(gmsh, regions, room, folder)
         within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}

@@ -130,8 +130,7 @@ def test_gmsh_itself_reads_it_and_a_session_that_is_open_survives(tmp_path):
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
 def test_a_reader_that_goes_away_does_not_end_a_process_that_has_meshed():
     """Gmsh has SIGPIPE end the process: test processes ended so long after, at the next closed socket."""
-    with volume_mesh.session("pad", 1):
-        pass
+    assert volume_mesh.elastomer_meshes(handmade.solids("jaw"), pad_of("jaw"))
     (ignored,) = re.findall(r"SigIgn:\s*(\w+)", Path("/proc/self/status").read_text())
     assert int(ignored, 16) >> (signal.SIGPIPE - 1) & 1
 
