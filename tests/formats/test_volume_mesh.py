@@ -160,7 +160,9 @@ def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
 
 
 @pytest.mark.clients("ccx")
-@pytest.mark.parametrize(("sensor", "through"), [("jaw", 2), ("round", 3)])
+@pytest.mark.parametrize(
+    ("sensor", "through"), [("jaw", 2), pytest.param("round", 3, marks=[pytest.mark.slow, pytest.mark.more])]
+)
 def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, through, tmp_path):
     """As it is written, no word changed: the force that holds the pressed target, within 10 % with two elements through
     the thickness of a pad that is loaded all over, with three under a smaller target. Coarse elements lock: with four

@@ -258,7 +258,7 @@ def test_what_is_stale_is_named_and_nothing_is_written(built):
     assert words["bom.csv"] == "is missing" and words["report.html"] == "was changed by hand"
     assert words["firmware/ldc1614_config.h"] == "is stale" and words["more.txt"] == "is not sitscad's"
     assert not any(name.startswith("fpc/") for name in words), "what was never built is not asked for"
-    (without, *_) = stale(other, out).stale
+    (without, *_) = stale(other, out, (*only, "gerber")).stale
     assert without.startswith("it was built without gerber (") and "--only firmware,report" in without
 
 
