@@ -125,6 +125,7 @@ def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatc
 
 @pytest.mark.cad
 @pytest.mark.slow
+@pytest.mark.more
 def test_a_longer_tail_makes_no_new_mount(tmp_path):
     """Neither is anything of it made, nor would a fresh build make other bytes."""
     longer = changed("fpc.tail.length", "40")
