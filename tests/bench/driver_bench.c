@@ -167,6 +167,11 @@ int main(void)
             test_it();
         } else if (strcmp(word, "tare") == 0) {
             printf("%d\n", sensor_tare(&one, &reading));
+        } else if (strcmp(word, "tares") == 0) {
+            printf("%u", (unsigned)one.tares);
+            for (k = 0; k < SENSOR_COILS; ++k)
+                printf(" %lu", (unsigned long)one.tare[k]);
+            printf("\n");
         } else if (strcmp(word, "forces") == 0) {
             forces();
         } else if (strcmp(word, "watch") == 0 && scanf("%lf %llu %lf", &first, &ns, &second) == 3) {

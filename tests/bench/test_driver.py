@@ -174,6 +174,17 @@ def test_forces_want_a_tare_and_a_map(pad):
     assert pad.run("begin", "settle 4", "forces", "tare", "forces")[2:] == [["-5", "0"], ["0"], ["-6", "0"]]
 
 
+def test_a_tare_is_the_mean_of_scans_however_often_it_is_polled(pad):
+    """Polled four times a scan, as the examples do, it was begun anew at every call: the noise of one reading was in all
+    forces after it, and made of 14 mN of `square_bench` 23.
+    """
+    rows = pad.run("begin", "settle 6", *["settle 1", "tare"] * 16, "tares", "tare", "tares", "settle 6", "tare", "tares")
+    counts = np.array([_of_coils(row)[1] for row in rows[2:34:2]])
+    number, *mean = map(int, rows[34])
+    assert number == 16 and np.abs(np.array(mean) - counts.mean(axis=0)).max() < 16
+    assert rows[36] == rows[34] and rows[39][0] == "1"  # nothing new; later than two scans
+
+
 # ----------------------------------------------------------------------------------------------------------- self-test
 
 

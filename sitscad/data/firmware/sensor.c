@@ -5,6 +5,7 @@
 #define STUCK 200u     /* results alike to the last bit: of a converter's noise not one in 1e40 readings does so */
 #define MOSTLY_SHORTED (-800) /* thousandths of the inductance */
 #define MOST_TARES 100u
+#define APART 2u /* scans without a tare after which one begins anew */
 
 typedef struct {
     uint8_t converter, where;
@@ -154,6 +155,7 @@ static int take(sensor *self, int k, uint32_t counts, uint8_t flags)
         is_new = 0;
     }
     self->result[k] = counts;
+    self->since[k] = (uint8_t)(self->since[k] + (is_new && self->since[k] < 255u));
     return is_new;
 }
 
@@ -229,8 +231,6 @@ int sensor_poll(sensor *self, sensor_reading *reading)
         reading->status[k] = is_old || error != 0 ? (uint8_t)SENSOR_STALE : self->status[k];
         reading->frequency_Hz[k] = (float)counts * SENSOR_HZ_PER_COUNT;
     }
-    if (new_ones > 0 && self->since < 255u)
-        self->since++;
     return error != 0 ? error : new_ones;
 }
 
@@ -337,17 +337,22 @@ static int first_bad(const sensor_reading *reading)
 int sensor_tare(sensor *self, const sensor_reading *reading)
 {
     const int bad = first_bad(reading);
+    uint8_t scans = 255u;
 
     if (bad != 0)
         return bad;
-    if (self->since > 1u)
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        scans = self->since[k] < scans ? self->since[k] : scans;
+    if (self->tares != 0u && scans == 0u)
+        return 0;
+    if (scans > APART)
         self->tares = 0u;
-    self->since = 0u;
     if (self->tares < MOST_TARES)
         self->tares++;
     for (int k = 0; k < SENSOR_COILS; ++k) {
         const int32_t off = (int32_t)reading->counts[k] - (int32_t)self->tare[k];
         self->tare[k] = self->tares == 1u ? reading->counts[k] : (uint32_t)((int32_t)self->tare[k] + off / self->tares);
+        self->since[k] = 0u;
     }
     return 0;
 }

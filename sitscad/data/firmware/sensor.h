@@ -96,7 +96,7 @@ typedef struct {
     uint8_t idle[SENSOR_CONVERTERS];  /* polls without anything new */
     uint8_t lost[SENSOR_CONVERTERS];  /* whether it has to be set up */
     uint8_t tares;                    /* readings in a row that the tare is the mean of; 0: there is none */
-    uint8_t since;                    /* readings since the last of them */
+    uint8_t since[SENSOR_COILS];      /* results since the last of them */
     uint16_t restarts;                /* how often a converter had lost its settings */
 } sensor;
 
@@ -115,8 +115,9 @@ int sensor_poll(sensor *self, sensor_reading *reading);
 int sensor_self_test(sensor *self, sensor_report *report);
 
 /*
- * Takes counts without load. Called for readings in a row it takes their mean (16 of them have a quarter of the noise);
- * called again later it begins anew. 0, or the number (from 1) of a coil without a good reading: the old tare stays.
+ * Takes counts without load. Called scan after scan it takes their mean (16 of them have a quarter of the noise): once
+ * every coil is new, or nothing. Called again later than after two scans it begins anew. 0, or the number (from 1) of a
+ * coil without a good reading: the old tare stays.
  */
 int sensor_tare(sensor *self, const sensor_reading *reading);
 
