@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.plan import load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.circuit.settings import identity
+from sitscad.record import record
 
 WINDOW = 1.0
 """Seconds over which readings are averaged, and from which to which they may not move."""
@@ -24,6 +26,16 @@ MOVED = 4.0
 
 PATIENCE = 60.0
 """Seconds after which readings that still move are given up."""
+
+BACK = "back"
+"""What is typed where the point before is to be taken again."""
+
+OTHERWISE = 0.1, 4.0
+"""Shares of a force on an axis between which the map of the drawn sensor reads it on any board as it is made: of 400
+simulated ones of four templates 0.23 to 2.4."""
+
+LEFT_ON = 0.1
+"""Share of full scale that a tare after the first reads as at most."""
 
 SOUND = 0.9
 """Share of a coil's results that have to be good, and near their median."""
@@ -41,49 +53,98 @@ def head(board: Board, found: Calibration) -> str:
     return "\n".join([of, *table_head(found.sensors)]) + "\n"
 
 
-def led(
-    board: Board, source: Source, found: Calibration, before: str,
-    ask: Callable[[str], str], tell: Callable[[str], None],
-) -> Iterator[str]:
-    """The table after every point that is taken, from where `before`, the table as far as it is, ends. `ask` shows what
-    to put on and gives back what was typed: nothing once it is on, or the forces that are (N). A simulated board is
-    loaded as the plan says. Raises ValueError for tables and boards of another sensor, NotTaken for points that cannot
-    be taken, OSError without an answer.
+@record(eq=False)
+class Leading:
+    """A calibration of one board point by point: `ask` shows what to put on and gives back what was typed, `tell` says
+    how it goes. A simulated board is loaded as the plan says.
     """
-    assert found.plan is not None
-    text, rows, scope = head(board, found), found.plan.rows, found.sensors.range
-    if isinstance(source, Simulation) and identity(source.design.spec.name, board.devices) != identity(
-        board.design.spec.name, Board(source.design, ()).devices
-    ):
-        raise ValueError(f"the simulated board is {source.design.spec.name}, not {board.design.spec.name}")
-    if before and not (before.startswith(text) and before.endswith("\n")):
-        raise ValueError("the table that is there is of another sensor, of other settings or of another plan: move it")
-    text = before or text
-    done = text.count("\n") - head(board, found).count("\n")
-    for number, load in enumerate(rows[done:], done + 1):
-        words = load_words(load, scope.axes, found.sensors.rotation) if load.any() else "nothing on it"
-        forces = _put_on(source, load, scope.columns, found.sensors.is_held, f"{number} of {len(rows)}: {words}", ask)
-        counts = taken(board, source, tell)
-        text += ",".join([*(f"{force:.6g}" for force in forces), *(f"{count:.1f}" for count in counts)]) + "\n"
-        tell(f"{number} of {len(rows)} taken")
-        yield text
 
+    board: Board
+    source: Source
+    found: Calibration
+    ask: Callable[[str], str]
+    tell: Callable[[str], None]
 
-def _put_on(
-    source: Source, load: Array, columns: list[int], is_held: bool, words: str, ask: Callable[[str], str]
-) -> Array:
-    """The forces (axes; N) that were put on: those asked for, or what was typed."""
-    if isinstance(source, Simulation):
-        source.put_on(load, is_held)
-        return np.asarray(load[columns])
-    while typed := ask(words).replace(",", " ").split():
-        try:
-            forces = np.array([float(word) for word in typed])
-        except ValueError:
-            continue
-        if len(forces) == len(columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
-            return forces
-    return np.asarray(load[columns])
+    def table(self, before: str = "") -> Iterator[str]:
+        """The table after every point that is taken, from where `before`, the table as far as it is, ends. A point that
+        somebody puts on and that cannot be taken is told and asked for again. Raises ValueError for tables and boards
+        of another sensor, NotTaken for a simulated point that cannot be taken, OSError without an answer.
+        """
+        assert self.found.plan is not None
+        first, rows = self._head(before), self.found.plan.rows
+        text = before or first
+        while (done := text.count("\n") - first.count("\n")) < len(rows):
+            try:
+                row = self._point(rows[done], f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
+            except NotTaken as error:
+                if isinstance(self.source, Simulation):
+                    raise
+                self.tell(f"{error}. Once more")
+                continue
+            text = text + row if row else text[: text.rindex("\n", 0, -1) + 1]
+            self.tell(f"{done + 1} of {len(rows)} taken" if row else f"{done} of {len(rows)} is taken again")
+            yield text
+
+    def _head(self, before: str) -> str:
+        """The table's first lines. Raises ValueError where board or table are of another sensor."""
+        board, source, first = self.board, self.source, head(self.board, self.found)
+        ours = identity(board.design.spec.name, board.devices)
+        if isinstance(source, Simulation) and ours != identity(
+            source.design.spec.name, Board(source.design, ()).devices
+        ):
+            raise ValueError(f"the simulated board is {source.design.spec.name}, not {board.design.spec.name}")
+        if before and not (before.startswith(first) and before.endswith("\n")):
+            raise ValueError(
+                "the table that is there is of another sensor, of other settings or of another plan: move it"
+            )
+        return first
+
+    def _point(self, load: Array, number: str, rest: str) -> str:
+        """A point's line, `rest` that of the first; nothing where the point before is wanted. Raises NotTaken where it
+        cannot be taken, or reads as another load and nobody typed that it is on.
+        """
+        scope, is_typed = self.found.sensors.range, False
+        forces: Array | None = load[scope.columns]
+        if isinstance(self.source, Simulation):
+            self.source.put_on(load, self.found.sensors.is_held)
+        else:
+            words = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
+            forces, is_typed = self._put_on(load, f"{number}: {words}", not rest)
+        if forces is None:
+            return ""
+        counts = taken(self.board, self.source, self.tell)
+        if rest and not is_typed and not isinstance(self.source, Simulation):
+            self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
+        return ",".join([*(f"{force:.6g}" for force in forces), *(f"{count:.1f}" for count in counts)]) + "\n"
+
+    def _put_on(self, load: Array, words: str, is_first: bool) -> tuple[Array | None, bool]:
+        """The forces (axes; N) that somebody put on, those asked for or those typed, and whether they were typed; None
+        where the point before is to be taken again.
+        """
+        scope = self.found.sensors.range
+        while typed := self.ask(words).replace(",", " ").split():
+            if typed == [BACK] and not is_first:
+                return None, False
+            with suppress(ValueError):
+                forces = np.array([float(word) for word in typed])
+                if len(forces) == len(scope.columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
+                    return forces, True
+            wanted = f"{', '.join(scope.axes)} in newtons" if load.any() else "0 for every axis: this is the tare"
+            self.tell(f"{' '.join(typed)!r} is not {wanted}; nothing and Enter: as asked for; {BACK}: the one before")
+        return np.asarray(load[scope.columns]), False
+
+    def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
+        """Raises NotTaken where a reading is not of these forces (axes; N) by the map of the sensor as it is drawn, by
+        far more than units differ.
+        """
+        found = self.found.map
+        read, size = found(counts, rest)[0], np.abs(forces)
+        low, high = (share * size for share in OTHERWISE)
+        along, loaded = read * np.sign(forces), size > 0.0
+        is_off = np.any(((along < low) | (along > high)) & loaded)
+        if is_off if loaded.any() else np.linalg.norm(read / found.full_scale) > LEFT_ON:
+            told = ", ".join(f"{force:.2g} N {axis}" for axis, force in zip(found.axes, read, strict=True))
+            raise NotTaken(f"that reads as about {told}; put it right, or type the newtons that are on to keep it")
 
 
 def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:

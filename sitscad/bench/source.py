@@ -136,6 +136,8 @@ def source_of(text: str, design: Design | None) -> tuple[Source, Design]:
     if text.startswith(SIMULATED):
         path, _, query = text.removeprefix(SIMULATED).partition("?")
         own = design_of(path)
+        if design is not None and own.spec == design.spec:
+            own = design  # what is worked out of it is worked out once
         return _simulated(own, query), design or own
     if design is None:
         raise ValueError("--design says which design the board is of")

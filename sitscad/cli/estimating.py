@@ -217,10 +217,12 @@ def _points(done: int, of: int) -> None:
     help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
 @click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")
+@click.option("--creep", type=click.FloatRange(min=0.0), metavar="SECONDS",
+              help="How long the pad rests under a load before it is read (--from).  [default: 10; sim: 0]")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
 def calibrate(
     spec: str, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None,
-    cell: int | None,
+    creep: float | None, cell: int | None,
 ) -> int:
     """Plan a calibration, or fit the points of DATA.
 
@@ -233,8 +235,10 @@ def calibrate(
     ten serve well.
 
     With --from the plan is led through point by point: it says what to put on, waits until the readings are at rest,
-    and writes each point to measured.csv at once; the same command goes on there after Ctrl-C. The sensor is fitted in
-    the end. sim:SPEC?unit=1 is loaded as the plan says, for a trial without a board.
+    and writes each point to measured.csv at once; the same command goes on there after Ctrl-C. A point whose readings
+    are not good, do not come to rest or are far from the load's is said and asked for again; "back" takes the one
+    before again, newtons that are typed go before those asked for. The sensor is fitted in the end. sim:SPEC?unit=1 is
+    loaded as the plan says, for a trial without a board.
 
     The model's few unknowns are fitted first (gap, offsets, tilts, modulus, coils, capacitors), held by the scatter of
     manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
@@ -271,7 +275,7 @@ def calibrate(
     try:
         if source is not None:
             data, planned = f"{folder}/measured.csv", sitscad.calibrate(design, rotation=rotation, points=points)
-            if not taken_points(design, planned, source, data):
+            if not taken_points(design, planned, source, data, creep):
                 return 2
         found = sitscad.calibrate(design, data, rotation=rotation, points=points)
     except sitscad.BenchError as error:

@@ -175,10 +175,11 @@ def test_forces_want_a_tare_and_a_map(pad):
 
 
 def test_a_tare_is_the_mean_of_scans_however_often_it_is_polled(pad):
-    """Polled four times a scan, as the examples do, it was begun anew at every call: the noise of one reading was in all
-    forces after it, and made of 14 mN of `square_bench` 23.
+    """Polled four times a scan it was begun anew at every call: the noise of one reading was in all forces after it,
+    and made of 14 mN of `square_bench` 23.
     """
-    rows = pad.run("begin", "settle 6", *["settle 1", "tare"] * 16, "tares", "tare", "tares", "settle 6", "tare", "tares")
+    later = ["tares", "tare", "tares", "settle 6", "tare", "tares"]
+    rows = pad.run("begin", "settle 6", *["settle 1", "tare"] * 16, *later)
     counts = np.array([_of_coils(row)[1] for row in rows[2:34:2]])
     number, *mean = map(int, rows[34])
     assert number == 16 and np.abs(np.array(mean) - counts.mean(axis=0)).max() < 16

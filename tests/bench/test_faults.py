@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import sitscad
 from sitscad.bench.converter import FAULTS, lost_layer
-from sitscad.calibration.making import own_map
-from sitscad.calibration.unknowns import units
 from sitscad.design import Design
-from sitscad.formats.calibration_header import header
 from sitscad.spec import presets
-from tests.bench.conftest import SANE, TEMPLATES, Bench, compiled
+from tests.bench.conftest import TEMPLATES, Bench, compiled
 from tests.bench.test_driver import (
     AMPLITUDE,
     BUS,
@@ -102,52 +98,3 @@ def test_two_converters_are_one_sensor(tmp_path):
     assert _tested(polls[40])[0] == 0 and polls[41][0] == str(BUS)
     lost = bench.run("begin", "settle 4", "reset 1", "poll", "poll", "poll", "poll", "poll", "poll", "poll", "poll")
     assert str(LOST) in [row[0] for row in lost]
-
-
-def _chain(name: str, tmp_path, loads: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Loads in newtons on one board as it is made, read by simulated converter, compiled driver and the map of that
-    board: what was put on, what came out, and what data sheet and package state of a unit that is calibrated with the
-    points of the plan (axes; N, one sigma).
-    """
-    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    found = sitscad.calibrate(design)
-    sensors = found.sensors
-    errors = units(sensors.known, 1, seed)[0]
-    own = own_map(sensors, found.form.form, errors)
-    bench = compiled(design, tmp_path, SANE, header(own, sensors.conversion))
-    given = np.vstack([np.zeros((1, 3)), sensors.range.inside(loads, 700)])
-    frequencies = sensors.under(errors, given, exact=True)
-    ohms = [coil.states["rest"].parallel_resistance for coil in design.estimates.coils]
-
-    def wired(row: np.ndarray) -> list[str]:
-        return [f"coil {k} {value:.17g} {ohms[k]:.17g}" for k, value in enumerate(row)]
-
-    words = [*wired(frequencies[0]), "begin", "settle 6", *["settle 1", "tare"] * 16]
-    for row in frequencies[1:]:
-        words += [*wired(row), "settle 6", "forces"]
-    rows = bench.run(*words)
-    assert rows[3] == ["0"]
-    told = np.array([[float(word) for word in row] for row in rows[35::2]])
-    assert np.all(told[:, 0] == 0)
-    assert found.plan is not None
-    return given[1:, sensors.range.columns], told[:, 1:], found.plan.errors[-1]
-
-
-def _holds(name: str, tmp_path, capsys, loads: int) -> None:
-    given, told, error = _chain(name, tmp_path, loads, 3)
-    off = np.sqrt(np.mean((told - given) ** 2, axis=0))
-    with capsys.disabled():
-        print(f"\n  {name}: forces off by {np.round(off, 4)} N rms, stated {np.round(error, 4)} N")
-    # the noise of a single reading comes on top of what is stated
-    assert np.all(off < 1.3 * error) and np.all(off < 0.01 * np.abs(given).max(axis=0))
-
-
-def test_newtons_come_out_as_they_were_put_on(tmp_path, capsys):
-    """From the load by response, simulated converter, compiled driver and calibrated map to the load."""
-    _holds("bench_7mm", tmp_path, capsys, 40)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["three_axis_pad", "three_axis_triangle", "square_bench", "jaw_5x20"])
-def test_newtons_come_out_of_other_templates(tmp_path, capsys, name):
-    _holds(name, tmp_path, capsys, 80)

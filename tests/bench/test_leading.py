@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
 from sitscad.bench.board import Board
-from sitscad.bench.leading import NotTaken, head, led, taken
+from sitscad.bench.leading import Leading, NotTaken, head, taken
 from sitscad.bench.source import Source, source_of
-from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.plan import Plan
-from sitscad.calibration.sensors import Sensors
-from sitscad.cli import cli
 from tests.bench.conftest import TEMPLATES
 
 SPEC = TEMPLATES / "bench_7mm.yaml"
@@ -32,7 +27,7 @@ def design() -> sitscad.Design:
 def planned(design):
     """A plan of three loads, as much of a calibration as is led by."""
     plan = Plan(np.array([[4.0, 0.5, 0.0], [2.0, 0.0, 0.0], [1.0, -0.5, 0.0]]), np.zeros((4, 2)), np.zeros(2))
-    return SimpleNamespace(plan=plan, sensors=Sensors(design.response))
+    return replace(sitscad.calibrate(design), plan=plan)
 
 
 def _begun(design, source=""):
@@ -49,8 +44,9 @@ def _unasked(words: str) -> str:
 def test_points_are_taken_and_gone_on_with(design, planned):
     board, source = _begun(design)
     said: list[str] = []
-    part = [text for text, _ in zip(led(board, source, planned, "", _unasked, said.append), range(3), strict=False)][-1]
-    *_, whole = led(board, source, planned, part, _unasked, said.append)
+    leading = Leading(board, source, planned, _unasked, said.append)
+    part = [text for text, _ in zip(leading.table(), range(3), strict=False)][-1]
+    *_, whole = leading.table(part)
     assert whole.startswith(part) and whole.startswith(head(board, planned)) and said[-1] == "6 of 6 taken"
     rows = np.array([[float(cell) for cell in line.split(",")] for line in whole.splitlines()[3:]])
     assert rows[:, 0].tolist() == [0, 4, 0, 2, 1, 0] and rows[:, 1].tolist() == [0, 0.5, 0, 0, -0.5, 0]
@@ -58,17 +54,17 @@ def test_points_are_taken_and_gone_on_with(design, planned):
     true = board.conversion.counts(sitscad.respond(design, loads=loads, rotation="held").frequency)
     sigma = board.conversion.noise(8e6) / board.frequency(1) / np.sqrt(200)
     assert np.all(np.abs(rows[:, 2:] - true) < 6.0 * sigma)
-    assert list(led(board, source, planned, whole, _unasked, said.append)) == []
+    assert list(leading.table(whole)) == []
 
 
 def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
     board, source = _begun(design)
     other = head(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
     with pytest.raises(ValueError, match="of another plan"):
-        next(led(board, source, planned, other, _unasked, print))
+        next(Leading(board, source, planned, _unasked, print).table(other))
     given, _ = source_of(f"sim:{TEMPLATES / 'jaw_5x20.yaml'}", None)
     with pytest.raises(ValueError, match="the simulated board is jaw"):
-        next(led(Board(design, given.chips), given, planned, "", _unasked, print))
+        next(Leading(Board(design, given.chips), given, planned, _unasked, print).table(""))
     board = Board(design, given.chips)  # as a bus has it: only its readings say so
     board.set_up()
     with pytest.raises(NotTaken, match="C1: watchdog"):
@@ -101,31 +97,56 @@ def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design)
     assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
 
 
-def test_what_is_typed_goes_before_what_was_asked_for(design, planned):
+def _answered(design, planned, *answers: str):
+    """A table led by what somebody types, a load put on before each answer where one is given: (load, words). What was
+    asked and said comes in one list.
+    """
     board, source = _begun(design)
-    source.put_on(np.array([3.8, 0.4, 0.0]), True)
-    answers = iter(["", "three", "0 0", "3.8", "3.8, 0.4"])
-    asked: list[str] = []
-    texts = led(board, _by_hand(source), planned, "", lambda words: (asked.append(words), next(answers))[1], print)
+    said: list[str] = []
+    left = iter(answers)
+
+    def ask(words: str) -> str:
+        said.append(f"? {words}")
+        load, typed = next(left)
+        source.put_on(np.array(load), True)
+        return typed
+
+    return Leading(board, _by_hand(source), planned, ask, said.append).table(), said
+
+
+NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]
+
+
+def test_what_is_typed_goes_before_what_was_asked_for(design, planned):
+    on = [3.8, 0.4, 0.0]
+    texts, said = _answered(
+        design, planned, (NOTHING, ""), (on, "three"), (on, "0 0"), (on, "3.8"), (on, "3.8, 0.4")
+    )
     next(texts)
     assert next(texts).splitlines()[-1].startswith("3.8,0.4,")
-    assert asked[0] == "1 of 6: nothing on it" and asked[1] == "2 of 6: press 4 N, push +0.5 N along x"
-    assert len(asked) == 5
+    assert said[0] == "? 1 of 6: nothing on it" and "? 2 of 6: press 4 N, push +0.5 N along x" in said
+    assert sum(line.startswith("? 2") for line in said) == 4
+    assert "'three' is not normal, shear_x in newtons" in said[-7]
 
 
-@pytest.mark.slow
-def test_a_unit_that_is_led_through_reads_newtons_as_well_as_its_file_says(design, tmp_path):
-    """A sensor with errors of its own, noise and all, from the command to its newtons."""
-    source = f"sim:{SPEC}?unit=3"
-    words = ["calibrate", str(SPEC), "--from", source, "-o", str(tmp_path)]
-    done = CliRunner().invoke(cli, words, standalone_mode=False)
-    assert done.return_value in (0, 1), done.output
-    made = json.loads((tmp_path / "calibration.json").read_text())
-    given, _ = source_of(source, design)
-    sensors = sensors_of(design.response)
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(12, 300)])
-    read = sensors.conversion.counts(sensors.under(given.unit, tried, exact=True))
-    found = sitscad.map_of(tmp_path / "calibration.json")
-    off = np.sqrt(np.mean((found(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
-    stated = np.array([made["error_N"][axis] for axis in found.axes])
-    assert np.all(off < stated), (off, stated)
+def test_a_bad_point_is_said_and_asked_for_again(design, planned):
+    """A weight that was forgotten, a push the wrong way; what somebody insists on is kept."""
+    texts, said = _answered(
+        design, planned, (NOTHING, ""), (NOTHING, ""), ([4.0, -0.5, 0.0], ""), (FOUR, ""), (FOUR, ""), (FOUR, "0 0")
+    )
+    next(texts)
+    second = next(texts)
+    assert second.splitlines()[-1].startswith("4,0.5,")
+    again = [line for line in said if "Once more" in line]
+    assert len(again) == 2 and "reads as about" in again[0] and "-0.5 N shear_x" in again[1]
+    assert next(texts).splitlines()[-1].startswith("0,0,")  # four newtons on it, and typed to be none
+    assert "reads as about 4 N normal" in [line for line in said if "Once more" in line][2]
+
+
+def test_the_point_before_is_taken_again(design, planned):
+    texts, said = _answered(
+        design, planned, (NOTHING, "back"), (NOTHING, ""), (FOUR, ""), (FOUR, "back"), ([3.9, 0.5, 0.0], "3.9 0.5")
+    )
+    first, second, back, again = (next(texts) for _ in range(4))
+    assert "'back' is not 0 for every axis" in said[1] and back == first != second
+    assert again.splitlines()[-1].startswith("3.9,0.5,") and len(again.splitlines()) == len(second.splitlines())
