@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 import os
+import pickle
 from collections.abc import Iterable
 from functools import cache, cached_property
 from pathlib import Path
@@ -54,12 +54,12 @@ class Base:
         return load_text(self.text, self.path, self.profiles)
 
     @cached_property
-    def _data(self) -> dict[str, Any]:
-        return dict(read_yaml(self.text.removeprefix("\ufeff")).data)
+    def _data(self) -> bytes:  # a tenth of the time of copying it deeply
+        return pickle.dumps(dict(read_yaml(self.text.removeprefix("\ufeff")).data))
 
     def values(self, changes: Changes) -> dict[str, Any]:
         """The plain values of a design; raises `SpecError` where the spec has no place for one."""
-        data = copy.deepcopy(self._data)
+        data: dict[str, Any] = pickle.loads(self._data)
         try:
             for key, value in changes:
                 put(data, key, value)

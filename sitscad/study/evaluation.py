@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from functools import cache
+from sys import intern
 from typing import Any
 
 from sitscad.record import record
@@ -81,7 +83,21 @@ class Evaluation:
 
 
 def of_json(said: Mapping[str, Any]) -> Evaluation:
-    """The evaluation that `Evaluation.as_json` said; raises KeyError, TypeError or ValueError for anything else."""
-    values = {str(name): (float(value), float(error)) for name, (value, error) in said["values"].items()}
-    refused, warned = ({str(rule): Breach(*one) for rule, one in said[part].items()} for part in ("refused", "warned"))
-    return Evaluation(values, dict(said["absent"]), refused, warned, tuple(said["unknown"]), str(said["level"]))
+    """The evaluation that `Evaluation.as_json` said; raises KeyError, TypeError or ValueError for anything else. What
+    many designs have alike is held once.
+    """
+    values = {intern(name): (float(value), float(error)) for name, (value, error) in said["values"].items()}
+    absent = {intern(name): intern(why) for name, why in said["absent"].items()}
+    refused, warned = ({intern(rule): Breach(*one) for rule, one in said[part].items()}
+                       for part in ("refused", "warned"))
+    unknown = _alike(tuple(map(intern, said["unknown"])))
+    return Evaluation(values, absent or NONE, refused or NONE, warned or NONE, unknown, intern(said["level"]))
+
+
+NONE: Mapping[str, Any] = {}
+"""Stands for all that are empty."""
+
+
+@cache
+def _alike(rules: tuple[str, ...]) -> tuple[str, ...]:
+    return rules

@@ -165,19 +165,18 @@ class Run:
         base, measures = self._asked.base, self._asked.measures
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {point: base.key(changes[point], level) for point in points}
-        known = {point: self._archive.evaluation(keys[point], measures) for point in points}
-        missing = [point for point, one in known.items() if one is None]
-        self.found.reused += sum(one is not None and keys[point] not in self._made for point, one in known.items())
-        found = {point: one for point, one in known.items() if one is not None}
-        for one in found.values():
+        found = {point: self._archive.evaluation(key, measures) for point, key in keys.items()}
+        missing = [point for point, one in found.items() if one is None]
+        self.found.reused += sum(keys[point] not in self._made for point in found) - len(missing)
+        for one in filter(None, found.values()):
             self._told[level].note(one)
         made = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, one in zip(missing, made, strict=True):
             self._archive.add(keys[point], changes[point], one.as_json())
             self._made.add(keys[point])
-            found[point] = one
+            found[point] = self._archive.evaluation(keys[point], measures)  # as it is read by a run that goes on
             self._told[level].note(one)
-        return {point: found[point] for point in known}
+        return {point: one for point, one in found.items() if one is not None}
 
     def search(self) -> None:
         """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,

@@ -19,8 +19,8 @@ from sitscad.record import record
 from sitscad.study.space import Point, Space
 
 POPULATION = 64
-GENERATION = 256
-"""Designs of a grid or a Sobol' set that are evaluated before progress is told."""
+GENERATION = 4096
+"""Designs of a grid or a Sobol' set that workers have at once, all of them before the next ones."""
 
 LEAST_SOBOL, MOST_SOBOL = 32, 1024
 """Designs with which a search begins: a quarter of all, as a power of two between these."""

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -143,14 +144,27 @@ def _lines(folder):
     return [line for line in map(json.loads, (folder / ARCHIVE).read_text().splitlines()) if "values" in line]
 
 
-def _command(folder, *more):
-    code = "import sys; from sitscad.study.study import Study; from sitscad.study.answer_files import answer_files\n" \
-           "said = Study.load('study.yaml').run(folder='out', jobs=int(sys.argv[1]), draws=4)\n" \
-           "import pathlib\n" \
-           "for name, content in answer_files(said).items():\n" \
-           "    path = pathlib.Path('out') / name; path.parent.mkdir(exist_ok=True); path.write_bytes(content)\n"
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
-    return subprocess.Popen([sys.executable, "-c", code, *more], cwd=folder, env=env)
+RUN = """\
+import pathlib, sys
+from sitscad.study import running
+from sitscad.study.answer_files import answer_files
+from sitscad.study.evaluating import cluster
+from sitscad.study.study import Study
+
+running.LEAST_FULL = 6
+executor, jobs = cluster(sys.argv[1]) if sys.argv[1].startswith("tcp") else (None, int(sys.argv[1]))
+said = Study.load("study.yaml").run(executor, folder="out", jobs=jobs, draws=4)
+for name, content in answer_files(said).items():
+    path = pathlib.Path("out") / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+"""
+ENV = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+
+
+def _command(folder, jobs):
+    """A process that runs the study of a folder: by so many processes, or by those of a scheduler at an address."""
+    return subprocess.Popen([sys.executable, "-c", RUN, jobs], cwd=folder, env=ENV)
 
 
 def _files(folder):
@@ -176,36 +190,99 @@ def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
 
 
+DENSE = ("step: 10 um", "step: 2 um")
+STUDIES = {
+    "grid": ("2",),
+    "sobol": ("1", ("evaluations: 100", "method: sobol, evaluations: 14")),
+    "nsga2": ("2", ("evaluations: 100", "method: nsga2, evaluations: 40"), DENSE),
+    "differential evolution": ("1", ("  - minimize: board.area\n", ""),
+                               ("evaluations: 100", "method: de, evaluations: 18"), DENSE),
+    "a yield that is required": ("2", ('uH"}', 'uH", yield: ">= 60 %"}')),
+    "Dask": ("tcp", ("to: 13,", "to: 12.5,")),
+}
+
+
 @pytest.mark.slow
-def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tmp_path_factory, monkeypatch):
-    """A real scheduler and two workers, one of which is killed half-way."""
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.more) if name != "grid" else name
+                                  for name in STUDIES])
+def test_a_study_killed_at_random_moments_ends_with_the_bytes_of_one_left_alone(name, folder, tmp_path_factory):
+    jobs, *others = STUDIES[name]
+    text = STUDY
+    for old, new in others:
+        text = text.replace(old, new)
+    whole, chance = tmp_path_factory.mktemp("whole"), random.Random(name)
+    for place in (folder, whole):
+        (place / "coil.yaml").write_text(templates.read("single_coil"))
+        (place / "study.yaml").write_text(text)
+    with _dask(folder) if jobs == "tcp" else contextlib.nullcontext((jobs, [])) as (asked, _):
+        assert _command(whole, "1").wait() == 0
+        archive, lines = folder / "out" / ARCHIVE, len(_lines_of(whole / "out" / ARCHIVE))
+        for most in sorted(chance.randrange(1, lines) for _ in range(3)):
+            process = _command(folder, asked)
+            _until(lambda p=process, n=most: p.poll() is not None
+                   or (archive.exists() and len(_lines_of(archive)) >= n), 300.0)
+            time.sleep(0.3 * chance.random())
+            process.kill()
+            process.wait()
+            _until(lambda: not _open_in_a_process(archive))
+        assert _command(folder, asked).wait() == 0
+    assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.more), "2"])
+def test_a_sweep_killed_at_random_moments_leaves_no_half_file(folder, jobs):
+    command = [sys.executable, "-m", "sitscad", "sweep", "coil.yaml", "coil.turns=10:13:13", "--measure", "rp",
+               "--jobs", jobs, "-o"]
+    began, chance = time.monotonic(), random.Random(jobs)
+    subprocess.run([*command, "whole.csv"], cwd=folder, env=ENV, check=True)
+    taken = time.monotonic() - began
+    for _ in range(3):
+        process = subprocess.Popen([*command, "part.csv"], cwd=folder, env=ENV)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(taken * chance.random())
+        process.kill()
+        process.wait()
+        part = folder / "part.csv"
+        assert not part.exists() or part.read_bytes() == (folder / "whole.csv").read_bytes()
+    subprocess.run([*command, "part.csv"], cwd=folder, env=ENV, check=True)
+    assert (folder / "part.csv").read_bytes() == (folder / "whole.csv").read_bytes()
+
+
+@contextlib.contextmanager
+def _dask(folder):
+    """The address of a real scheduler, and its two workers."""
     pytest.importorskip("distributed")
-    whole = tmp_path_factory.mktemp("whole")
-    for name in ("coil.yaml", "study.yaml"):
-        (whole / name).write_text((folder / name).read_text())
-    told = folder / "scheduler.json"
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    told, processes = folder / "scheduler.json", []
 
     def started(command, *more):
         asked = [sys.executable, "-m", "dask", command, "--scheduler-file", str(told), "--no-dashboard", *more]
-        return subprocess.Popen(asked, env=env, cwd=folder, stderr=subprocess.DEVNULL)
+        processes.append(subprocess.Popen(asked, env=ENV, cwd=folder, stderr=subprocess.DEVNULL))
 
-    scheduler = started("scheduler", "--port", "0", "--host", "127.0.0.1")
-    workers = []
     try:
+        started("scheduler", "--port", "0", "--host", "127.0.0.1")
         _until(told.exists)
-        workers += [started("worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
-        address = json.loads(told.read_text())["address"]
-        command = [sys.executable, "-m", "sitscad", "design", "study.yaml", "--scheduler", address, "-o", "out"]
-        process = subprocess.Popen(command, env=env, cwd=folder)
-        _until(lambda: (folder / "out" / ARCHIVE).exists() and len(_lines_of(folder / "out" / ARCHIVE)) > 3)
-        workers[0].send_signal(signal.SIGKILL)
-        assert process.wait(timeout=300) == 0
+        for _ in range(2):
+            started("worker", "--nthreads", "1", "--no-nanny")
+        yield json.loads(told.read_text())["address"], processes[1:]
     finally:
-        for one in (*workers, scheduler):
+        for one in processes[::-1]:
             one.kill()
             one.wait()
-    assert subprocess.run([*command[:5], "--jobs", "1", "-o", "out"], env=env, cwd=whole, check=False).returncode == 0
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tmp_path_factory):
+    """A real scheduler and two workers, one of which is killed half-way."""
+    whole = tmp_path_factory.mktemp("whole")
+    for name in ("coil.yaml", "study.yaml"):
+        (whole / name).write_text((folder / name).read_text())
+    with _dask(folder) as (address, workers):
+        process = _command(folder, address)
+        _until(lambda: (folder / "out" / ARCHIVE).exists() and len(_lines_of(folder / "out" / ARCHIVE)) > 3)
+        workers[0].kill()
+        assert process.wait(timeout=300) == 0
+    assert _command(whole, "1").wait() == 0
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
 
 
@@ -452,7 +529,7 @@ def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
     with path.open("ab") as stream:
         stream.write(b'{"key": "two", "chan')
     with Archive(path) as archive:
-        assert archive.said("one") == said and archive.said("two") is None
+        assert archive.said("one")["units"] == said["units"] and archive.said("two") is None
         archive.add("two", (), said)
     with Archive(path) as archive:
         assert len(archive) == 2
