@@ -176,8 +176,9 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
 
 def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
-    assert [lack.what for lack in lay_out(spec).shortfalls] == [Missing.LEAD_ROOM]
-    (finding,) = (found for found in check(spec, hints="decisive").findings if found.rule == "SIT113")
+    layout = lay_out(spec)
+    assert [lack.what for lack in layout.shortfalls] == [Missing.LEAD_ROOM]
+    (finding,) = (found for found in check(spec, layout, hints="decisive").findings if found.rule == "SIT113")
     assert finding.key == "array.pitch" and "missing" in finding.message
 
 
