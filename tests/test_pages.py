@@ -9,7 +9,11 @@ BUILT = {"assembling", "examples", "getting-started", "templates", "tutorial"}
 """Pages that show packages: CAD, some ten seconds each."""
 
 
-@pytest.mark.parametrize("name", sorted(pages.PAGES.keys() - BUILT))
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.clients("gcc")) if name == "bring_up" else name
+     for name in sorted(pages.PAGES.keys() - BUILT)],
+)  # fmt: skip
 def test_a_page_is_what_the_program_shows(name):
     assert pages.stale(name) == [], f"run python docs/pages.py {name}"
 

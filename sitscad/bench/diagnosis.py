@@ -21,6 +21,11 @@ FEWEST = 12
 NOISY, SLOW = 2.0, 0.95
 """By how much more than the design's the noise may be, and by how much less the rate."""
 
+FEW = 10.0
+"""Over the square root of the number of results, what the noise found may be above the design's for want of more: seven
+standard deviations of it.
+"""
+
 JUMP = 12.0
 """Standard deviations of noise from the median of three that no sound result has."""
 
@@ -66,7 +71,8 @@ def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
     if wrong:
         return Verdict("settings", NOT_MET, f"{', '.join(wrong)} did not read back: the bus, or another part")
     if lost:
-        return Verdict("settings", NOT_MET, f"lost {lost} times: the supply broke down, or SD went high")
+        times = "once" if lost == 1 else f"{lost} times"
+        return Verdict("settings", NOT_MET, f"lost {times}: the supply broke down, or SD went high")
     return Verdict("settings", MET, "every register read back, and kept")
 
 
@@ -142,7 +148,7 @@ def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
     found = float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0)) * board.frequency(1)
     wanted = board.conversion.noise(board.bands[coil].assembled.design)
     seen = f"{show(found, 'Hz', 3)} (one sigma), design {show(wanted, 'Hz', 3)}"
-    if found > NOISY * wanted:
+    if found > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * wanted:
         return Verdict(name, NOT_MET, f"{seen}: supply, clock or ground; or the target shakes")
     return Verdict(name, MET, seen)
 

@@ -69,7 +69,7 @@ def _config(
     """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
-    waited = 4.0 * scan + len(found) * RECOVERY + 2e-3
+    waited = 4.0 * scan + 2 * len(found) * RECOVERY + 2e-3
     rows = [
         f"{{{number}u, 0x{register.address:02X}u, 0x{register.value:04X}u}}, /* {register.name} */"
         for number, device in enumerate(devices)

@@ -205,6 +205,11 @@ def test_coils_are_tested_against_the_design(pad, changed, result, off):
     assert results == [OK, OK, result, OK] and off[0] <= thousandths[2] <= off[1]
 
 
+def test_a_single_wrong_result_accuses_no_coil(pad):
+    """As large as one is: half of them leave the design's band."""
+    assert {row[0] for row in pad.run("begin", *["settle 3", "glitch 0 2", "test"] * 12)[2::2]} == {"0"}
+
+
 def test_a_bare_board_is_known_for_one_and_silence_is_told(pad):
     free = [coil.states["free"] for coil in pad.design.estimates.coils]
     bare = [f"coil {k} {one.frequency} {one.parallel_resistance}" for k, one in enumerate(free)]

@@ -1,89 +1,31 @@
-"""Every named fault on a simulated board: what driver and self-test say of it, and whether that is right."""
+"""Every named fault on a simulated board: what driver and `--diagnose` say of it, and whether that is right."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import faults
 import pytest
 
 import sitscad
-from sitscad.bench.converter import FAULTS, lost_layer
+from sitscad.bench.converter import FAULTS
 from sitscad.design import Design
 from sitscad.spec import presets
-from tests.bench.conftest import TEMPLATES, Bench, compiled
-from tests.bench.test_driver import (
-    AMPLITUDE,
-    BUS,
-    GOOD,
-    LOST,
-    OPEN,
-    OUT_OF_BAND,
-    STALE,
-    TURNS_MISSING,
-    WATCHDOG,
-    _of_coils,
-    _tested,
-)
+from tests.bench.conftest import TEMPLATES, compiled
+from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 
 pytestmark = pytest.mark.clients("gcc")
 
 
-def _broken(bench: Bench, fault: str) -> list[str]:
-    """The commands that bring a fault on, most of them on C2."""
-    coils = bench.design.estimates.coils
-    rest = [coil.states["rest"] for coil in coils]
-    higher, less = lost_layer(coils[1], len(bench.design.spec.coil.layers))
-    return {
-        "open": ["coil 1 0 0"],
-        "short": ["coil 1 0 0"],
-        "lost-layer": [f"coil 1 {rest[1].frequency * higher} {rest[1].parallel_resistance * less}"],
-        "low-amplitude": [f"coil 1 {rest[1].frequency} {0.5 * rest[1].parallel_resistance}"],
-        "swapped": [f"coil 0 {rest[2].frequency} 4000", f"coil 2 {rest[0].frequency} 4000"],
-        "nack": ["nack 0 1"],
-        "stuck": ["stuck 0 2"],
-        "reset": ["reset 0"],
-        "glitch": ["glitch 0 2"],
-    }[fault]
-
-
-SAID = {
-    "open": ({WATCHDOG}, OPEN),
-    "short": ({WATCHDOG}, OPEN),
-    "lost-layer": ({OUT_OF_BAND}, TURNS_MISSING),
-    "low-amplitude": ({AMPLITUDE}, None),
-    "stuck": ({STALE}, None),
-}
-"""What the status of C2 comes to, and what the self-test says of it; None: that it is good."""
-
-
-@pytest.mark.parametrize("fault", SAID)
-def test_a_fault_of_a_coil_is_said_of_that_coil(pad, fault):
-    status, tested = SAID[fault]
-    rows = pad.run("begin", "settle 4", *_broken(pad, fault), "settle 210", "test")[1:]
-    before, after = (_of_coils(row) for row in rows[:2])
-    assert before[2] == [GOOD] * 4
-    assert {after[2][1]} == status and after[2][:1] + after[2][2:] == [GOOD] * 3
-    wrong, *_, results, _ = _tested(rows[2])
-    assert (wrong, results[1]) == ((0, 0) if tested is None else (1, tested))
-
-
-def test_faults_of_the_converter_are_said(pad):
-    assert pad.run("begin", "settle 4", *_broken(pad, "nack"), "poll")[-1][0] == str(BUS)
-    polls = pad.run("begin", "settle 4", *_broken(pad, "reset"), *["poll"] * 4, "settle 4")[2:]
-    assert [row[0] for row in polls] == ["0", "0", "0", str(LOST), "1"]
-    assert _of_coils(polls[-1])[2] == [GOOD] * 4
-
-
-def test_every_fault_has_its_row():
-    """The table of docs/bring_up.md names each."""
-    page = (TEMPLATES.parent / "docs/bring_up.md").read_text()
-    assert {*SAID, "nack", "reset", "swapped", "glitch"} == set(FAULTS)
-    assert all(f"| `{fault}` |" in page for fault in FAULTS)
-
-
-def test_swapped_coils_that_are_alike_are_not_called_sound_without_a_word(pad):
-    wrong, _, told, *_ = _tested(pad.run("begin", *_broken(pad, "swapped"), "test")[1])
-    assert (wrong, told) == (0, 0)
+def test_every_fault_is_named_and_nothing_that_is_sound():
+    """But for coils that are exchanged, which nothing tells apart that are drawn alike."""
+    rows = list(faults.table(Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))))
+    assert len(rows) == 2 * (1 + len(FAULTS))
+    assert {(fault, who): right for fault, who, _, right in rows if right != "right"} == {
+        ("swapped:C1:C2", who): "not seen" for who in ("driver", "diagnose")
+    }
+    assert [said for fault, who, said, _ in rows if (fault, who) == ("stuck:C2@0.1", "driver")] == ["C2 stale"]
+    assert any(fault.startswith("glitch") and said.endswith("given out 0 wrong") for fault, _, said, _ in rows)
 
 
 def test_two_converters_are_one_sensor(tmp_path):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import sitscad
+from sitscad.bench.board import Board, CoilReading
+from sitscad.bench.diagnosis import MET, diagnosis
 from sitscad.estimates.uncertainty import CAPACITOR
 from sitscad.formats.calibration_header import header
 from tests.bench.conftest import TEMPLATES, Bench, compiled
@@ -45,6 +49,23 @@ def test_no_sound_board_is_called_faulty(fast, state):
     tests, polls = rows[1::3], rows[2::3]
     assert len(tests) == 10_000 and {row[0] for row in tests} == {"0"}
     assert {tuple(row[2::2]) for row in polls} == {("0", "0")}
+
+
+@pytest.mark.more
+@pytest.mark.parametrize("state", ["rest", "free"])
+def test_no_sound_board_is_diagnosed(fast, state):
+    """The same boards by what `read --diagnose` says of a few results of each coil, with the noise of the estimates."""
+    board, generator = Board(fast.design, ()), np.random.default_rng(2)
+    of_coil = re.compile("C[12] (frequency|amplitude|noise)")
+    for frequencies in _boards(fast.design, 10_000, state, 1):
+        noise = np.array([board.conversion.noise(one) for one in frequencies])
+        read = board.conversion.counts(frequencies + noise * generator.normal(size=(40, 2))).round().astype(int)
+        rows = [
+            [CoilReading(0.01 * k, one, board.status(coil, one, 0)) for k, one in enumerate(read[:, coil].tolist())]
+            for coil in (0, 1)
+        ]
+        said = [one for one in diagnosis(board, [], rows) if of_coil.match(one.name)]
+        assert len(said) == 6 and {one.verdict for one in said} == {MET}, said
 
 
 def test_no_wrong_value_of_a_day_reaches_the_forces(fast, capsys):

@@ -292,23 +292,21 @@ static void look_for_exchanged(sensor_report *report)
 
 int sensor_self_test(sensor *self, sensor_report *report)
 {
-    uint8_t seen[SENSOR_COILS] = {0u};
     sensor_reading reading;
     int missing = SENSOR_COILS, wrong = 0;
 
     for (int k = 0; k < SENSOR_COILS; ++k) {
         self->result[k] = self->counts[k] = 0u;
         self->status[k] = SENSOR_STALE;
+        self->since[k] = 0u;
     }
     for (uint32_t poll = 0u; poll < SENSOR_POLLS && missing > 0; ++poll) {
         const int found = sensor_poll(self, &reading);
         if (found < 0)
             return found;
-        for (int k = 0; k < SENSOR_COILS; ++k)
-            if (seen[k] == 0u && found > 0 && reading.status[k] != SENSOR_STALE) {
-                seen[k] = 1u;
-                --missing;
-            }
+        missing = 0;
+        for (int k = 0; k < SENSOR_COILS; ++k) /* a bad result alone may be a wrong one: the next is asked for */
+            missing += self->since[k] < (is_good(self->status[k]) ? 1u : 2u);
     }
     report->state = state_of(self);
     report->told_apart = SENSOR_COILS > 1;
@@ -317,8 +315,9 @@ int sensor_self_test(sensor *self, sensor_report *report)
         report->counts[k] = self->result[k];
         report->amplitude[k] = (uint8_t)(self->amplitude[k] != 0u);
         report->inductance[k] = off_design(design->counts, self->result[k]);
-        report->coil[k] = seen[k] == 0u ? (uint8_t)SENSOR_COIL_SILENT
-                                        : tested(design, self->result[k], self->status[k]);
+        report->coil[k] = self->since[k] == 0u ? (uint8_t)SENSOR_COIL_SILENT
+                                               : tested(design, self->result[k], self->status[k]);
+        self->since[k] = 255u; /* a tare begins anew */
     }
     look_for_exchanged(report);
     for (int k = 0; k < SENSOR_COILS; ++k)

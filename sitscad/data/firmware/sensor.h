@@ -111,7 +111,10 @@ int sensor_begin(sensor *self, const ldc161x_bus *bus);
  */
 int sensor_poll(sensor *self, sensor_reading *reading);
 
-/* Each coil against the design; it polls until every coil has a result. 0 is good; positive: so many coils are not. */
+/*
+ * Each coil against the design; it polls until every coil has a result, a bad one twice. 0 is good; positive: so many
+ * coils are not. A tare begins anew after it.
+ */
 int sensor_self_test(sensor *self, sensor_report *report);
 
 /*
