@@ -71,6 +71,13 @@ def answered(tmp_path_factory):
     return study, study.run(draws=16)
 
 
+@pytest.mark.parametrize("name", ["jaw_5mm", "miniature_3p5mm", "three_axis_pad"])
+def test_studies_of_the_gallery_are_read_and_are_of_what_varies(name):
+    asked = sitscad.Study.load(ROOT / "templates/studies" / f"{name}.yaml").asked
+    first, last = (asked.space.changes(tuple(k * (n - 1) for n in asked.space.shape)) for k in (0, 1))
+    assert asked.space.size > 10 * asked.evaluations and asked.base.key(first, "full") != asked.base.key(last, "full")
+
+
 def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answered):
     _, answer = answered
     assert answer.found.method == "grid" and len(answer.found.screened) == 20 and answer.is_met
