@@ -14,6 +14,7 @@ MAY_IMPORT = {
     "record": set(),
     "meshing": set(),
     "arrays": set(),
+    "solutions": set(),
     "version": set(),
     "data": set(),
     "units": set(),
@@ -86,7 +87,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"version", "record", "data", "arrays"}
+EVERYWHERE = {"version", "record", "data", "arrays", "solutions"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:

@@ -30,6 +30,7 @@ from sitscad.mechanics.motion import (
 )
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.record import record
+from sitscad.solutions import solved
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
 """Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""
@@ -253,8 +254,8 @@ class Pad:
         if turns is not None:
             turned[:] = turns
         solve = _solved if len(wanted) <= KEPT else _solved.__wrapped__
-        asked = tuple(each.tobytes() for each in (wanted, points, turned))
-        return solve(self, *asked, is_held or turns is not None, is_stuck).copy()
+        asked = (*(each.tobytes() for each in (wanted, points, turned)), is_held or turns is not None, is_stuck)
+        return solved(lambda: (self, *asked), lambda: (solve(self, *asked),))[0].copy()
 
     def _posed(self, wanted: Array, points: Array, turned: Array, free: slice) -> Array:
         """What `pose` says of wrenches, places of the loads and turns (no units: `balance`), the `free` ones found."""

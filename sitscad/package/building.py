@@ -10,7 +10,8 @@ import dataclasses
 import json
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from sitscad.package.folder import (
     has_leftovers,
     opened_for_building,
     put_in_place,
+    replace_file,
     require_package_name,
     set_aside,
     write_files,
@@ -34,6 +36,7 @@ from sitscad.package.manifest import (
     Manifest,
     Progress,
     StageResult,
+    code,
     foreign_files,
     intact,
     made_from,
@@ -50,6 +53,7 @@ from sitscad.writer import STAGES, marks
 
 if TYPE_CHECKING:
     from sitscad.design import Design
+    from sitscad.package.contents import Contents
 
 FINDINGS = "findings.json"
 
@@ -117,7 +121,14 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
         return same
     from sitscad.package import stages  # only where something has to be made
 
-    contents = stages.contents_of(spec, asked.policy, asked.baseline)
+    with known_solutions(directory):
+        return _made_anew(asked, stages.contents_of(spec, asked.policy, asked.baseline), report, jobs, key)
+
+
+def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
+    from sitscad.package import stages
+
+    directory = asked.directory
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
     stops = not contents.checked.ok and not asked.force
@@ -160,7 +171,8 @@ def stale(
     from sitscad.package import stages
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
-    made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
+    with known_solutions(asked.directory, writes=False):
+        made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
     lacking = _lacking(old, made.entries)
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
     differing = _differing(asked.directory, old, files)
@@ -169,6 +181,27 @@ def stale(
         known = ",".join(stage for stage in STAGES if stage in old.built_for)
         differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))
+
+
+@contextmanager
+def known_solutions(directory: Path, writes: bool = True) -> Iterator[None]:
+    """Solve what is solved with what the builds before have found, which lies in ``.NAME.solved`` beside the package:
+    it costs time to be without it, and no more.
+    """
+    from sitscad import solutions  # loads numpy, which a package that stays as it is does not need
+
+    path, by = directory.with_name(f".{directory.name}.solved"), code()
+    try:
+        store = solutions.read(path.read_bytes(), by)
+    except (OSError, ValueError, LookupError, TypeError):
+        store = solutions.Solutions()
+    before = set(store.known)
+    with solutions.keeping(store):
+        yield
+    if writes and not before >= set(store.asked) and directory.exists():
+        store.forget()
+        with suppress(OSError):
+            replace_file(path, store.as_bytes(by))
 
 
 def _request(

@@ -171,7 +171,7 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
 
 def made_from(*ingredients: object) -> str:
     """Hash of everything that a stage's files depend on: values, this sitscad, and the date that the build is given."""
-    setting = (__version__, _code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
+    setting = (__version__, code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
 
@@ -194,7 +194,7 @@ def _plain(value: object) -> object:
 
 
 @cache
-def _code() -> str:
+def code() -> str:
     """Hash of sitscad's own modules and data, so that a changed installation never reuses what an older one made."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from sitscad.physics.metal.half_spaces import Plate as Layer
 from sitscad.physics.metal.half_spaces import Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
+from sitscad.solutions import solved
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
@@ -109,40 +110,119 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
     return replace(whole, counts=(count(x), count(y), 3))
 
 
-@record(eq=False)
-class Plate:
-    """A target of metal or ferrite, solved at some frequencies (Hz), and the potentials of all coils at it.
-
-    Where what lies behind the coils loses, `potentials` has what it returns out of phase after those of the coils, in
-    the same order. `centres` (m) are the coils', once or twice; `mirror_error` is what taking the image of the target's
-    own currents in a perfect mirror adds to the relative error.
+@record
+class Solving:
+    """A target of metal or ferrite, coils over it and what is behind them: all that its currents hang on, at some
+    frequencies (Hz), for heights (m) over the coils down to the `lowest` and coils seen from as far as `reach` (m);
+    `finer` as in `Detail`. What is solved is solved when it is asked for.
     """
 
+    target: Target
+    coil: CoilSpec
+    coils: tuple[Coil, ...]
     frequencies: tuple[float, ...]
-    targets: tuple[SolvedTarget, ...]
-    potentials: tuple[CoilPotential, ...]
-    centres: Array
-    coils: int
+    behind: Reflector | None
+    lowest: float
+    reach: float
+    finer: float
+
+    @property
+    def middle(self) -> float:
+        """The frequency (Hz) that stands for all of them."""
+        return math.sqrt(min(self.frequencies) * max(self.frequencies))
+
+    @cached_property
+    def mirror(self) -> Mirror | None:
+        """What the image of the target's own currents is taken in."""
+        return None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
+
+    @cached_property
+    def mirror_error(self) -> float:
+        """What taking that image in a perfect mirror adds to the relative error."""
+        if self.mirror is None or self.behind is None:
+            return 0.0
+        return mirror_error(self.behind, self.mirror, self.middle, self.lowest, max(self.coil.size))
+
+    @property
+    def seen(self) -> _Coils:
+        """The coils as their potentials are tabulated."""
+        height = _detail(self.coil, self.coils, self.lowest, self.behind, self.finer).height
+        return _Coils(self.coils, self.coil.trace_width, height / self.finer, self.reach)
+
+    @cached_property
+    def is_lossy(self) -> bool:
+        """Whether what is behind the coils returns part of the field out of phase that counts."""
+        if self.behind is None:
+            return False
+        returned = _returned(self.behind, self.middle)(np.geomspace(1e2, 0.5 / self.seen.height, 9))
+        return bool(np.abs(returned.imag).max() >= OUT_OF_PHASE)
+
+    @cached_property
+    def potentials(self) -> tuple[CoilPotential, ...]:
+        """Of all coils; after them what comes back out of phase, in the same order, where that counts."""
+        return _potentials(self.seen, self.behind, None if self.behind is None else self.middle, self.is_lossy)
+
+    @cached_property
+    def targets(self) -> tuple[SolvedTarget, ...]:
+        """The target solved at every frequency."""
+        asked = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
+        whole = _resolved(*asked)[1]
+        near_face, images = -0.5 * self.target.thickness, None
+        if self.mirror is not None:
+            coarse = with_points(whole, 2.0 * (self.lowest - self.mirror.floor) / self.finer)
+            images = image_modes(whole, coarse, near_face, self.lowest, self.mirror)
+        metal = _conductivity(self.target), self.target.thickness, self.target.material.relative_permeability
+        return tuple(
+            solve(whole, near_face, skin(frequency, *metal), self.mirror, images) for frequency in self.frequencies
+        )
+
+    @cached_property
+    def said(self) -> bytes:
+        """All of it in words, by which what was solved is kept."""
+        return repr(self).encode("utf-8")
+
+    def changes(self, turns: Array, places: Array, once: bool) -> tuple[ComplexArray, ComplexArray]:
+        """See `Plate.changes`."""
+        n = len(self.coils)
+        centres = np.tile([coil.placement.centre for coil in self.coils], (1 + self.is_lossy, 1))
+        found = changes_at(self.targets, turns, places, self.potentials, centres, once)
+        own = found[..., :n, :n]
+        if found.shape[-1] == n:
+            return own, own
+        across = found[..., :n, n:]
+        return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
+
+
+@record(eq=False)
+class Plate:
+    """A target of metal or ferrite over coils; `mirror_error` is what taking the image of the target's own currents in
+    a perfect mirror adds to the relative error.
+    """
+
+    solving: Solving
     mirror_error: float = 0.0
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Those at which it is solved (Hz)."""
+        return self.solving.frequencies
 
     @property
     def is_over_a_poor_mirror(self) -> bool:
         """Whether what is behind the coils returns less than all of the field, or some of it out of phase."""
-        mirror = self.targets[0].mirror
-        return mirror is not None and (len(self.potentials) > self.coils or abs(mirror.strength - 1.0) > 0.02)
+        mirror = self.solving.mirror
+        return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
         """Of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils): all of
         it, and what it would be with a mirror that does not lose, whose loss is the target's own. `once` where no other
         poses follow.
         """
-        found = changes_at(self.targets, turns, places, self.potentials, self.centres, once)
-        n = self.coils
-        own = found[..., :n, :n]
-        if found.shape[-1] == n:
-            return own, own
-        across = found[..., :n, n:]
-        return own + 1j * (across + np.swapaxes(across, -1, -2)) - found[..., n:, n:], own
+        found = solved(
+            lambda: (self.solving.said, turns.tobytes(), places.tobytes(), once),
+            lambda: self.solving.changes(turns, places, once),
+        )
+        return found[0], found[1]
 
 
 @record(eq=False)
@@ -168,7 +248,7 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, f
         return plate
     parts = tuple(missing[coil.name] for coil in layout.coils)
     error = plate.mirror_error + max(one.moving for one in parts)
-    return WindowedPlate(plate.frequencies, plate.targets, plate.potentials, plate.centres, plate.coils, error, parts)
+    return WindowedPlate(plate.solving, error, parts)
 
 
 def solved_plate(
@@ -179,33 +259,12 @@ def solved_plate(
     bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec, cover.reach)
     part = cover.part(spec).target
     assert part is not None
-    return _solved(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
+    found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
+    return Plate(found, found.mirror_error)
 
 
-@lru_cache(maxsize=4)
-def _solved(
-    target: Target, coil: CoilSpec, coils: tuple[Coil, ...], frequencies: tuple[float, ...], behind: Reflector | None,
-    lowest: float, reach: float, finer: float,
-) -> Plate:
-    # What target, windings and metal behind decide: tried with another pad or converter it is found done.
-    middle = math.sqrt(min(frequencies) * max(frequencies))
-    centres = np.array([coil.placement.centre for coil in coils])
-    size = max(coil.size)
-    detail, whole = _resolved(target, coil, coils, middle, lowest, behind, finer)
-    near_face = -0.5 * target.thickness
-    mirror = None if behind is None else mirror_like(behind, middle, lowest)
-    images, unlike = None, 0.0
-    if mirror is not None and behind is not None:
-        unlike = mirror_error(behind, mirror, middle, lowest, size)
-        coarse = with_points(whole, 2.0 * (lowest - mirror.floor) / finer)
-        images = image_modes(whole, coarse, near_face, lowest, mirror)
-    metal = _conductivity(target), target.thickness, target.material.relative_permeability
-    skins = [skin(frequency, *metal) for frequency in frequencies]
-    targets = tuple(solve(whole, near_face, one, mirror, images) for one in skins)
-    tables = _potentials(_Coils(coils, coil.trace_width, detail.height / finer, reach), behind,
-                         None if behind is None else middle)
-    twice = len(tables) // len(coils)
-    return Plate(frequencies, targets, tables, np.tile(centres, (twice, 1)), len(coils), unlike)
+_solving = lru_cache(maxsize=4)(Solving)
+"""What is solved is found done when it is tried with another pad or converter."""
 
 
 def _resolved(
@@ -213,11 +272,17 @@ def _resolved(
     finer: float = 1.0,
 ) -> tuple[Detail, Box | Disc]:
     """How fine the target is resolved at a frequency (Hz), and its surface."""
-    mirror = math.inf if behind is None else lowest + behind.distance
-    detail = Detail(lowest - max(winding.z for winding in coils[0].windings), max(coil.size), mirror, finer)
+    detail = _detail(coil, coils, lowest, behind, finer)
     depth = skin_depth(target, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
     return detail, surface(target, detail, edge)
+
+
+def _detail(
+    coil: CoilSpec, coils: Sequence[Coil], lowest: float, behind: Reflector | None, finer: float
+) -> Detail:
+    mirror = math.inf if behind is None else lowest + behind.distance
+    return Detail(lowest - max(winding.z for winding in coils[0].windings), max(coil.size), mirror, finer)
 
 
 def solving_work(
@@ -315,20 +380,25 @@ class _Coils:
 
 
 @lru_cache(maxsize=1)
-def _potentials(seen: _Coils, behind: Reflector | None, frequency: float | None) -> tuple[CoilPotential, ...]:
+def _potentials(
+    seen: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool
+) -> tuple[CoilPotential, ...]:
     """The coils' potentials, with what comes back from behind in phase, and out of phase where that loses."""
     # with nothing behind them they are the same at all frequencies, and for every target at that height
     if behind is None or frequency is None:
         return seen.potentials()
-    plates, floor = behind.plates, -behind.distance
+    factor, floor = _returned(behind, frequency), -behind.distance
+    found = seen.potentials(floor, lambda k: factor(k).real)
+    return found + seen.potentials(floor, lambda k: factor(k).imag, direct=False) if is_lossy else found
+
+
+def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:
+    """The factor by which waves of wave numbers (1/m) come back."""
 
     def factor(k: Array) -> ComplexArray:
-        return reflection(np.maximum(k.ravel(), LONGEST), frequency, plates).reshape(k.shape)
+        return reflection(np.maximum(k.ravel(), LONGEST), frequency, behind.plates).reshape(k.shape)
 
-    found = seen.potentials(floor, lambda k: factor(k).real)
-    if np.abs(factor(np.geomspace(1e2, 0.5 / seen.height, 9)).imag).max() < OUT_OF_PHASE:
-        return found
-    return found + seen.potentials(floor, lambda k: factor(k).imag, direct=False)
+    return factor
 
 
 USUAL, THIN = 0.006, 0.0075

@@ -1,0 +1,111 @@
+"""Solutions that take long, kept by what they solve: a question that is the same to the last bit has the answer that it
+had before.
+
+Nothing is kept unless somebody opens a store: `build`, whose solutions lie in a file beside the package, and `watch`.
+Questions hold every number that an answer hangs on, and a file says by which code and libraries its answers were found:
+with it and without it come the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from sitscad.version import __version__
+
+Answer: TypeAlias = tuple[Any, ...]
+"""Arrays of floats or complex numbers."""
+
+KINDS = {"<f8": np.float64, "<c16": np.complex128}
+"""What numbers a file may hold."""
+
+
+MOST = 32_000_000
+"""Bytes up to which answers stay that were not asked for: those of the designs before."""
+
+
+class Solutions:
+    """Answers by the hash of their question, and which of them were asked for since `forget` was called last."""
+
+    def __init__(self, known: Mapping[str, Answer] | None = None) -> None:
+        self.known = dict(known or {})
+        self.asked: dict[str, None] = {}
+
+    def forget(self) -> None:
+        """Keep what was asked for since the last time, and of the others the latest."""
+        found, size = {key: self.known[key] for key in self.asked}, 0
+        for key, answer in self.known.items():
+            size += sum(part.nbytes for part in answer)
+            if size > MOST:
+                break
+            found.setdefault(key, answer)
+        self.known, self.asked = found, {}
+
+    def as_bytes(self, by: str) -> bytes:
+        """A file of all of them: a hash of what follows, a line of JSON, and the numbers."""
+        index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
+        head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
+        content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
+        return hashlib.sha256(content).hexdigest().encode("ascii") + b"\n" + content
+
+
+def read(file: bytes, by: str) -> Solutions:
+    """The answers in a file; none where it is damaged, or its answers come from other code."""
+    digest, _, content = file.partition(b"\n")
+    if hashlib.sha256(content).hexdigest().encode("ascii") != digest:
+        return Solutions()
+    head, _, _ = content.partition(b"\n")
+    document, place = json.loads(head), len(head) + 1
+    if document["by"] != _setting(by):
+        return Solutions()
+    known: dict[str, Answer] = {}
+    for key, parts in document["solutions"].items():
+        answer = []
+        for kind, *shape in parts:
+            count = int(np.prod(shape, dtype=np.int64))
+            answer.append(np.frombuffer(content, KINDS[kind], count, place).reshape(shape))
+            place += answer[-1].nbytes
+        known[key] = tuple(answer)
+    return Solutions(known)
+
+
+def _setting(by: str) -> list[str]:
+    return [by, __version__, np.__version__, platform.machine()]
+
+
+_open: list[Solutions] = []
+
+
+@contextmanager
+def keeping(store: Solutions) -> Iterator[None]:
+    """Answers are looked for in a store, and put there, while this lasts."""
+    _open.append(store)
+    try:
+        yield
+    finally:
+        _open.pop()
+
+
+def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
+    """The answer to a question: of the open store where it knows it, else by `solve`. A `question` is asked only where
+    a store is open; its parts are bytes, or values whose `repr` tells all of them. Answers are nobody's to change.
+    """
+    if not _open:
+        return solve()
+    store, digest = _open[-1], hashlib.sha256()
+    for part in question():
+        said = part if isinstance(part, bytes) else repr(part).encode("utf-8")
+        digest.update(f"{len(said)}:".encode("ascii") + said)
+    key = digest.hexdigest()
+    if key not in store.known:
+        store.known[key] = answer = solve()
+        for part in answer:
+            part.setflags(write=False)
+    store.asked[key] = None
+    return store.known[key]
