@@ -1,9 +1,9 @@
 """Solutions that take long, kept by what they solve: a question that is the same to the last bit has the answer that it
 had before.
 
-Nothing is kept unless somebody opens a store: `build`, whose solutions lie in a file beside the package, and `watch`.
-Questions hold every number that an answer hangs on, and a file says by which code and libraries its answers were found:
-with it and without it come the same bytes.
+Nothing is kept unless somebody opens a store: `build`, whose solutions lie in the user's cache, and `watch`. Questions
+hold every number that an answer hangs on, and a file says by which code and libraries its answers were found: with it
+and without it come the same bytes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import json
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,9 +26,8 @@ Answer: TypeAlias = tuple[Any, ...]
 KINDS = {"<f8": np.float64, "<c16": np.complex128}
 """What numbers a file may hold."""
 
-
-MOST = 32_000_000
-"""Bytes up to which answers stay that were not asked for: those of the designs before."""
+MOST, HEAD = 16_000_000, 200
+"""Bytes that a store keeps at most, and what the name of an answer takes of them; a design's are half a megabyte."""
 
 
 class Solutions:
@@ -38,13 +38,13 @@ class Solutions:
         self.asked: dict[str, None] = {}
 
     def forget(self) -> None:
-        """Keep what was asked for since the last time, and of the others the latest."""
-        found, size = {key: self.known[key] for key in self.asked}, 0
-        for key, answer in self.known.items():
-            size += sum(part.nbytes for part in answer)
+        """Keep what was asked for since the last time and then what was known before, up to `MOST` bytes."""
+        found, size = dict[str, Answer](), 0
+        for key in dict.fromkeys((*self.asked, *self.known)):
+            size += HEAD + sum(part.nbytes for part in self.known[key])
             if size > MOST:
                 break
-            found.setdefault(key, answer)
+            found[key] = self.known[key]
         self.known, self.asked = found, {}
 
     def as_bytes(self, by: str) -> bytes:
@@ -79,26 +79,26 @@ def _setting(by: str) -> list[str]:
     return [by, __version__, np.__version__, platform.machine()]
 
 
-_open: list[Solutions] = []
+_open: ContextVar[Solutions | None] = ContextVar("_open", default=None)
 
 
 @contextmanager
 def keeping(store: Solutions) -> Iterator[None]:
     """Answers are looked for in a store, and put there, while this lasts."""
-    _open.append(store)
+    before = _open.set(store)
     try:
         yield
     finally:
-        _open.pop()
+        _open.reset(before)
 
 
 def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
     """The answer to a question: of the open store where it knows it, else by `solve`. A `question` is asked only where
     a store is open; its parts are bytes, or values whose `repr` tells all of them. Answers are nobody's to change.
     """
-    if not _open:
+    store, digest = _open.get(), hashlib.sha256()
+    if store is None:
         return solve()
-    store, digest = _open[-1], hashlib.sha256()
     for part in question():
         said = part if isinstance(part, bytes) else repr(part).encode("utf-8")
         digest.update(f"{len(said)}:".encode("ascii") + said)

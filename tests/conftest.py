@@ -75,6 +75,12 @@ def unfolded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
 
 
+@pytest.fixture(autouse=True)
+def uncached(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test finds solved what another has solved, perhaps with a function of its own."""
+    monkeypatch.setenv("SITSCAD_CACHE", "")
+
+
 @contextmanager
 def as_nobody() -> Iterator[None]:
     """Root gives up its right to write anything, for a while; others have none to give up."""

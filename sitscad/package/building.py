@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -121,7 +122,7 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
         return same
     from sitscad.package import stages  # only where something has to be made
 
-    with known_solutions(directory):
+    with known_solutions(directory.name):
         return _made_anew(asked, stages.contents_of(spec, asked.policy, asked.baseline), report, jobs, key)
 
 
@@ -171,7 +172,7 @@ def stale(
     from sitscad.package import stages
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
-    with known_solutions(asked.directory, writes=False):
+    with known_solutions(asked.directory.name, writes=False):
         made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
     lacking = _lacking(old, made.entries)
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
@@ -183,25 +184,40 @@ def stale(
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))
 
 
+MOST_CACHED = 64_000_000
+"""Bytes of all files of solutions in the user's cache, about; the oldest go."""
+
+
 @contextmanager
-def known_solutions(directory: Path, writes: bool = True) -> Iterator[None]:
-    """Solve what is solved with what the builds before have found, which lies in ``.NAME.solved`` beside the package:
-    it costs time to be without it, and no more.
+def known_solutions(name: str, writes: bool = True) -> Iterator[None]:
+    """Solve what is solved with what builds of packages of this name have found before: ``NAME.solved`` in the folder
+    that ``SITSCAD_CACHE`` names from the root, by default ``sitscad`` in the user's cache; nothing where that is empty.
+    To be without the file, or not to be allowed to write it, costs time and nothing else.
     """
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")
+    if not os.path.isabs(cache := os.environ.get("SITSCAD_CACHE", default)):
+        yield
+        return
     from sitscad import solutions  # loads numpy, which a package that stays as it is does not need
 
-    path, by = directory.with_name(f".{directory.name}.solved"), code()
-    try:
-        store = solutions.read(path.read_bytes(), by)
-    except (OSError, ValueError, LookupError, TypeError):
-        store = solutions.Solutions()
+    path, store = Path(cache) / f"{name}.solved", solutions.Solutions()
+    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError), path.open("rb") as stream:
+        store = solutions.read(stream.read(2 * solutions.MOST), code())
     before = set(store.known)
     with solutions.keeping(store):
         yield
-    if writes and not before >= set(store.asked) and directory.exists():
-        store.forget()
-        with suppress(OSError):
-            replace_file(path, store.as_bytes(by))
+    if not writes or before >= set(store.asked):
+        return
+    store.forget()
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(path, store.as_bytes(code()))
+        left = MOST_CACHED
+        for old in sorted(path.parent.glob("*.solved"), key=lambda each: each.stat().st_mtime, reverse=True):
+            left -= old.stat().st_size
+            if left < 0:
+                old.unlink()
 
 
 def _request(

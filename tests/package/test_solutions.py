@@ -1,0 +1,146 @@
+"""What is solved is kept in the user's cache: another build solves nothing anew, and its bytes are the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitscad
+from sitscad import solutions
+from sitscad.estimates.response import plate
+from sitscad.finding import Edit
+from sitscad.mechanics import pad
+from sitscad.package import building
+from sitscad.solutions import Solutions, keeping, read, solved
+from sitscad.spec import templates
+from sitscad.spec.yaml.rewriting import rewritten
+
+TEXT = templates.read("bench_7mm")
+OTHER = rewritten(TEXT, [Edit("readout.scan_rate", "90 Hz")])
+
+
+def built(text: str, out: Path) -> dict[str, bytes]:
+    """The bytes of a package with what it feels, built anew."""
+    folder = sitscad.build(sitscad.load_text(text, "sensor.yaml"), out, ("calibration", "report")).directory
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch) -> Path:
+    """The file of what the template's builds have solved."""
+    monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "bench-7mm.solved"
+
+
+@pytest.mark.slow
+def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, tmp_path, monkeypatch):
+    said = set[bytes]()
+
+    def heard(question, solve):
+        said.update(part if isinstance(part, bytes) else repr(part).encode() for part in question()[:1])
+        return solved(question, solve)
+
+    for module in (pad, plate):
+        monkeypatch.setattr(module, "solved", heard)
+    built(TEXT, tmp_path / "one")
+    assert any(b"Coil(" in each for each in said) and any(each.startswith(b"Pad(") for each in said)
+    for word in (b"...", b" at 0x", b"array("):  # a text that leaves out what is asked would answer something else
+        assert not any(word in each for each in said), word
+    assert cache.stat().st_size < solutions.MOST
+    assert [path.name for path in (tmp_path / "one").iterdir()] == ["bench-7mm"]
+    first = cache.read_bytes()
+    monkeypatch.setattr(pad.Pad, "_posed", None)
+    monkeypatch.setattr(plate, "solve", None)
+    known = built(OTHER, tmp_path / "two")
+    assert cache.read_bytes() == first, "nothing new, nothing written"
+    monkeypatch.undo()
+    monkeypatch.setenv("SITSCAD_CACHE", "")
+    assert built(OTHER, tmp_path / "three") == known
+
+
+QUESTION = ("what", 0.1)
+
+
+def stored(*answers: float) -> Solutions:
+    """A store that was asked once."""
+    store = Solutions()
+    with keeping(store):
+        solved(lambda: QUESTION, lambda: (np.array(answers), np.array([1j])))
+    return store
+
+
+def asked(store: Solutions) -> tuple[list[float], list[complex]] | None:
+    """What a store knows; None where it would solve."""
+    with keeping(store):
+        found = solved(lambda: QUESTION, lambda: ())
+    return (found[0].tolist(), found[1].tolist()) if found else None
+
+
+def test_a_file_holds_every_bit_and_nobody_changes_an_answer():
+    answers = (0.1, -0.0, np.inf, 5e-324)
+    again = read(stored(*answers).as_bytes("code"), "code")
+    assert asked(again) == ([*answers], [1j]) and str(asked(again)[0][1]) == "-0.0"
+    with keeping(again), pytest.raises(ValueError, match="read-only"):
+        solved(lambda: QUESTION, lambda: ())[0][0] = 1.0
+
+
+def test_answers_of_other_code_or_in_a_damaged_file_are_none(monkeypatch):
+    file = stored(0.1).as_bytes("code")
+    assert asked(read(file, "other code")) is None
+    for at in range(0, len(file), 7):
+        assert asked(read(file[:at] + bytes([file[at] ^ 1]) + file[at + 1 :], "code")) is None, at
+    assert asked(read(file[:-1], "code")) is None and asked(read(b"", "code")) is None
+    monkeypatch.setattr(np, "__version__", "1.0")
+    assert asked(read(file, "code")) is None
+
+
+def test_a_store_is_never_larger_than_stated_and_drops_what_was_not_asked_for(monkeypatch):
+    monkeypatch.setattr(solutions, "MOST", 3 * (solutions.HEAD + 80))
+    store = Solutions()
+    with keeping(store):
+        for number in range(5):
+            solved(lambda number=number: (number,), lambda: (np.zeros(10),))
+        store.forget()
+        assert len(store.known) == 3
+        solved(lambda: ("new",), lambda: (np.ones(10),))
+        store.forget()
+    assert len(store.known) == 3 and sum(answer[0][0] for answer in store.known.values()) == 1.0
+
+
+@pytest.mark.parametrize("harm", ["damaged", "a folder", "no folder may be made", "relative"])
+def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_path, monkeypatch):
+    cache.parent.mkdir()
+    if harm == "damaged":
+        cache.write_bytes(b"[]\n[]\n")
+    elif harm == "a folder":
+        cache.mkdir()
+    else:
+        (tmp_path / "file").touch()
+        monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "file") if harm.startswith("no") else "cache")
+        monkeypatch.chdir(cache.parent)
+    with building.known_solutions("bench-7mm"):
+        assert asked_for_one() == 1.0
+    assert cache.is_file() == (harm == "damaged") and (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
+    if harm == "damaged":
+        with building.known_solutions("bench-7mm"):
+            assert solved(lambda: ("one",), lambda: ())[0] == 1.0
+
+
+def asked_for_one() -> float:
+    """An answer that a store keeps, whose question is always the same."""
+    return float(solved(lambda: ("one",), lambda: (np.ones(1),))[0][0])
+
+
+def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch):
+    with building.known_solutions("bench-7mm"):
+        asked_for_one()
+        with building.known_solutions("bench-7mm"):
+            solved(lambda: ("two",), lambda: (np.ones(1),))
+    with building.known_solutions("bench-7mm", writes=False):
+        assert asked_for_one() == 1.0 and solved(lambda: ("two",), lambda: ()) == (), "the last one's file is whole"
+    monkeypatch.setattr(building, "MOST_CACHED", cache.stat().st_size + 10)
+    with building.known_solutions("other"):
+        asked_for_one()
+    assert [path.name for path in cache.parent.iterdir()] == ["other.solved"]
