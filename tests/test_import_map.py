@@ -53,7 +53,7 @@ MAY_IMPORT = {
         "units", "finding", "measured", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing",
         "calibration",
     },
-    "extraction": {"units", "finding", "meshing"},
+    "extraction": {"units", "finding"},
     "package": {
         "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design",
         "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy", "calibration",

@@ -146,11 +146,6 @@ def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
     return first_tried([*slower, list(other_metals(spec)), *pads])
 
 
-def less_travel(spec: SensorSpec) -> Advice:
-    """A hint with pads on which the target moves less."""
-    return first_tried([list(other_silicones(spec, is_softer=False)), list(other_thicknesses(spec))])
-
-
 SHEARS = ("shear_x", "shear_y")
 
 MORE_COILS = "two coils in line tell shear along them, three or four both axes"
@@ -315,7 +310,9 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
                  for load in twins]
         yield Violation(
             f"two loads within what is required read alike: {words[0]}, and {words[1]}; no map tells them apart", "",
-            "target.size", advice=less_travel(design.spec),
+            "target.size", advice=first_tried(
+                [list(other_silicones(design.spec, is_softer=False)), list(other_thicknesses(design.spec))]
+            ),
         )
 
 

@@ -2,6 +2,5 @@
 
 `nets.extract` reads a directory of finished files; `differences` holds the nets found against the nets that the same
 files name, and what files say of themselves against the job file; `panel` holds every copy of a panel against the
-single board; `resistance` solves for the resistance of the extracted copper. Nothing here knows how the files were
-written.
+single board. Nothing here knows how the files were written.
 """

@@ -212,7 +212,18 @@ def _primitive(p: Any) -> BaseGeometry:
             cos, sin = math.cos(p.rotation), math.sin(p.rotation)
             return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
         case primitives.ArcPoly():
-            return _contour(p)
+            # A filled contour of lines and arcs as a shape in metres.
+            points: list[np.ndarray] = []
+            for start, end, (clockwise, centre) in p.segments:
+                if clockwise is None:
+                    points.append(1e-3 * np.array([start]))
+                else:
+                    ends = 1e-3 * np.array([start, end, centre])
+                    points.append(_arc_points(*ends, clockwise=clockwise)[:-1])
+            polygon = Polygon(np.concatenate(points))
+            if polygon.is_valid:
+                return polygon
+            return shapely.make_valid(polygon, method="structure", keep_collapsed=False)
     raise ExtractionError(f"a graphic of a kind that is not understood: {type(p).__name__}")
 
 
@@ -221,19 +232,6 @@ def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
     if np.ptp(points, axis=0).max() == 0.0:
         return Point(points[0]).buffer(radius, quad_segs=QUARTER_SEGMENTS)
     return LineString(points).buffer(radius, quad_segs=QUARTER_SEGMENTS)
-
-
-def _contour(p: Any) -> BaseGeometry:
-    """A filled contour of lines and arcs as a shape in metres."""
-    points: list[np.ndarray] = []
-    for start, end, (clockwise, centre) in p.segments:
-        if clockwise is None:
-            points.append(1e-3 * np.array([start]))
-        else:
-            ends = 1e-3 * np.array([start, end, centre])
-            points.append(_arc_points(*ends, clockwise=clockwise)[:-1])
-    polygon = Polygon(np.concatenate(points))
-    return polygon if polygon.is_valid else shapely.make_valid(polygon, method="structure", keep_collapsed=False)
 
 
 def _arc_points(start: np.ndarray, end: np.ndarray, centre: np.ndarray, *, clockwise: bool) -> np.ndarray:

@@ -70,29 +70,26 @@ def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
     for extended, word in _STATEMENT.findall(text):
         if extended:
             for command in extended.split("*"):
-                _obey(state, command.strip())
+                command = command.strip()
+                if found := _FORMAT.match(command):
+                    state.decimals = int(found[1])
+                elif command in ("MOMM", "MOIN"):
+                    state.unit = 1e-3 if command == "MOMM" else 25.4e-3
+                elif command.startswith("AD") and (found := re.match(r"AD(D\d+)", command)):
+                    state.apertures[found[1]] = state.attributes.get("TA.AperFunction", [""])[0]
+                elif command.startswith(("TA", "TO")):
+                    name, *values = command.split(",")
+                    state.attributes[name] = [
+                        _ESCAPE.sub(lambda code: chr(int(code[1] or code[2], 16)), value) for value in values
+                    ]
+                elif command == "TD":
+                    state.attributes.clear()
+                elif command.startswith("TD"):
+                    state.attributes.pop("TA" + command[2:], None)
+                    state.attributes.pop("TO" + command[2:], None)
         else:
             marks += _operate(state, word.strip(), layer)
     return tuple(dict.fromkeys(marks))
-
-
-def _obey(state: _GerberState, command: str) -> None:
-    if found := _FORMAT.match(command):
-        state.decimals = int(found[1])
-    elif command in ("MOMM", "MOIN"):
-        state.unit = 1e-3 if command == "MOMM" else 25.4e-3
-    elif command.startswith("AD") and (found := re.match(r"AD(D\d+)", command)):
-        state.apertures[found[1]] = state.attributes.get("TA.AperFunction", [""])[0]
-    elif command.startswith(("TA", "TO")):
-        name, *values = command.split(",")
-        state.attributes[name] = [
-            _ESCAPE.sub(lambda found: chr(int(found[1] or found[2], 16)), value) for value in values
-        ]
-    elif command == "TD":
-        state.attributes.clear()
-    elif command.startswith("TD"):
-        state.attributes.pop("TA" + command[2:], None)
-        state.attributes.pop("TO" + command[2:], None)
 
 
 def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:

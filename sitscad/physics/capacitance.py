@@ -69,8 +69,21 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
     harmonics: Array = 2.0 * math.pi * number / pitch
     waves = harmonics.copy()
     waves[0] = 1.0 / reach
-    green = _layered_green(slabs, waves)
-    faces = [node for node, _ in _faces(slabs)]
+    # Potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave.
+    count = len(slabs) + 1
+    chain = np.zeros((waves.size, count, count))
+    for k, slab in enumerate(slabs):
+        decay = np.exp(-2.0 * waves * slab.thickness)
+        own = EPSILON0 * slab.permittivity * waves * (1.0 + decay) / (1.0 - decay)
+        across = EPSILON0 * slab.permittivity * waves * 2.0 * np.sqrt(decay) / (1.0 - decay)
+        chain[:, k, k] += own
+        chain[:, k + 1, k + 1] += own
+        chain[:, k, k + 1] -= across
+        chain[:, k + 1, k] -= across
+    chain[:, 0, 0] += EPSILON0 * waves
+    chain[:, -1, -1] += EPSILON0 * waves
+    green = np.asarray(np.linalg.inv(chain), dtype=np.float64)
+    faces = [node for k, slab in enumerate(slabs) if slab.is_copper for node in (k, k + 1)]
     green = green[:, faces][:, :, faces] * np.where(number == 0, 1.0, 2.0)[:, None, None] / pitch
     edges = -0.5 * width * np.cos(math.pi * np.arange(CELLS + 1) / CELLS)
     middle: Array = 0.5 * (edges[1:] + edges[:-1])
@@ -95,27 +108,6 @@ def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Arra
     influence = np.einsum("na,nab,nb->ab", cosine, spread, cosine) + np.einsum("na,nab,nb->ab", sine, spread, sine)
     layer = np.kron(np.eye(count), np.ones((2 * CELLS, 1)))
     return np.asarray(layer.T @ np.linalg.solve(influence, layer), dtype=np.float64)
-
-
-def _faces(slabs: Sequence[Slab]) -> list[tuple[int, int]]:
-    return [(node, k) for k, slab in enumerate(slabs) if slab.is_copper for node in (k, k + 1)]
-
-
-def _layered_green(slabs: Sequence[Slab], waves: Array) -> Array:
-    """Potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave."""
-    count = len(slabs) + 1
-    chain = np.zeros((waves.size, count, count))
-    for k, slab in enumerate(slabs):
-        decay = np.exp(-2.0 * waves * slab.thickness)
-        own = EPSILON0 * slab.permittivity * waves * (1.0 + decay) / (1.0 - decay)
-        across = EPSILON0 * slab.permittivity * waves * 2.0 * np.sqrt(decay) / (1.0 - decay)
-        chain[:, k, k] += own
-        chain[:, k + 1, k + 1] += own
-        chain[:, k, k + 1] -= across
-        chain[:, k + 1, k] -= across
-    chain[:, 0, 0] += EPSILON0 * waves
-    chain[:, -1, -1] += EPSILON0 * waves
-    return np.asarray(np.linalg.inv(chain), dtype=np.float64)
 
 
 def winding_voltages(

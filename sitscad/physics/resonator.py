@@ -96,7 +96,9 @@ def oscillate(
 
     def phase(at: float) -> float:
         found, _ = network.admittance(at, inductance, resistance)
-        return math.remainder(cmath.phase(found) + at * delay, 2.0 * math.pi) if delay else math.atan(_slope(found))
+        if not delay:
+            return math.atan(found.imag / found.real)
+        return math.remainder(cmath.phase(found) + at * delay, 2.0 * math.pi)
 
     before, after = omega, omega * (1.0 - 1e-4)
     low, high = phase(before), phase(after)
@@ -114,7 +116,3 @@ def oscillate(
     beyond, _ = network.admittance(after * (1.0 + 1e-6), inductance, resistance)
     quality = 0.5 * (beyond.imag - found.imag) / (1e-6 * found.real)
     return Oscillation(after / (2.0 * math.pi), 1.0 / found.real, quality, abs(share))
-
-
-def _slope(admittance: complex) -> float:
-    return admittance.imag / admittance.real

@@ -171,7 +171,8 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 
 def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
     """Whether a text is better after a fix: it is read further, or one finding is gone and nothing new is wrong."""
-    if _unread(before.findings) and is_further(before.findings, after.findings):
+    is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
+    if is_unread and is_further(before.findings, after.findings):
         return True
     return is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before)
 
@@ -179,10 +180,6 @@ def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
 def _unknown(said: Judged) -> set[str]:
     """The rules of a design that could not be applied, or not wholly."""
     return {skipped.rule for skipped in said.not_checked if not skipped.rule.startswith("SIT0")}
-
-
-def _unread(findings: Iterable[Finding]) -> bool:
-    return any(finding.rule.startswith("SIT0") for finding in findings)
 
 
 def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:

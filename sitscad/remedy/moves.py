@@ -415,23 +415,17 @@ def least(
     for _ in range(MOST):
         if works(move(spec, amount).spec):
             halvings = FINE_HALVINGS if is_fine() else HALVINGS if failed > 0.0 else 0
-            found = _between(spec, move, works, failed, amount, halvings)
-            return found, move(spec, found)
+            for _ in range(halvings):
+                middle = _rounded(0.5 * (failed + amount))
+                if middle >= amount - 0.5 * GRAIN:
+                    break
+                if works(move(spec, middle).spec):
+                    amount = middle
+                else:
+                    failed = middle
+            return amount, move(spec, amount)
         failed, amount = amount, _rounded(GROWTH * amount)
     return None
-
-
-def _between(spec: SensorSpec, move: Move, works: Works, low: float, high: float, halvings: int) -> float:
-    """The smallest move (m) between two that works, to within so many halvings."""
-    for _ in range(halvings):
-        middle = _rounded(0.5 * (low + high))
-        if middle >= high - 0.5 * GRAIN:
-            break
-        if works(move(spec, middle).spec):
-            high = middle
-        else:
-            low = middle
-    return high
 
 
 def _rounded(amount: float) -> float:

@@ -128,7 +128,7 @@ class DesignRules:
         return rules
 
     def _with_lines(self, prefix: str, lines: FoilLines, thickness: float) -> DesignRules:
-        """The rules with the lines that are taken for a foil (m), which may be too thick for them."""
+        # with the lines that are taken for a foil (m), which may be too thick for them
         width, spacing = f"{prefix}_width", f"{prefix}_spacing"
         beyond, stated = "", {name: most for name, most in self.beyond.items() if name not in (width, spacing)}
         if thickness > lines.copper + 1e-9:

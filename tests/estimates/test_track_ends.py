@@ -13,8 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.layout.board import Role, Trace
-from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.loss.track_ends import pad_squares, step_squares
+from sitscad.physics.loss.resistance import bend_squares, pad_squares, step_squares
 
 SPEC = """
 sitscad: 1
@@ -100,7 +99,7 @@ def test_a_neck_shorter_than_the_lead_is_wide_does_not_vanish():
 @pytest.mark.parametrize(("width", "within"), [(0.5, 0.016), (0.1, 0.006)])
 def test_wide_and_narrow_leads_have_the_resistance_of_their_copper(tmp_path, width, within):
     from sitscad.extraction.nets import extract
-    from sitscad.extraction.resistance import copper_resistance
+    from tests.oracles.copper_resistance import copper_resistance
 
     layout = wide(width)
     built = sitscad.build(layout.spec, tmp_path, ["gerber"], force=True)

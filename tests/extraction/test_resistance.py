@@ -14,10 +14,10 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 
 from shapely import Point, Polygon, box
 
-from sitscad.extraction import resistance
 from sitscad.extraction.artwork import Hole
 from sitscad.extraction.nets import Contact, ExtractedNet, Piece, extract
-from sitscad.extraction.resistance import COPPER_RESISTIVITY, copper_resistance
+from tests.oracles import copper_resistance as resistance
+from tests.oracles.copper_resistance import COPPER_RESISTIVITY, copper_resistance
 
 THICKNESS = 35e-6
 SQUARE = COPPER_RESISTIVITY / THICKNESS

@@ -16,12 +16,12 @@ from sitscad.estimates import estimate
 from sitscad.extraction.differences import Kind, compare
 from sitscad.extraction.intent import UNUSED
 from sitscad.extraction.nets import extract
-from sitscad.extraction.resistance import copper_resistance
 from sitscad.formats import ipc356
 from sitscad.formats.gerber import board as gerber
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load
+from tests.oracles.copper_resistance import copper_resistance
 
 
 @pytest.fixture(scope="module")

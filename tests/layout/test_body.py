@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
-from sitscad.spec.resolver.drawn_body import UnfitError, outline
+from sitscad.spec.resolver.body import UnfitError, outline
 
 BUTTON = Path(__file__).parents[2] / "templates" / "round_button_12mm.yaml"
 

@@ -11,7 +11,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.physics.eddy.target import SolvedTarget
-from sitscad.physics.inductance import sides
+from sitscad.physics.inductance import tracks
 from sitscad.physics.loss import bent_tracks, corners, proximity
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.current_modes import mode_system
@@ -112,9 +112,9 @@ def test_what_an_image_returns_is_a_complex_system():
 
 def test_strands_of_near_sides_grow_in_number_from_their_bounds_on():
     """Each of them is the first width over layer distance that takes so many."""
-    for (least, strands), (more, _) in pairwise((*sides.WIDE, (1e3, 0))):
+    for (least, strands), (more, _) in pairwise((*tracks.WIDE, (1e3, 0))):
         one, other = (SimpleNamespace(width=least, z=z) for z in (0.0, 1.0))
-        assert sides._near_strands(one, other, (1, 3), False) == ((strands + 1, 2.0), (strands, -1.0))
+        assert tracks._near_strands(one, other, (1, 3), False) == ((strands + 1, 2.0), (strands, -1.0))
         one.width = other.width = least * (1.0 - 1e-9)
-        fewer = sides._near_strands(one, other, (1, 3), False)
+        fewer = tracks._near_strands(one, other, (1, 3), False)
         assert fewer[0][0] < strands + 1 <= more

@@ -15,12 +15,12 @@ from sitscad.physics.loss.corners import bend_loops
 from sitscad.physics.metal import polyline_spectrum as polyline_spectrum_module
 from sitscad.physics.metal.figures import Rows, figures
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
-from sitscad.physics.metal.images import images
 from sitscad.physics.metal.polyline_spectrum import (
     _beside,
     _Directions,
     _Mitred,
     chorded,
+    images,
     polyline_spectrum,
 )
 from tests.oracles.filament_tracks import track_mutual_inductance

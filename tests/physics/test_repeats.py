@@ -15,9 +15,8 @@ from tolerance import approx
 from sitscad.geometry.path import Arc
 from sitscad.geometry.shapes import SHAPES, SpiralDimensions
 from sitscad.physics.inductance import tracks
-from sitscad.physics.inductance.heights import height_nodes, nodes_enough
-from sitscad.physics.inductance.repeats import distinct_pairs, kinds
-from sitscad.physics.inductance.track_strands import track
+from sitscad.physics.inductance.mean_distance import height_nodes, nodes_enough
+from sitscad.physics.inductance.track_strands import distinct_pairs, kinds, track
 from sitscad.physics.inductance.tracks import tracks_mutual_inductance, winding_inductance
 
 PITCH, WIDTH, COPPER = 0.2e-3, 0.1e-3, 18e-6

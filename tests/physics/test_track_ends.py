@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.physics.loss.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
+from sitscad.physics.loss.resistance import contact_squares, pad_squares, step_squares, teardrop_squares
 
 QUARTER = 32
 WIDTH = 1e-3
@@ -37,7 +37,7 @@ def solved(area, held_at, end: float, fineness: float) -> float:
     from scipy import sparse
     from scipy.sparse.linalg import spsolve
 
-    from sitscad.extraction.resistance import triangulate
+    from tests.oracles.copper_resistance import triangulate
 
     def squares(size: float) -> float:
         mesh = triangulate(area, size)
@@ -115,7 +115,7 @@ def test_a_contact_is_a_wide_track_with_a_trapezoid_before_it():
 
 
 def test_the_series_has_converged(monkeypatch):
-    import sitscad.physics.loss.track_ends as ends
+    import sitscad.physics.loss.resistance as ends
 
     cases = [(1.0, 0.5), (3.0, 1.2), (20.0, 8.0)]
     usual = [ends.pad_squares(*case) for case in cases]

@@ -258,7 +258,7 @@ def kicad_violations(now: Board) -> list[str]:
 def resistance_gap(now: Board) -> float:
     """By which share the first coil's copper, read back from the files and solved, differs from the estimate."""
     from sitscad.extraction.nets import extract
-    from sitscad.extraction.resistance import copper_resistance
+    from tests.oracles.copper_resistance import copper_resistance
 
     with tempfile.TemporaryDirectory() as folder:
         directory = sitscad.build(now.load(), folder, only=("gerber",), force=True).directory

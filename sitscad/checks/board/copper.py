@@ -140,7 +140,12 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
     solid = np.array([not isinstance(item, Trace) for item in copper.items], dtype=bool)
     keep = ~((copper.item[i] == copper.item[j]) & solid[copper.item[i]])
     i, j = i[keep], j[keep]
-    asked = np.where(_touches_own_winding(copper, i, j), winding_spacing, spacing)
+    # Pairs of tracks of one conductor of which one at least is a turn.
+    track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
+    turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
+    one, other = copper.item[i], copper.item[j]
+    own = track[one] & track[other] & (turn[one] | turn[other]) & (copper.chain[i] == copper.chain[j])
+    asked = np.where(own, winding_spacing, spacing)
     gap = _gaps(copper, i, j, asked)
     bad = np.flatnonzero(gap < asked - ROUNDING)
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
@@ -268,14 +273,6 @@ def _place(copper: Copper, a: int, b: int) -> tuple[float, float]:
     points = copper.pieces.take(np.full(33, a)).trimmed(fractions, fractions).start
     nearest = int(np.argmin(to_points(copper.pieces.take(np.full(33, b)), points)))
     return float(points[nearest, 0]), float(points[nearest, 1])
-
-
-def _touches_own_winding(copper: Copper, i: Index, j: Index) -> Flags:
-    """Pairs of tracks of one conductor of which one at least is a turn."""
-    track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
-    turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
-    one, other = copper.item[i], copper.item[j]
-    return track[one] & track[other] & (turn[one] | turn[other]) & (copper.chain[i] == copper.chain[j])
 
 
 # ------------------------------------------------------------------------------------------------ pieces and chains

@@ -18,7 +18,7 @@ from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Place
-from sitscad.geometry.path import Path, Point, Segment
+from sitscad.geometry.path import Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.record import record
@@ -74,7 +74,16 @@ class _Edge:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        return _between(self.trace.path, self.first, self.last)
+        # The points of a path from one length along it (m) to another.
+        points, way = [], 0.0
+        for segment in self.trace.path:
+            flat = segment.flattened(CHORD)
+            for k, point in enumerate(flat):
+                at = way + segment.length * k / (len(flat) - 1)
+                if self.first - _GRID <= at <= self.last + _GRID:
+                    points.append(point)
+            way += segment.length
+        return tuple(points) or (self.trace.path.start,)
 
 
 @record
@@ -189,19 +198,6 @@ def _along(segment: Segment, point: Point) -> float:
     """The way (m) along a segment to its place nearest to a point, within a thirty-second of its length."""
     share = min((point.distance(segment.at(k / 32)), k) for k in range(33))[1] / 32
     return float(share * segment.length)
-
-
-def _between(path: Path, first: float, last: float) -> tuple[Point, ...]:
-    """The points of a path from one length along it (m) to another."""
-    points, way = [], 0.0
-    for segment in path:
-        flat = segment.flattened(CHORD)
-        for k, point in enumerate(flat):
-            at = way + segment.length * k / (len(flat) - 1)
-            if first - _GRID <= at <= last + _GRID:
-                points.append(point)
-        way += segment.length
-    return tuple(points) or (path.start,)
 
 
 def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Loop:

@@ -41,29 +41,25 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 def _complaint(design: Design, lack: Shortfall) -> Violation:
     """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
-    hint, key, source = _said(design.spec, lack)
-    plain = Violation(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
-    find = _ROOM.get(lack.what)
-    return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
-
-
-def _said(spec: SensorSpec, lack: Shortfall) -> tuple[str, str, str]:
-    """The hint, the key and the source (empty: the rule's) of a shortfall."""
-    of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
+    # The hint, the key and the source (empty: the rule's) of a shortfall.
+    of_rules = f"and spacing of the rules {design.spec.fpc.rules.name}"
     at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
     said = {
-        Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
+        Missing.WAY_OUT: (f"take {len(design.spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
                           "coil.layers", ""),
         Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
         Missing.LEAD_ROOM: ("change coil.start_angle or the number of turns, so that the layers end at other angles",
                             "coil.start_angle", f"via pad {of_rules}"),
         Missing.TAIL_LAYERS: ("give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers",
                               ""),
-        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if spec.fpc.tail else "fpc",
+        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if design.spec.fpc.tail else "fpc",
                             f"{'trace' if lack.need else 'via pad'} {of_rules}"),
         Missing.BODY_ROOM: ("a larger body, smaller coils, or coils nearer to each other", "fpc.body", ""),
     }
-    return said[lack.what]
+    hint, key, source = said[lack.what]
+    plain = Violation(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
+    find = _ROOM.get(lack.what)
+    return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
 
 
 def no_way_out(design: Design) -> Iterator[Verdict]:

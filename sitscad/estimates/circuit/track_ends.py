@@ -11,8 +11,7 @@ from itertools import pairwise
 from sitscad.geometry.path import Point, Segment
 from sitscad.layout.board import Coil, Layout, Pad, Teardrop, Trace, Via
 from sitscad.physics.loss.corners import MOST_TURN
-from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.loss.track_ends import contact_squares, pad_squares, step_squares, teardrop_squares
+from sitscad.physics.loss.resistance import bend_squares, contact_squares, pad_squares, step_squares, teardrop_squares
 
 SAME = 1e-9
 """Points nearer to each other than this (m) are one."""

@@ -17,14 +17,16 @@ from sitscad.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.geometry.shapes import Outline
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.inductance.rings import mean_ring_inductance, ring_winding_inductance
-from sitscad.physics.inductance.spiral_formulas import (
+from sitscad.physics.inductance.spirals import (
     COEFFICIENTS,
+    Resolution,
+    SpiralLayer,
     SpiralOutline,
     current_sheet,
     modified_wheeler,
     monomial,
+    spiral_inductance_matrix,
 )
-from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
 from sitscad.physics.inductance.tracks import Bend, Side, Track, track, winding_inductance
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corners import MOST_TURN, bend_loops

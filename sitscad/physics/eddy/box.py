@@ -181,7 +181,14 @@ def _of_parity(
     inductance = np.zeros((count, count))
     for across in range(3):
         members = numbers[across].ravel()
-        inductance[np.ix_(members, members)] += _of_faces(lines, across, parity, gaussians, own)
+        # The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H).
+        a, b = ACROSS[across]
+        other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
+        weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
+        found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
+        (mass_a, slope_a), (mass_b, slope_b) = (_grams(lines[axis], parity[axis]) for axis in (a, b))
+        nearest = np.kron(mass_a.real, slope_b.real) + np.kron(slope_a.real, mass_b.real)
+        inductance[np.ix_(members, members)] += np.asarray(found + 2.0 * gaussians.tail * nearest)
         first, second = ACROSS[across]
         ends = gaussians.weights[:, None] * own[second].end
         between = -4.0 * np.einsum("qij,qb,qa->ibja", own[across].mass, ends, own[first].end, optimize=True)
@@ -193,19 +200,6 @@ def _of_parity(
     if parity == (1, 1, 1):
         inductance = made_definite(inductance)
     return parity, MU0 / (4.0 * math.pi) * inductance, numbers
-
-
-def _of_faces(
-    lines: Sequence[GradedLine], across: int, parity: Parity, gaussians: GaussianSum, own: Sequence[LineIntegrals]
-) -> Array:
-    """The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)."""
-    a, b = ACROSS[across]
-    other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
-    weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
-    found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
-    (mass_a, slope_a), (mass_b, slope_b) = (_grams(lines[axis], parity[axis]) for axis in (a, b))
-    nearest = np.kron(mass_a.real, slope_b.real) + np.kron(slope_a.real, mass_b.real)
-    return np.asarray(found + 2.0 * gaussians.tail * nearest)
 
 
 @lru_cache(maxsize=24)

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.physics.inductance.heights import height_nodes, nodes_enough
+from sitscad.physics.inductance.mean_distance import height_nodes, nodes_enough
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.record import record
 

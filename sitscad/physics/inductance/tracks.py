@@ -1,6 +1,8 @@
 """Inductance of tracks of straight sides and circular arcs: every filament pair closed or by a few Gauss points.
 
-What a track is stands in `track_strands`, the pairs of pieces in `sides` and `arcs`.
+What a track is stands in `track_strands`, pairs with arcs in `arcs`. Of straight sides strands and heights are as many
+as a pair's distance asks for; what the nearest still miss at open ends and at corners is alike at every size, so it is
+a table.
 """
 
 from __future__ import annotations
@@ -14,21 +16,186 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.arcs import CLEAR, arc_distances, arc_side_distances, arcs_with_arcs, arcs_with_sides
-from sitscad.physics.inductance.heights import height_nodes, nodes_enough
-from sitscad.physics.inductance.mean_distance import level_heights
-from sitscad.physics.inductance.repeats import distinct_pairs, kinds, pool
-from sitscad.physics.inductance.sides import distant_sides, ends_and_corners, side_distances, sides_with_sides
+from sitscad.physics.inductance.filaments import inclined_integral, parallel_filaments
+from sitscad.physics.inductance.mean_distance import height_nodes, level_heights, nodes_enough
 from sitscad.physics.inductance.track_strands import (
+    BLOCK,
+    FLOOR,
     Bend,
+    Bundle,
     Pairs,
     Side,
     Track,
     bundle,
     common_levels,
+    directions,
     distant_bundle,
+    distinct_pairs,
+    kinds,
+    pool,
     track,
 )
 from sitscad.record import record
+
+NEAR = 3.0
+"""Distance, in widths, up to which a pair of straight strands gets the finer set of strands."""
+
+ENDS_AND_CORNERS = np.array([
+    (0.001, -0.00111, -0.00062, -0.00559, -0.0101, -0.02437), (0.002, -0.00121, -0.00069, -0.00562, -0.01016, -0.02452),
+    (0.005, -0.00149, -0.00089, -0.00571, -0.01033, -0.02495), (0.01, -0.00192, -0.0012, -0.00585, -0.01058, -0.02558),
+    (0.02, -0.00270, -0.00172, -0.00607, -0.01099, -0.02661), (0.035, -0.00369, -0.00234, -0.00631, -0.01142, -0.0277),
+    (0.05, -0.00449, -0.00279, -0.00644, -0.01167, -0.02835), (0.075, -0.00550, -0.00322, -0.00649, -0.01177, -0.02865),
+    (0.1, -0.00615, -0.00334, -0.00637, -0.01155, -0.02817), (0.15, -0.00662, -0.00285, -0.00573, -0.01040, -0.02544),
+    (0.2, -0.00621, -0.00163, -0.00471, -0.00857, -0.02100), (0.27, -0.00455, 0.00094, -0.00288, -0.00527, -0.01296),
+    (0.35, -0.00151, 0.00468, -0.00045, -0.00088, -0.00222), (0.5, 0.00635, 0.01299, 0.00451, 0.00803, 0.01968),
+    (0.7, 0.01925, 0.02526, 0.01119, 0.02000, 0.04911), (1.0, 0.04080, 0.04487, 0.02101, 0.03738, 0.09168),
+    (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
+    (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
+])  # fmt: skip
+"""What strands miss, over thickness / width: two at one open end, three at one end and one corner of 45, 60, 90 deg.
+
+In units of mu0/(4 pi) times the width: a corner is alike at every size. Own volume integral over a straight bar and two
+arms of sixteen widths (tests/validation); positive where the strands read low.
+"""
+
+FAR = 150.0
+"""Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
+
+WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
+"""Width over layer distance, and how many strands near sides above each other get from there on."""
+
+_TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
+
+
+def sides_with_sides(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool = False) -> float:
+    """Integral of t1.t2 / distance (m) over pairs of sides of two tracks. `strands` across the width: for distant pairs
+    of sides, and for those that nearly touch. In a `smooth` track, whose sides continue in arcs, all have the first
+    number, and one height as the arcs have.
+    """
+    return math.fsum(_part(one, other, part, strands, smooth) for part in pairs.parts(BLOCK))
+
+
+def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
+    """The same of pairs of its sides so far `apart` (n; m) that squares of heights (m2) are all that layers differ in:
+    `pairs` count differently often at each.
+    """
+    far = apart > FAR * track.width
+    return math.fsum(
+        _sum(track, track, part, distant_bundle(track.width, strands, squares))
+        for chosen, strands in ((~far, count), (far, 1))
+        for part in pairs.where(chosen).parts(BLOCK)
+    )
+
+
+def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
+    # Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike.
+    if count > 2 and not smooth:
+        return 1 if one.z == other.z else 2
+    return common_levels(one, other, count)
+
+
+def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of sides, those near each other by more strands."""
+    near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
+    usual = _sum(
+        one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
+    )
+    return usual + math.fsum(
+        share * _sum(one, other, pairs.where(near), bundle(one, other, count, _levels(one, other, count, smooth)))
+        for count, share in _near_strands(one, other, strands, smooth)
+    )
+
+
+def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """The same (m) with one bundle of strands: parallel sides and inclined ones."""
+    t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
+    sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
+    parallel = np.abs(sine) < 1e-9
+    total = _parallel_sides(one, other, pairs.where(parallel), t1[parallel], strands)
+    inclined = ~parallel & (np.abs(cosine) > 1e-9)
+    return total + _inclined_sides(one, other, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
+
+
+def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
+    # Corners above each other: each strand more lessens what is missed where the tracks are wide against their
+    # distance, so twice the finer sum less the coarser one goes to the limit.
+    wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
+    enough = [strands for least, strands in WIDE if wide >= least]
+    if smooth or strands[1] < 3 or one.z == other.z or not enough:
+        return ((strands[0] if smooth else strands[1], 1.0),)
+    return ((enough[-1] + 1, 2.0), (enough[-1], -1.0))
+
+
+def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one."""
+    # Of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
+    i, j = pairs.first, pairs.second
+    p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
+    return np.asarray(np.sqrt(np.minimum(_points_to_sides(*p, *q), _points_to_sides(*q, *p))))
+
+
+def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
+    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2)."""
+    step = other_end - other_start
+    length = np.hypot(step[:, 0], step[:, 1])
+    tx, ty = step[:, 0] / length, step[:, 1] / length
+    least = np.full(len(start), np.inf)
+    for points in (start, end, 0.5 * (start + end)):
+        dx, dy = points[:, 0] - other_start[:, 0], points[:, 1] - other_start[:, 1]
+        along = dx * tx + dy * ty
+        across = dx * ty - dy * tx
+        beyond = np.maximum(np.maximum(-along, along - length), 0.0)
+        least = np.minimum(least, across * across + beyond * beyond)
+    return least
+
+
+def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
+    """Sum over pairs of parallel sides (m); `along` (n, 2) are the first sides' directions."""
+    away = other.starts[pairs.second] - one.starts[pairs.first]
+    lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
+    clearance = strands.clearance(lateral)[:, None, None]
+    total = 0.0
+    for part in strands.blocks(len(along)):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        axis = along[part, None, :]
+        to_start, to_end = q0 - p0, q1 - p0
+        length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
+        gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
+        square = np.maximum(gap**2 + strands.heights**2 + clearance[part], FLOOR)
+        total += strands.total(parallel_filaments(length, start, end, square), pairs.times[part])
+    return total * 4.0 * math.pi / MU0
+
+
+def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
+    """Sum over pairs of inclined sides (m); over crossing tracks the mean of 1/distance needs no heights (to 4th
+    order).
+    """
+    extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
+    total = 0.0
+    for part in strands.blocks(extra.size):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        t1, t2 = (t[part, None, :] for t in directions)
+        c, s = np.sum(t1 * t2, axis=2), t1[..., 0] * t2[..., 1] - t1[..., 1] * t2[..., 0]
+        away = q0 - p0
+        # distances along both axes, from the point where the two lines cross
+        u0 = -(away[..., 0] * t2[..., 1] - away[..., 1] * t2[..., 0]) / s
+        v0 = -(away[..., 0] * t1[..., 1] - away[..., 1] * t1[..., 0]) / s
+        u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
+        square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
+        u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
+        total += strands.total(inclined_integral(u0, u1, v0, v1, c, s, square) * c, pairs.times[part])
+    return total
+
+
+def ends_and_corners(one: Track, strands: int) -> float:
+    """What two or three strands miss of a track's own integral (m) at its open ends, three also at its corners."""
+    row = ENDS_AND_CORNERS
+    at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 6)]
+    corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
+    return one.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
+
 
 __all__ = ["Bend", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
 
@@ -71,7 +238,19 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
     """The whole stack's inductance (H) by Neumann's formula, with what ends and corners add."""
     size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
     scaled = [track.scaled(1.0 / size) for track in tracks]
-    total = math.fsum(_sums(_stack(scaled, layers, strands)))
+    # The relations of layers that are alike, each once, with the heights (m) between them.
+    found: dict[tuple[float, ...], list[Layers]] = {}
+    for i, j, times in layers:
+        one, other = scaled[i], scaled[j]
+        key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
+        found.setdefault(key, []).append((i, j, times))
+    relations = list(found.values())
+    heights = [level_heights(scaled[i].z - scaled[j].z, (scaled[i].thickness, scaled[j].thickness), 2)
+               for (i, j, _), *_ in relations]  # fmt: skip
+    squares, which = np.unique(np.square(heights), return_inverse=True)
+    spread = np.zeros((len(relations), squares.size))
+    np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
+    total = math.fsum(_sums(_Stack(scaled, relations, pool(scaled), strands, squares, spread)))
     if strands[1] in (2, 3):
         total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
     return MU0 / (4.0 * math.pi) * size * total
@@ -110,22 +289,6 @@ class _Stack:
                 strands = (_bent_strands(one, other),) * 2
             yield (replace(self.whole, z=one.z, thickness=one.thickness),
                    replace(self.whole, z=other.z, thickness=other.thickness), strands)  # fmt: skip
-
-
-def _stack(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> _Stack:
-    """The relations of layers that are alike, each once, with the heights (m) between them."""
-    found: dict[tuple[float, ...], list[Layers]] = {}
-    for i, j, times in layers:
-        one, other = tracks[i], tracks[j]
-        key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
-        found.setdefault(key, []).append((i, j, times))
-    relations = list(found.values())
-    heights = [level_heights(tracks[i].z - tracks[j].z, (tracks[i].thickness, tracks[j].thickness), 2)
-               for (i, j, _), *_ in relations]  # fmt: skip
-    squares, which = np.unique(np.square(heights), return_inverse=True)
-    spread = np.zeros((len(relations), squares.size))
-    np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
-    return _Stack(tracks, relations, pool(tracks), strands, squares, spread)
 
 
 def _sums(stack: _Stack) -> Iterator[float]:

@@ -98,15 +98,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
     `loss` is that of the `mitred` tracks, `tracks` the real ones.
     """
-    lost, times = _relaxations(tracks, conductivity)
-    return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
-                   direct_change=loss.direct_change + corner_inductance(tracks),
-                   rates=np.concatenate([loss.rates, times]),
-                   strengths=np.concatenate([loss.strengths, lost * times]))  # fmt: skip
-
-
-def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Array, Array]:
-    """What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one."""
+    # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     found: dict[tuple[float, float, float, float], int] = {}
     for track in tracks:
         for bend in _bends(track):
@@ -115,7 +107,10 @@ def _relaxations(tracks: Sequence[BentTrack], conductivity: float) -> tuple[Arra
                 found[key] = found.get(key, 0) + 1
     rows = [(count * lost, time) for key, count in found.items() for lost, time in [relaxation(*key, conductivity)]]
     lost, times = np.array(rows).reshape(-1, 2).T
-    return lost, times
+    return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
+                   direct_change=loss.direct_change + corner_inductance(tracks),
+                   rates=np.concatenate([loss.rates, times]),
+                   strengths=np.concatenate([loss.strengths, lost * times]))  # fmt: skip
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:

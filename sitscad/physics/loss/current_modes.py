@@ -155,7 +155,13 @@ def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductiv
     matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
     roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
     amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
-    carrier, even = (table * roots for table in _carrier(cut, modes))
+    # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
+    nodes, weights = gauss(modes.across + 2)
+    root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
+    values = legendre(modes.across, nodes)
+    a, b = np.array(modes.orders).T
+    carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
+    carrier, even = (np.where(b == 0, table[:, a], 0.0) * roots for table in (carried, even))
     size = np.sum(carrier**2, axis=1, keepdims=True)
     source = (carrier / size * current[:, None] * amount).ravel()
     shift = source - (even * current[:, None] * amount).ravel()
@@ -163,17 +169,13 @@ def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductiv
     change = 0.0
     if smooth is not None:
         scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
-        outside = ((smooth / _stretch(cut, modes)) @ projection(modes).T * scale).ravel()
+        stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
+        outside = ((smooth / stretch) @ projection(modes).T * scale).ravel()
         if shift.any():
             change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
         coupling = coupling + outside
     direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
     return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
-
-
-def _stretch(cut: Cut, modes: ModeSet) -> Array:
-    # Root of the length of a path at every point over that of the centre line (n, points).
-    return np.asarray(np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0]))
 
 
 def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
@@ -188,18 +190,6 @@ def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: M
     currents (+1, -1); conductivity in S/m.
     """
     return cut_loss(cut, None, current, conductivity, modes, steps)
-
-
-def _carrier(cut: Cut, modes: ModeSet) -> tuple[Array, Array]:
-    """Of the modes P / sqrt(1 + curvature x), no unit: the current that each carries, and what an even density is made
-    of.
-    """
-    nodes, weights = gauss(modes.across + 2)
-    root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
-    values = legendre(modes.across, nodes)
-    a, b = np.array(modes.orders).T
-    carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
-    return np.where(b == 0, carried[:, a], 0.0), np.where(b == 0, even[:, a], 0.0)
 
 
 def _lanczos(

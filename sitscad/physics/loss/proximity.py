@@ -168,7 +168,8 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
     see of a harmonic should add up to nothing. The numbers are fitted to 60 coils
     (tests/validation/resistance_designs.py), at 3 to 9 cuts.
     """
-    first, apart = layers[0], _crossing_distance(layers)
+    first = layers[0]
+    apart = min((abs(a.z - b.z) for a, b in combinations(layers, 2) if a.sense != b.sense), default=math.inf)
     if math.isinf(apart):
         return 0.0
     azimuth, width = np.array(sectors(layers, cuts)).T
@@ -182,11 +183,6 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
 
 MISSED, MISSED_MOST = 2.2, 0.3
 """Extra loss that is misjudged for each harmonic that is not seen, and what of a harmonic it grows up to."""
-
-
-def _crossing_distance(layers: Sequence[SpiralLayer]) -> float:
-    # Least distance (m) of the mid-planes of layers that cross; infinite where none do.
-    return min((abs(a.z - b.z) for a, b in combinations(layers, 2) if a.sense != b.sense), default=math.inf)
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:

@@ -30,7 +30,12 @@ class Rows:
         """Sum of exp(-i k.r) over each row's places (n, directions); `wave` (2, directions) in 1/m."""
         found = turned(self.middles @ wave)
         longer = self.counts > 1.0
-        found[longer] *= _row_ratio(0.25 * (self.steps[longer] @ wave), self.counts[longer, None])
+        # Sum (no unit) of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2),
+        # of quarters of the phase x from place to place: by tangents, which cost a tenth of sines.
+        quarter = 0.25 * (self.steps[longer] @ wave)
+        quarter = np.where(quarter == 0.0, 1e-20, quarter)
+        whole, one = np.tan(self.counts[longer, None] * quarter), np.tan(quarter)
+        found[longer] *= whole * (1.0 + one * one) / (one * (1.0 + whole * whole))
         return found
 
 
@@ -113,16 +118,6 @@ def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
         rows.append((0.5 * (ahead[0] + last), (last - ahead[0]) / (count - 1), count))
         first += count
     return rows
-
-
-def _row_ratio(quarter: Array, count: Array) -> Array:
-    """Sum (no unit) of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2), of
-    quarters of the phase x from place to place: by tangents, which cost a tenth of sines.
-    """
-    one = np.where(quarter == 0.0, 1e-20, quarter)
-    all_of_them = np.tan(count * one)
-    one = np.tan(one)
-    return np.asarray(all_of_them * (1.0 + one * one) / (one * (1.0 + all_of_them * all_of_them)))
 
 
 def turned(phase: Array) -> ComplexArray:

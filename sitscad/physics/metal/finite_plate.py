@@ -130,7 +130,10 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
     if plate.is_round:
         changes = _disc(float(half[0]), offsets, source, detail, room)
     else:
-        changes = _rectangle(half, offsets, source, detail, room)
+        # of a rectangular plate at every place, by projection of the field on Chebyshev's functions
+        counts = _modes(half[0], detail), _modes(half[1], detail)
+        k, weights, spectrum = source
+        changes = _sheet_energy(half, counts, room, _fluxes(half, offsets, (k, weights, spectrum[None]), counts)[:, 0])
     excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), front
 
@@ -284,13 +287,6 @@ def _modes(half: float, detail: float) -> int:
 
 
 # The rectangle ------------------------------------------------------------------------------------------------------
-
-
-def _rectangle(half: Array, offsets: Array, source: Source, detail: float, room: float) -> Array:
-    """Size of the change by a rectangular plate at every place, by projection of the field on Chebyshev's functions."""
-    counts = _modes(half[0], detail), _modes(half[1], detail)
-    k, weights, spectrum = source
-    return _sheet_energy(half, counts, room, _fluxes(half, offsets, (k, weights, spectrum[None]), counts)[:, 0])
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:

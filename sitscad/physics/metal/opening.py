@@ -54,7 +54,18 @@ def gained_inductance(
     found = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
     outside = np.asarray(found.reshape(len(middles), -1) / (2.0 * math.pi))
     before = outside + _echo(middles, area, room, echo)
-    own, across = _channel(opening, borders, area)
+    # Mean potential (m) over the panels of a mouth by flux of 1 through those of it, and of the other mouth.
+    waves, shapes = [], []
+    for side, places in zip(opening.size, borders, strict=True):
+        k = np.arange(WAVES * (len(places) - 1)) * math.pi / side
+        ends = np.sinc(np.outer(k, places + 0.5 * side) / math.pi) * (places + 0.5 * side)
+        shapes.append(np.diff(ends, axis=1) / np.diff(places) * np.sqrt((2.0 - (k[:, None] == 0.0)) / side))
+        waves.append(k)
+    decay = np.hypot(waves[0][:, None], waves[1]).ravel()[1:]
+    shape = np.einsum("mi,nj->mnij", *shapes).reshape(decay.size + 1, -1)[1:]
+    once = np.exp(-decay * opening.depth)
+    own = (shape.T * ((1.0 + once**2) / (1.0 - once**2) / decay)) @ (shape * area)
+    across = (shape.T * (2.0 * once / (1.0 - once**2) / decay)) @ (shape * area)
     driven = 2.0 * sum(_driven(track, middles, gap, room, echo) for track in tracks)
     n, closed = area.size, np.zeros((2, 2 * area.size))
     closed[0, :n], closed[1, n:] = area, area
@@ -81,22 +92,6 @@ def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
     for n in range(1, IMAGES + 1):
         found += echo**n * (1.0 / np.hypot(away, 2.0 * n * room) - 0.5 / (n * room))
     return found * area / math.pi
-
-
-def _channel(opening: Opening, borders: Sequence[Array], area: Array) -> tuple[Array, Array]:
-    """Mean potential (m) over the panels of a mouth by flux of 1 through those of it, and of the other mouth."""
-    waves, shapes = [], []
-    for side, places in zip(opening.size, borders, strict=True):
-        k = np.arange(WAVES * (len(places) - 1)) * math.pi / side
-        ends = np.sinc(np.outer(k, places + 0.5 * side) / math.pi) * (places + 0.5 * side)
-        shapes.append(np.diff(ends, axis=1) / np.diff(places) * np.sqrt((2.0 - (k[:, None] == 0.0)) / side))
-        waves.append(k)
-    decay = np.hypot(waves[0][:, None], waves[1]).ravel()[1:]
-    shape = np.einsum("mi,nj->mnij", *shapes).reshape(decay.size + 1, -1)[1:]
-    once = np.exp(-decay * opening.depth)
-    own = (shape.T * ((1.0 + once**2) / (1.0 - once**2) / decay)) @ (shape * area)
-    across = (shape.T * (2.0 * once / (1.0 - once**2) / decay)) @ (shape * area)
-    return own, across
 
 
 def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:

@@ -102,7 +102,8 @@ class Section:
 
     def __init_subclass__(cls) -> None:
         """Collect the keys that the class declares."""
-        found = {name: value.metadata["key"] for name, value in vars(cls).items() if _is_key(value)}
+        declared = ((name, value) for name, value in vars(cls).items() if isinstance(value, Field))
+        found = {name: value.metadata["key"] for name, value in declared if "key" in value.metadata}
         cls.attributes = {one.written or name: name for name, one in found.items()}
         cls.keys = {one.written or name: one for name, one in found.items()}
         cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
@@ -120,10 +121,6 @@ class Section:
     def about(cls) -> str:
         """What the section is, for users."""
         return (cls.__doc__ or "").partition("\n\n")[0]
-
-
-def _is_key(value: object) -> bool:
-    return isinstance(value, Field) and "key" in value.metadata
 
 
 @record

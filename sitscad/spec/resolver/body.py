@@ -1,14 +1,178 @@
-"""The outline of the body as written to a closed path about the mean of the coils' centres."""
+"""The outline of the body as written to a closed path about the mean of the coils' centres: by its sizes, or out of a
+DXF file as one closed convex outline of lines and arcs.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
+from io import StringIO
+from typing import Any
 
+from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
 from sitscad.spec.body import BodySpec
 from sitscad.spec.format.reading import Remarks
-from sitscad.spec.profiles import Origin
-from sitscad.spec.resolver.drawn_body import drawn
+from sitscad.spec.profiles import Origin, content_of
 from sitscad.units import show
+
+MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
+"""A file and its outline at most: an outline has some kilobytes, and every piece of it is drawn in every file."""
+
+UNITS = {0: 1e-3, 1: 25.4e-3, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}
+"""Metres by the DXF reference's $INSUNITS: none (taken as millimetres), inches, mm, cm, m, um."""
+
+JOINED = 1e-6
+"""Ends that are nearer to each other (m) are one point."""
+
+LEAST, LARGEST = 1e-3, 0.5
+"""Length and width (m) that a body may have."""
+
+ASKED = "one closed outline of LINE, ARC, CIRCLE and LWPOLYLINE entities, convex, and nothing else in the model space"
+
+
+class UnfitError(Exception):
+    """What is wrong with a drawing: for people."""
+
+
+def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
+    """The body as its file draws it; None with what is wrong noted. The file's bytes stand in the spec's source."""
+    key = f"{name}.file"
+    if part.file is None:
+        remarks.flaw("SIT003", key, "a body of shape dxf has no file", "write a file beside the spec, like body.dxf")
+        return None
+    path = place.located(part.file, key, remarks, "DXF", "body.dxf")
+    if path is None:
+        return None
+    content = content_of(path, part.file, key, remarks, MOST_BYTES, "export the body's outline alone")
+    if content is None:
+        return None
+    try:
+        edge = outline(content)
+    except UnfitError as error:
+        remarks.flaw("SIT011", key, f"{part.file}: {error}", ASKED)
+        return None
+    kept = place.names_of(part.file, path)
+    remarks.files |= dict.fromkeys(kept, content)
+    return replace(part, file=min(kept), edge=edge)
+
+
+def outline(content: bytes) -> Path:
+    """The closed outline in a DXF file, counter-clockwise (m). Raises `UnfitError`."""
+    import ezdxf  # of all specs only these need it
+
+    try:
+        drawing = ezdxf.read(StringIO(content.decode("utf-8")))
+        scale = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
+        if scale is None:
+            raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
+        pieces = [piece for entity in drawing.modelspace() for piece in _pieces(entity, scale)]
+    except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        raise UnfitError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
+    if not 1 <= len(pieces) <= MOST_PIECES:
+        raise UnfitError(f"{len(pieces)} lines and arcs, where 1 to {MOST_PIECES} can be")
+    if not all(math.isfinite(value) and abs(value) < 10.0 for _, piece in pieces for value in piece.box):
+        raise UnfitError("it has coordinates that are no lengths")
+    return _convex(_chained(pieces))
+
+
+Piece = tuple[str, Segment]
+"""The entity that drew it, in words, and the line or arc (m)."""
+
+
+def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
+    """The lines and arcs of one entity; points, texts and the like are refused: nothing is left out unsaid."""
+    kind, dxf = entity.dxftype(), entity.dxf
+    words = f"{kind} {dxf.handle} on layer {dxf.layer}"
+    if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE"):
+        raise UnfitError(f"{words} is no line and no arc")
+    if abs(dxf.get("extrusion", (0.0, 0.0, 1.0))[2] - 1.0) > 1e-9:
+        raise UnfitError(f"{words} does not lie in the plane seen from above (its extrusion is not +z)")
+
+    def point(x: float, y: float) -> Point:
+        return Point(scale * float(x), scale * float(y))
+
+    if kind == "LINE":
+        yield words, Line(point(dxf.start[0], dxf.start[1]), point(dxf.end[0], dxf.end[1]))
+    elif kind == "LWPOLYLINE":
+        corners = [(point(x, y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
+        onward = corners[1:] + (corners[:1] if entity.closed else [])
+        for (start, bulge), (end, _) in zip(corners, onward, strict=False):
+            if start.distance(end) > JOINED:
+                yield words, _bulged(start, end, bulge) if bulge else Line(start, end)
+    else:
+        centre, radius = point(dxf.center[0], dxf.center[1]), scale * dxf.radius
+        if kind == "CIRCLE":
+            yield from ((words, half) for half in circle(centre, radius))
+        else:
+            first, last = (polar(radius, math.radians(angle), centre) for angle in (dxf.start_angle, dxf.end_angle))
+            yield words, Arc(first, last, centre)
+
+
+def _bulged(start: Point, end: Point, bulge: float) -> Arc:
+    """The arc between two corners of a polyline: its bulge is the tangent of a quarter of its angle."""
+    away = (1.0 - bulge * bulge) / (4.0 * bulge)  # from the chord's middle to the centre, to the left, in chords
+    dx, dy = end.x - start.x, end.y - start.y
+    centre = Point((start.x + end.x) / 2 - away * dy, (start.y + end.y) / 2 + away * dx)
+    return Arc(start, end, centre, ccw=bulge > 0.0)
+
+
+def _place(point: Point) -> str:
+    return f"[{point.x * 1e3:.4g}, {point.y * 1e3:.4g}] mm"
+
+
+def _chained(pieces: list[Piece]) -> list[Piece]:
+    """The pieces in the order of the outline, each beginning where the one before ends."""
+    left, found = pieces[1:], pieces[:1]
+    while left:
+        here = found[-1][1].end
+        gap, index, turned = min(
+            (here.distance(end), index, turned)
+            for index, (_, piece) in enumerate(left)
+            for turned, end in ((False, piece.start), (True, piece.end))
+        )
+        if gap > JOINED:
+            break
+        words, piece = left.pop(index)
+        piece = piece.reversed() if turned else piece
+        # where two ends are one point, rounded otherwise, the arc's stays
+        found.append((words, replace(piece, start=here)))
+    end, begin = found[-1][1].end, found[0][1].start
+    if end.distance(begin) > JOINED:
+        raise UnfitError(f"the outline is open: {found[-1][0]} ends at {_place(end)}, where nothing goes on")
+    if left:
+        raise UnfitError(f"{left[0][0]} does not belong to the outline, which is closed without it")
+    found[-1] = found[-1][0], replace(found[-1][1], end=begin)
+    return found
+
+
+def _convex(pieces: list[Piece]) -> Path:
+    """The outline counter-clockwise; a part of it that is bent inwards is refused, as are crossings and wrong sizes."""
+    path = Path(tuple(piece for _, piece in pieces))
+    if enclosed_area(path) < 0.0:
+        pieces, path = [(words, piece.reversed()) for words, piece in reversed(pieces)], path.reversed()
+    around = 0.0
+    for (words, piece), (_, before) in zip(pieces, [pieces[-1], *pieces[:-1]], strict=True):
+        turn = math.remainder(_heading(piece, 0.0) - _heading(before, 1.0), 2.0 * math.pi)
+        bent = piece.sweep if isinstance(piece, Arc) else 0.0
+        if turn < -1e-4 or bent < 0.0:
+            raise UnfitError(f"{words} is bent inwards at {_place(piece.start)}")
+        around += turn + bent
+    x0, y0, x1, y1 = bounding_box([path])
+    if abs(around - 2.0 * math.pi) > 1e-2:
+        raise UnfitError("the outline crosses itself")
+    if min(x1 - x0, y1 - y0) < LEAST or max(x1 - x0, y1 - y0) > LARGEST:
+        raise UnfitError(f"the outline is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, where 1 to 500 mm can be")
+    return path
+
+
+def _heading(piece: Segment, fraction: float) -> float:
+    """Which way a piece runs (rad) at its start (0) or its end (1)."""
+    if isinstance(piece, Arc):
+        quarter = math.pi / 2 if piece.ccw else -math.pi / 2
+        return piece.start_angle + fraction * piece.sweep + quarter
+    return math.atan2(piece.end.y - piece.start.y, piece.end.x - piece.start.x)
+
 
 USUAL_CORNER = 1e-3
 """Radius (m) of the corners of a rounded body where it is left out."""

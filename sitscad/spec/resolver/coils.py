@@ -118,7 +118,20 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
     pattern = document.pattern or _implied_pattern(document)
     if document.pattern is None:
         remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
-    _check_keys(document, pattern, remarks)
+    # Note keys that mean nothing with a pattern, or are missing.
+    wanted = _PATTERN_KEYS[pattern]
+    for name in ("count", "pitch", "centres", "rotations"):
+        value = getattr(document, name)
+        if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
+            continue
+        hint = f"it takes {', '.join(wanted) or 'no other key'}"
+        remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
+    if "centres" in wanted and document.centres is None:
+        message = "centres are missing: pattern explicit needs them"
+        remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
+    if document.count is not None and "count" in wanted and len(document.count) != len(_COUNTS[pattern]):
+        form = "[nx, ny]" if pattern == "grid" else "one number"
+        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
     pitch = _pitch(document, pattern, coil, remarks)
     centres = _centres(document, pattern, pitch or 0.0, remarks)
     if not 1 <= len(centres) <= MOST_COILS:
@@ -137,23 +150,6 @@ def _implied_pattern(document: ArrayDocument) -> str:
     if document.count is not None and len(document.count) == 2:
         return "grid"
     return "line" if document.count is not None or document.pitch is not None else "single"
-
-
-def _check_keys(document: ArrayDocument, pattern: str, remarks: Remarks) -> None:
-    """Note keys that mean nothing with a pattern, or are missing."""
-    wanted = _PATTERN_KEYS[pattern]
-    for name in ("count", "pitch", "centres", "rotations"):
-        value = getattr(document, name)
-        if value is None or name in wanted or (name == "count" and value == _COUNTS.get(pattern)):
-            continue
-        hint = f"it takes {', '.join(wanted) or 'no other key'}"
-        remarks.flaw("SIT009", f"array.{name}", f"{name} means nothing with pattern {pattern}", hint)
-    if "centres" in wanted and document.centres is None:
-        message = "centres are missing: pattern explicit needs them"
-        remarks.flaw("SIT003", "array.centres", message, "add centres: [[-2, 0], [2, 0]] to array")
-    if document.count is not None and "count" in wanted and len(document.count) != len(_COUNTS[pattern]):
-        form = "[nx, ny]" if pattern == "grid" else "one number"
-        remarks.flaw("SIT009", "array.count", f"pattern {pattern} takes {form} as count", "line: 2; grid: [2, 2]")
 
 
 def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
