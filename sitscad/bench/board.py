@@ -7,7 +7,7 @@ from typing import Protocol
 
 from sitscad.calibration.unknowns import usual
 from sitscad.design import Design
-from sitscad.estimates.circuit.bands import STATUS, bands
+from sitscad.estimates.circuit.bands import LEAP, STATUS, bands
 from sitscad.estimates.circuit.settings import devices
 from sitscad.readout import ldc_registers as at
 from sitscad.record import record
@@ -52,6 +52,7 @@ class Board:
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
+        self.past: dict[int, tuple[int, int, int | None]] = {}
 
     @property
     def said(self) -> str:
@@ -100,8 +101,26 @@ class Board:
                     upper, lower = chip.read(2 * channel), chip.read(2 * channel + 1)
                     coil, counts = number * each + channel, (upper & at.DATA_MASK) << 16 | lower
                     off = bool(upper & at.DATA_FLAGS["ERR_AE"][0])
-                    found[coil] = CoilReading(time, counts, self.status(coil, counts, upper), off)
+                    said = self._believed(coil, counts, self.status(coil, counts, upper))
+                    found[coil] = CoilReading(time, counts, said, off)
         return found
+
+    def _believed(self, coil: int, counts: int, status: str) -> str:
+        """The status of a result, stale where it leaps by more than noise and motion explain and the next has yet to
+        confirm it, as in the driver. Of each coil is kept: the last that was believed, how far that was from the one
+        before, and one that is in doubt.
+        """
+        if status not in (GOOD, AMPLITUDE):
+            self.past.pop(coil, None)  # what comes after a fault has nothing to be compared with
+            return status
+        leap = LEAP * self.conversion.noise(self.bands[coil].assembled.design) / self.frequency(1)
+        last, step, doubted = self.past.get(coil, (counts, 0, None))
+        is_near = abs(counts - last) <= leap + 2 * step
+        if not is_near and (doubted is None or abs(counts - doubted) > leap + abs(doubted - last)):
+            self.past[coil] = last, step, counts
+            return STALE
+        self.past[coil] = counts, abs(counts - (last if doubted is None else doubted)), None
+        return status
 
     def skip(self) -> None:
         """Leave behind what came while nobody read: a converter keeps its newest result alone."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.arrays import Array
 from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
@@ -44,19 +45,39 @@ def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
         yield scan
 
 
+TARES = 16
+"""Whole scans whose mean is the tare, as in the examples of the driver in C and in live.html."""
+
+
 class Forces:
-    """Newtons of scans by a map and its tare, or the first whole scan where `tared`; none without a map."""
+    """Newtons of scans by a map and its tare, or the mean of the first `TARES` whole scans that it takes where
+    `tared`; none without a map.
+    """
 
     def __init__(self, newtons: InverseMap | None, tared: bool = False) -> None:
         self.map, self.tare = newtons, None if tared or newtons is None else newtons.rest
+        self.taken: list[Array] = []
+
+    def take(self, board: Board, scan: Scan) -> None:
+        """Take a scan for the tare, as long as one is wanted."""
+        counts = _good(board, scan)
+        if self.map is not None and self.tare is None and counts is not None:
+            self.taken.append(counts)
+            self.tare = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
-        """Forces (N) by their axes; nothing where a coil has no good reading."""
-        if self.map is None or len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
+        """Forces (N) by their axes; nothing where a coil has no good reading, or before the tare."""
+        counts = _good(board, scan)
+        if self.map is None or self.tare is None or counts is None:
             return {}
-        counts = np.array([[float(scan[k].counts) for k in range(len(board.bands))]])
-        self.tare = counts[0] if self.tare is None else self.tare
-        return dict(zip(self.map.axes, self.map(counts, self.tare)[0].tolist(), strict=True))
+        return dict(zip(self.map.axes, self.map(counts[None], self.tare)[0].tolist(), strict=True))
+
+
+def _good(board: Board, scan: Scan) -> Array | None:
+    """The counts (coils) of a scan; none where a coil has no good reading."""
+    if len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
+        return None
+    return np.array([float(scan[k].counts) for k in range(len(board.bands))])
 
 
 def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, Any]:

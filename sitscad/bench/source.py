@@ -23,6 +23,9 @@ AXES = ("normal", "shear_x", "shear_y")
 RAMP = 33
 """Loads of a ramp that are solved; readings between are straight."""
 
+BEGUN = 0.02
+"""Seconds until converters are set up, and the first scan has begun."""
+
 
 class Source:
     """Converters in the order of their numbers, and their clock."""
@@ -129,16 +132,16 @@ def design_of(path: str) -> Design:
     return Design(load(place))
 
 
-def source_of(text: str, design: Design | None) -> tuple[Source, Design]:
-    """The source that a text names, and the design that it is read by. Raises ValueError for others and for what goes
-    with none of them.
+def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
+    """The source that a text names, and the design that it is read by; the loads of a simulated board begin after so
+    many scans without load. Raises ValueError for others and for what goes with none of them.
     """
     if text.startswith(SIMULATED):
         path, _, query = text.removeprefix(SIMULATED).partition("?")
         own = design_of(path)
         if design is not None and own.spec == design.spec:
             own = design  # what is worked out of it is worked out once
-        return _simulated(own, query), design or own
+        return _simulated(own, query, tares), design or own
     if design is None:
         raise ValueError("--design says which design the board is of")
     if text.startswith(BUS):
@@ -170,9 +173,10 @@ def _port(text: str) -> Port:
     return port
 
 
-def _simulated(design: Design, query: str) -> Simulation:
-    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds`; `fault` may come several times; `unit` is the
-    number of a sensor as it is made, left out the one as drawn; `state` and `seed` as for `SimulatedConverter`.
+def _simulated(design: Design, query: str, tares: int) -> Simulation:
+    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds` after so many scans without load; `fault` may
+    come several times; `unit` is the number of a sensor as it is made, left out the one as drawn; `state` and `seed` as
+    for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
@@ -182,14 +186,18 @@ def _simulated(design: Design, query: str) -> Simulation:
     if "state" in given and "unit" in given:
         raise ValueError("sim: a unit is assembled: unit and state do not go together")
     seconds = float(given.get("seconds", 1.0))
+    rate = design.estimates.readout.scan_rate
+    before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     loads = np.zeros((RAMP, 4))
-    loads[:, 0] = np.linspace(0.0, seconds, RAMP)
+    loads[:, 0] = np.linspace(before, before + seconds, RAMP)
     for name, value in pairs:
         if name == "load":
             axis, *ends = value.split(":")
             if axis not in AXES or len(ends) not in (1, 2):
                 raise ValueError(f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, not {value!r}")
             loads[:, 1 + AXES.index(axis)] = np.linspace(float(ends[0]), float(ends[-1]), RAMP)
+    if before:
+        loads = np.vstack([[0.0] * 4, [before - 1e-6, 0.0, 0.0, 0.0], loads])
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
     unit = units(sensors_of(design.response).known, 1, int(given["unit"]))[0] if "unit" in given else None
@@ -201,7 +209,7 @@ def _simulated(design: Design, query: str) -> Simulation:
         )
         for k in range(number)
     ]  # fmt: skip
-    return Simulation(design, chips, seconds, unit)
+    return Simulation(design, chips, before + seconds, unit)
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.option("--design", type=click.Path(), help="The spec or the package that the board is of (sim: its own).")
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False),
               help="calibration.json of this sensor: newtons are shown, too.")
-@click.option("--tare", is_flag=True, help="The first scan is without load: newtons count from it.")
+@click.option("--tare", is_flag=True, help="Nothing is on it first: newtons count from the mean of the first 16 scans.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
 @click.option("--seconds", type=click.FloatRange(min=0.0, min_open=True), help="How long (sim: what it says; else 2).")
 @click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
@@ -43,7 +43,8 @@ def read(
     serial:PORT with ?baud=, where a microcontroller with the firmware of the package is (both: pip install
     'sitscad[bench]'). Lines that are lost, corrupted or of another sensor are counted and not used.
 
-    Newtons are by the tare that the calibration was made with, or by --tare of the first scan.
+    Newtons are by the tare that the calibration was made with, or with --tare by the mean of the first 16 scans; the
+    loads of a simulated board begin after them.
 
     With --serve or --udp it reads until Ctrl-C where --seconds does not say how long, a simulated board as fast as a
     true one.
@@ -51,14 +52,14 @@ def read(
     Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
     """
     from sitscad.bench.diagnosis import NOT_MET, diagnosis, words
-    from sitscad.bench.readings import Forces, lines, scans
+    from sitscad.bench.readings import TARES, Forces, lines, scans
     from sitscad.bench.source import SERIAL, design_of, source_of
     from sitscad.cli.streaming import sinks
 
     streams, kept = serve or udp is not None, diagnose or log is not None or not (serve or udp)
     rows, wrong = [], list[str]()
     try:
-        given, known = source_of(source, None if design is None else design_of(design))
+        given, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         forces = Forces(None if calibration is None else sitscad.map_of(calibration), tare)
         board = given.board(known)
         given.paced = given.paced or streams
@@ -67,6 +68,7 @@ def read(
             try:
                 for scan in scans(board, given, seconds or (math.inf if streams else given.seconds or USUAL)):
                     rows += [scan] if kept else []
+                    forces.take(board, scan)
                     tell(scan)
             except KeyboardInterrupt:
                 say("stopped")
@@ -79,6 +81,8 @@ def read(
         return 2
     if board.said:
         say(board.said)
+    if tare and calibration and forces.tare is None:
+        say(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} came")
     if log:
         _logged(Path(log), board, rows, source)
     if diagnose or not streams:

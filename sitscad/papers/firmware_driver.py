@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
-from sitscad.estimates.circuit.bands import Band, CoilBands, bands
+from sitscad.estimates.circuit.bands import LEAP, Band, CoilBands, bands
 from sitscad.estimates.circuit.settings import Device, identity
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.readout.conversion import Conversion
@@ -18,9 +18,6 @@ from sitscad.spec.sensor import SensorSpec
 
 FAMILY = "ldc161x"
 """The converters that the driver is written for: results of one word each are another driver."""
-
-LEAP = 8.0
-"""By how many standard deviations of a reading two of them may differ at rest: not one in 1e7 differs by more."""
 
 READ_TIME = 122.5e-6
 """Shortest time (s) that a register takes over I2C at 400 kHz, by which the self-test waits for results."""

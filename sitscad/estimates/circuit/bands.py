@@ -12,6 +12,8 @@ from sitscad.scene.state import FREE, PRESSED, REST
 SIGMAS = 5.0
 """Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside."""
 
+LEAP = 8.0
+"""By how many standard deviations of a reading two of them may differ at rest: not one in 1e7 differs by more."""
 
 STATUS = ("good", "stale", "under range", "over range", "watchdog", "out of band", "amplitude")
 """What is said of a coil's reading, in the order of the driver's numbers; the last is a warning."""
