@@ -55,6 +55,7 @@ from sitscad.writer import STAGES, marks
 if TYPE_CHECKING:
     from sitscad.design import Design
     from sitscad.package.contents import Contents
+    from sitscad.solutions import Solutions
 
 FINDINGS = "findings.json"
 
@@ -189,32 +190,33 @@ MOST_CACHED = 64_000_000
 
 
 @contextmanager
-def known_solutions(name: str, writes: bool = True) -> Iterator[None]:
-    """Solve what is solved with what builds of packages of this name have found before: ``NAME.solved`` in the folder
-    that ``SITSCAD_CACHE`` names from the root, by default ``sitscad`` in the user's cache; nothing where that is empty.
-    To be without the file, or not to be allowed to write it, costs time and nothing else.
+def known_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
+    """Solve what is solved with what a store knows, and where that is empty with what was found before for packages of
+    this name: ``NAME.solved`` in the folder that ``SITSCAD_CACHE`` names from the root, by default ``sitscad`` in the
+    user's cache; no file where that is empty. To be without the file, or not to be allowed to write it, costs time and
+    nothing else.
     """
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")
-    if not os.path.isabs(cache := os.environ.get("SITSCAD_CACHE", default)):
-        yield
-        return
     from sitscad import solutions  # loads numpy, which a package that stays as it is does not need
 
-    path, store = Path(cache) / f"{name}.solved", solutions.Solutions()
-    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError), path.open("rb") as stream:
-        store = solutions.read(stream.read(2 * solutions.MOST), code())
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")
+    cache, store = os.environ.get("SITSCAD_CACHE", default), store or solutions.Solutions()
+    path, has_place = Path(cache) / f"{name}.solved", os.path.isabs(cache)
+    if has_place and not store.known:
+        with suppress(OSError, ValueError, LookupError, TypeError, AttributeError), path.open("rb") as stream:
+            store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
     before = set(store.known)
     with solutions.keeping(store):
         yield
-    if not writes or before >= set(store.asked):
-        return
+    is_new = not before >= set(store.asked)
     store.forget()
+    if not (is_new and writes and has_place):
+        return
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, store.as_bytes(code()))
         left = MOST_CACHED
-        for old in sorted(path.parent.glob("*.solved"), key=lambda each: each.stat().st_mtime, reverse=True):
+        for old in sorted(path.parent.glob("*.solved*"), key=lambda each: each.stat().st_mtime, reverse=True):
             left -= old.stat().st_size
             if left < 0:
                 old.unlink()

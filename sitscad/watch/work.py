@@ -1,7 +1,7 @@
 """What is worked out after a save, the quickest first, in a process that can be ended when the next save comes.
 
 What a change leaves as it was is kept from the save before: the board where its part of the spec is the same, the
-response where nothing is another, the solids where no piece is.
+response where nothing is another, the solids where no piece is, and what targets and pads were solved for.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
 from sitscad.opening import is_study, opened, policy_for
+from sitscad.package.building import known_solutions
 from sitscad.package.contents import Contents, drawn_calibration, read_by
 from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
 from sitscad.report.measures import quantity
+from sitscad.solutions import Solutions
 from sitscad.spec.format.reading import SpecError
 
 STAGES = ("findings", "board", "estimate", "feeling", "solids", "sweep")
@@ -51,13 +53,14 @@ class Event:
 
 @record(eq=False)
 class Before:
-    """What is kept of the saves before: the last design that could be read, files with what they were made of, and
-    evaluations of a study's designs by their keys.
+    """What is kept of the saves before: the last design that could be read, files with what they were made of, what was
+    solved, and evaluations of a study's designs by their keys.
     """
 
     designs: list[Design] = field(default_factory=list)
     evaluated: dict[str, Any] = field(default_factory=dict)
     files: dict[str, tuple[object, dict[str, bytes]]] = field(default_factory=dict)
+    solutions: Solutions = field(default_factory=Solutions)
 
 
 def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
@@ -79,22 +82,24 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         page = page_of(contents, files) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
-    yield Event("findings", _verdict(contents.checked, read), seconds=time.perf_counter() - began)
+    with known_solutions(spec.name, store=before.solutions):
+        verdict = _verdict(contents.checked, read)
+    yield Event("findings", verdict, seconds=time.perf_counter() - began)
     before.designs[:] = [design]
     if serves:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
     yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
     made_of = design.bare.spec, contents.checked.is_orderable
-    feeling = _kept(before, "feeling", made_of, lambda: _feeling(design.bare))
+    feeling = _kept(before, "feeling", made_of, spec.name, lambda: _feeling(design.bare))
     files |= feeling
     if feeling:
         points = json.loads(feeling[DATA_SHEET])["performance"]
         yield event("feeling", {"numbers": _felt(points[-1])})
     if serves and spec.mount is not None:
-        files |= _kept(before, "solids", read_by("assembly", design.bare.spec), lambda: _solids(design))
+        files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
     if serves and feeling:
-        files |= _kept(before, "calibration", made_of, lambda: _calibration(contents))
+        files |= _kept(before, "calibration", made_of, spec.name, lambda: _calibration(contents))
     contents = Contents(design, policy)  # with hints, which cost as much as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
@@ -123,10 +128,11 @@ def _refused(path: str, error: SpecError, seconds: float) -> Event:
     return Event("findings", said, seconds=seconds)
 
 
-def _kept(before: Before, name: str, made_of: object, make: Any) -> dict[str, bytes]:
-    """Files made of something, or those of the save before where that was made of an equal thing."""
+def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
+    """Files of a package made of something, or those of the save before where that was made of an equal thing."""
     if name not in before.files or before.files[name][0] != made_of:
-        before.files[name] = made_of, make()
+        with known_solutions(package, store=before.solutions):
+            before.files[name] = made_of, make()
     return before.files[name][1]
 
 

@@ -64,7 +64,7 @@ def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.cad
-def test_another_readout_neither_draws_nor_models_anew(tmp_path, monkeypatch):
+def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monkeypatch):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
     before = Before()
@@ -76,6 +76,8 @@ def test_another_readout_neither_draws_nor_models_anew(tmp_path, monkeypatch):
         raise AssertionError("drawn anew")
 
     monkeypatch.setattr("sitscad.layout.arrange", drawn)
+    monkeypatch.setattr("sitscad.mechanics.pad.Pad._posed", drawn)
+    monkeypatch.setattr("sitscad.estimates.response.plate.solve", drawn)
     monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
     assert "scan_rate: " in BENCH
     rate = BENCH.split("scan_rate: ")[1].split()[0]
