@@ -125,7 +125,7 @@ SHOWN = ("grasper_3p5mm", "racetrack_jaw", "square_bench", "three_axis_pad")
 """Templates that CI's slow tests take of all: two and four layers, round, square and long coils, a pair, a grid."""
 
 
-LARGE = ("skin_grid_4x2", "skin_strip_6")
+LARGE = ("skin_grid_3x3", "skin_strip_6")
 """Templates of so many coils that all of their tests are slow."""
 
 

@@ -47,7 +47,7 @@ class Board:
 
     def __init__(self, design: Design, chips: Sequence[Chip]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
-        self.devices = devices(design.converter, design.estimates)
+        self.devices = devices(design.spec.readout, design.estimates)
         self.bands = bands(design.estimates, usual("coil_inductance"))
         conversion = design.estimates.readout.conversion
         assert conversion is not None
@@ -93,13 +93,13 @@ class Board:
 
     def poll(self, time: float) -> dict[int, CoilReading]:
         """The coils that are new, by their place in the design."""
-        found, each = {}, self.design.converter.channels
+        found, places = {}, self.design.converter.places(len(self.bands))
         for number, chip in enumerate(self.chips):
             status = chip.read(at.STATUS)
-            for channel in range(each):
-                if status & at.UNREAD >> channel and number * each + channel < len(self.bands):
-                    upper, lower = chip.read(2 * channel), chip.read(2 * channel + 1)
-                    coil, counts = number * each + channel, (upper & at.DATA_MASK) << 16 | lower
+            for coil, place in enumerate(places):
+                if place.converter == number and status & at.UNREAD >> place.number:
+                    upper, lower = chip.read(2 * place.number), chip.read(2 * place.number + 1)
+                    counts = (upper & at.DATA_MASK) << 16 | lower
                     off = bool(upper & at.DATA_FLAGS["ERR_AE"][0])
                     said = self._believed(coil, counts, self.status(coil, counts, upper))
                     found[coil] = CoilReading(time, counts, said, off)

@@ -87,11 +87,11 @@ class SimulatedConverter(Registers):
         device = design.spec.readout.device
         if device.family != FAMILY:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
-        first = number * device.channels
-        self._first = first
-        self.coils = design.estimates.coils[first : first + device.channels]
-        if not self.coils:
+        shares = device.shares(len(design.estimates.coils))
+        if not 0 <= number < len(shares):
             raise ValueError(f"the design has no converter {number}")
+        self._first = first = sum(shares[:number])
+        self.coils = design.estimates.coils[first : first + shares[number]]
         self.faults = _faults(faults, [coil.name for coil in design.estimates.coils])
         states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
         self._ohms = [one.parallel_resistance for one in states]

@@ -16,6 +16,7 @@ from sitscad.bench.lines import BAUD, LineBoard, Port
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond
+from sitscad.estimates.circuit.settings import devices
 from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
@@ -149,12 +150,16 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
             import smbus2
         except ImportError as error:
             raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
-        bus, number = smbus2.SMBus(text), design.converter.needed(len(design.estimates.coils))
-        return Source([Wired(bus, address) for address in design.converter.addresses[:number]]), design
+        wanted, paths = devices(design.spec.readout, design.estimates), text.split(",")
+        if len(paths) != wanted[-1].bus + 1:
+            raise ValueError(f"{text}: the converters are on {wanted[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
+        buses = [smbus2.SMBus(path) for path in paths]
+        return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
     if text.startswith(SERIAL):
         return Line(_port(text)), design
     raise ValueError(
-        f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N, "
+        f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
+        "comma between), "
         f"or serial:PORT?baud={BAUD}"
     )
 

@@ -10,7 +10,7 @@ from typing import Any
 from sitscad.estimates.states.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
 from sitscad.readout.conversion import Conversion
-from sitscad.readout.converter import Converter
+from sitscad.readout.converter import Channel, Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State
 from sitscad.units import show
@@ -333,9 +333,9 @@ class Estimates:
             "incomplete": self.incomplete,
             "coils": [
                 _coil_document(coil)
-                | _place_document(index, self.readout.device)
+                | _place_document(place)
                 | _sensitivity_document(coil, self.normal_force)
-                for index, coil in enumerate(self.coils)
+                for coil, place in zip(self.coils, self.readout.device.places(len(self.coils)), strict=True)
             ],
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
@@ -386,9 +386,9 @@ def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
     }
 
 
-def _place_document(index: int, device: Converter) -> dict[str, Any]:
-    place = device.channel_of(index)
-    return {"converter": place.converter, "channel": place.number, "i2c_address": place.address}
+def _place_document(place: Channel) -> dict[str, Any]:
+    return {"converter": place.converter, "channel": place.number, "i2c_bus": place.bus,
+            "i2c_address": place.address}
 
 
 def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:

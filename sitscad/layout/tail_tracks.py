@@ -207,14 +207,14 @@ class Contact:
 
 def contacts(layout: Layout) -> tuple[Contact, ...]:
     """All contacts of the tail in the order of their numbers; none where the coils found no way to them."""
-    orders = {coil.net: (order, coil.name) for order, coil in enumerate(layout.coils)}
+    places = layout.spec.readout.device.places(len(layout.coils))
+    wired = {coil.net: (channel, coil.name) for channel, coil in zip(places, layout.coils, strict=True)}
     found = []
     for pad in sorted(layout.pads, key=lambda pad: pad.number):
         if pad.is_unused:
             found.append(Contact(pad.number, "unused", "-", "-", "-", "-", "-"))
             continue
-        order, name = orders[pad.net]
-        channel = layout.spec.readout.device.channel_of(order)
+        channel, name = wired[pad.net]
         end = pad.pin.rpartition(".")[2]
         number = str(channel.number)
         found.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))

@@ -42,7 +42,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     """
     converter = spec.readout.device
     try:
-        found = devices(converter, estimates)
+        found = devices(spec.readout, estimates)
         driver = driver_files(spec, estimates, found, bool(forced))
     except ValueError as error:
         files = refusal(spec, str(error))
@@ -100,12 +100,13 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
 
 def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
     """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
-    coil, channel = estimates.coils[index], spec.readout.device.channel_of(index)
+    coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
     force = spec.requirements.normal_force
     return {
         "name": coil.name,
         "converter": channel.converter,
         "channel": channel.number,
+        "i2c_bus": channel.bus,
         "i2c_address": channel.address,
         **({"offset": estimates.readout.offsets[index]} if estimates.readout.offsets else {}),
         "centre_m": list(coil.centre),
@@ -124,6 +125,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
 def _device_document(converter: Converter, device: Device) -> dict[str, Any]:
     """One converter as it stands in the JSON: its address and its registers."""
     return {
+        "i2c_bus": device.bus,
         "i2c_address": device.address,
         "addr_pin": addr_pin(converter, device.address),
         "channels": list(device.coils),
@@ -271,25 +273,24 @@ def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
     """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
     lines = [
         "",
-        "/* Every coil: name, converter and channel (from 0), I2C address, place of its centre on the board in metres:",
+        "/* Every coil: name, converter, channel and I2C bus (from 0), address, place of its centre on the board (m):",
         " * x along the jaw towards the tail, y across it, seen from the top. */",
         f"#define {converter.part}_COILS {len(coils)}u",
         "typedef struct {",
         "    const char *name;",
         "    uint8_t converter;",
         "    uint8_t channel;",
+        "    uint8_t i2c_bus;",
         "    uint8_t i2c_address;",
         "    float x_m;",
         "    float y_m;",
         f"}} {converter.name}_coil_t;",
         f"static const {converter.name}_coil_t {converter.name}_coils[] = {{",
     ]
-    for index, coil in enumerate(coils):
-        place = converter.channel_of(index)
+    for place, coil in zip(converter.places(len(coils)), coils, strict=True):
         x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
-        lines.append(
-            f'    {{"{coil.name}", {place.converter}u, {place.number}u, 0x{place.address or 0:02X}u, {x}, {y}}},'
-        )
+        where = f"{place.converter}u, {place.number}u, {place.bus}u, 0x{place.address:02X}u"
+        lines.append(f'    {{"{coil.name}", {where}, {x}, {y}}},')
     return [*lines, "};"]
 
 
@@ -300,6 +301,7 @@ def _device(converter: Converter, number: int, device: Device) -> list[str]:
     lines = [
         "",
         f"/* Converter {number}, its pin ADDR {pin} ({converter.source_of('cite_address')}): {channels}. */",
+        f"#define {macro}_I2C_BUS {device.bus}u",
         f"#define {macro}_I2C_ADDRESS 0x{device.address:02X}u",
         f"#define {macro}_CHANNELS {len(device.coils)}u",
         f"static const {name}_register_t {name}_{number}_config[] = {{",

@@ -13,6 +13,7 @@ from sitscad.estimates.circuit.bands import LEAP, Band, CoilBands, bands
 from sitscad.estimates.circuit.settings import Device, identity
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.readout.conversion import Conversion
+from sitscad.readout.converter import Channel
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
 
@@ -65,6 +66,7 @@ def _config(
 ) -> str:
     """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
     readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
+    places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
     waited = 4.0 * scan + 2 * len(found) * RECOVERY + 2e-3
     rows = [
@@ -86,10 +88,12 @@ def _config(
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(found)}",
         f"#define SENSOR_CONVERTERS {len(devices)}",
+        f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
         f"#define SENSOR_SCAN_US {round(scan * 1e6)}u /* a scan of all coils */",
         f"#define SENSOR_POLLS {math.ceil(waited / READ_TIME)}u /* at 400 kHz they take longer than four scans */",
         f"#define SENSOR_UNLIKE {round(unlike(found) * scale)}u /* designs so far apart are told apart */",
+        "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
         "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
         "",
         "/* Converter (from 0), register, value: in the order of writing. */",
@@ -97,13 +101,13 @@ def _config(
         "",
         "/* Name, converter, channel; lowest and highest counts in any state and under any load; by what a result may",
         " * leap unconfirmed; counts of the design, lowest and highest of manufacture: bare, assembled. */",
-        *_macro("SENSOR_COIL_TABLE", [_coil(spec, index, one, conversion) for index, one in enumerate(found)]),
+        *_macro("SENSOR_COIL_TABLE", [_coil(at, one, conversion) for at, one in zip(places, found, strict=True)]),
         "",
-        "/* For simulated converters: tanks as they are drawn, assembled (Hz, ohm), and the noise of the estimates. */",
+        "/* For simulated converters: converter, channel, tank as drawn, assembled (Hz, ohm); its noise. */",
         f"#define SENSOR_CHANNELS {spec.readout.device.channels}u",
         f"#define SENSOR_CLOCK_HZ {spec.readout.clock:.9e}",
         f"#define SENSOR_NOISE_STEPS {spec.readout.device.limit('noise_steps')!r}",
-        *_macro("SENSOR_TANKS", [_tank(coil) for coil in estimates.coils]),
+        *_macro("SENSOR_TANKS", [_tank(at, coil) for at, coil in zip(places, estimates.coils, strict=True)]),
         "",
         "#endif",
         "",
@@ -111,8 +115,7 @@ def _config(
     return "\n".join(lines)
 
 
-def _coil(spec: SensorSpec, index: int, found: CoilBands, conversion: Conversion) -> str:
-    place = spec.readout.device.channel_of(index)
+def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
     _, low, high = _counts(found.working, conversion)
     scale = 2.0**conversion.device.count_bits / conversion.full_scale
     leap = math.ceil(LEAP * conversion.noise(found.assembled.design) * scale)
@@ -124,10 +127,10 @@ def _coil(spec: SensorSpec, index: int, found: CoilBands, conversion: Conversion
     return f'{{"{_plain(found.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
 
 
-def _tank(coil: CoilEstimate) -> str:
-    """Frequency and R_P of a coil as drawn: assembled where it has that state."""
+def _tank(place: Channel, coil: CoilEstimate) -> str:
+    """Where a coil is read, frequency and R_P as drawn: assembled where it has that state."""
     state = coil.states.get(REST) or next(iter(coil.states.values()))
-    return f"{{{state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
+    return f"{{{place.converter}, {place.number}, {state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
 
 
 def _python_config(
@@ -136,6 +139,7 @@ def _python_config(
     """``sensor_config.py``: the tables as MicroPython reads them."""
     lines = [f'"""The sensor {_plain(spec.name)}: what sensor.py knows of it."""', ""]
     lines += [f"# {FORCED}."] if forced else []
+    lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
     lines += ["ADDRESSES = (" + "".join(f"0x{device.address:02X}, " for device in devices).rstrip() + ")", ""]
     lines += ["# converter (from 0), register, value; in the order of writing", "SETTINGS = ("]
     lines += [
@@ -149,8 +153,8 @@ def _python_config(
         "# name, converter, channel, lowest and highest counts in any state and under any load",
         "COILS = (",
     ]
-    for index, one in enumerate(found):
-        place, (_, low, high) = spec.readout.device.channel_of(index), _counts(one.working, conversion)
+    for place, one in zip(spec.readout.device.places(len(found)), found, strict=True):
+        _, low, high = _counts(one.working, conversion)
         lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     return "\n".join([*lines, ")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}", ""])
 

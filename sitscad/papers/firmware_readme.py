@@ -60,9 +60,15 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
     yield f"{number} {device.part} ({device.package})."
     for name, said in PINS:
         yield from _wrapped(said + ".", f"  {name:<10}", " " * 12)
-    for address in device.addresses[:number]:
-        level = {"low": "to GND", "high": "to VDD"}[addr_pin(device, address)]
-        yield f"  {'ADDR':<10}{level}: address 0x{address:02X}. Never open"
+    places = [at for at in device.places(len(estimates.coils)) if at.number == 0]
+    for at in places:
+        level = {"low": "to GND", "high": "to VDD"}[addr_pin(device, at.address)]
+        bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
+        yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
+    if places[-1].bus:
+        said = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
+                "examples take them as /dev/i2c-1,/dev/i2c-3 (Linux), Wire and Wire1 (Arduino).")
+        yield from _wrapped(said, " " * 12, " " * 12)
     clock = f"{show(spec.readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
     yield from _wrapped(
         f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz.",
@@ -111,7 +117,11 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     rate = f"{estimates.readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power. SD last: it decides whether the converter answers at all."
-    yield "Switch on with a limit of 50 mA, and look for the address: `i2cdetect -y 1` shows 2a (and 2b for a second)."
+    second = "; so on the second bus" * spec.readout.device.places(len(found))[-1].bus
+    yield (
+        "Switch on with a limit of 50 mA, and look for the address: `i2cdetect -y 1` shows 2a (and 2b for a second)"
+        f"{second}."
+    )
     yield (
         "Build the example: `cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm`, or open this folder as "
         "an Arduino sketch (firmware.ino), or build zephyr/. Without a board: -DSIMULATED, with simulated/simulated.c."

@@ -155,7 +155,9 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     number = device.needed(coils)
     yield Item("decoupling", number + 1, "100 nF", "ceramic", "", "beside VDD of every converter and of the clock")
     yield Item("reservoir", number, "1 uF", "ceramic", "", "beside VDD of every converter")
-    yield Item("bus pull-up", 2, "4.7 kohm", "", "", "SCL and SDA to VDD, where the controller's board has none")
+    buses = device.places(coils)[-1].bus + 1
+    which = "SCL and SDA" + " of each bus" * (buses > 1)
+    yield Item("bus pull-up", 2 * buses, "4.7 kohm", "", "", f"{which} to VDD, where the controller's board has none")
     yield Item("SD pull-up", 1, "10 kohm", "", "", "SD to VDD: off until the controller drives it low")
     if readout.cable is not None:
         size = f"{in_mm(readout.cable.length)} mm"

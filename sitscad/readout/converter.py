@@ -109,25 +109,30 @@ class Converter:
 
     @property
     def most_coils(self) -> int:
-        """How many coils one bus can read."""
+        """How many coils can be read over one bus."""
         return self.channels * len(self.addresses)
 
     def needed(self, coils: int) -> int:
         """How many converters so many coils take."""
         return math.ceil(coils / self.channels)
 
-    def busiest(self, coils: int) -> int:
-        """Channels in use on the first converter, which has the most."""
-        return min(coils, self.channels)
+    def shares(self, coils: int) -> tuple[int, ...]:
+        """Channels in use on each converter, the most on the first and the fewest on the last: they are filled one
+        after the other; where that left one coil alone, which a slower reference would have to serve, all take alike.
+        """
+        number, left = self.needed(coils), coils % self.channels
+        if left == 1:
+            each, more = divmod(coils, number)
+            return (each + 1,) * more + (each,) * (number - more)
+        return (self.channels,) * (coils // self.channels) + (left,) * (left > 0)
 
-    def idlest(self, coils: int) -> int:
-        """Channels in use on the last converter, which has the fewest: one coil too many is alone on its own."""
-        return coils - self.channels * (self.needed(coils) - 1)
-
-    def channel_of(self, order: int) -> Channel:
-        """The channel of a coil by its place in the array, from 0."""
-        number, channel = divmod(order, self.channels)
-        return Channel(number, channel, self.addresses[number] if number < len(self.addresses) else None)
+    def places(self, coils: int) -> tuple[Channel, ...]:
+        """The channel of every coil, in the array's order; a bus that is full is followed by the next."""
+        return tuple(
+            Channel(number, channel, number // len(self.addresses), self.addresses[number % len(self.addresses)])
+            for number, share in enumerate(self.shares(coils))
+            for channel in range(share)
+        )
 
     # --------------------------------------------------------------------------------------------- figures and words
 
@@ -372,19 +377,20 @@ class Converter:
 
 @record
 class Channel:
-    """Where a coil is wired: the converter and its channel, both from 0, and the converter's 7-bit address on the bus,
-    None beyond those that one bus can have.
+    """Where a coil is wired: the converter and its channel, the controller's I2C bus, all from 0, and the converter's
+    7-bit address on it.
     """
 
     converter: int
     number: int
-    address: int | None
+    bus: int
+    address: int
 
     @property
     def converter_in_words(self) -> str:
-        """The converter, counted from 1, with its address."""
-        address = "no address left" if self.address is None else f"0x{self.address:02X}"
-        return f"{self.converter + 1} ({address})"
+        """The converter, counted from 1, with its address, and its bus where that is not the first."""
+        bus = f"bus {self.bus + 1}, " if self.bus else ""
+        return f"{self.converter + 1} ({bus}0x{self.address:02X})"
 
     def pin(self, end: str) -> str:
         """The converter's pin for a coil's end, ``A`` or ``B``."""

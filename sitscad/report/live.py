@@ -76,7 +76,7 @@ def _document(spec: SensorSpec, estimates: Estimates, known: Document | None) ->
         }
         for one in found
     ]
-    name = identity(spec.name, devices(spec.readout.device, estimates))
+    name = identity(spec.name, devices(spec.readout, estimates))
     return {
         "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
         "map": known,

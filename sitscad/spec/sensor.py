@@ -84,6 +84,7 @@ class ReadoutSpec(Section):
     drive_code: int | None = key(
         Either("auto", Number(0, 31, whole=True)), "of all channels; auto: the strongest one sigma below 1.8 V", "auto"
     )
+    buses: int = key(Number(1, 2, whole=True), "I2C buses of the controller, each for two converters", 1)
 
 
 Force = Quantity("force", "0 N", "10 kN")

@@ -41,11 +41,14 @@ struct Bus {
 
     void begin()
     {
-        static const double tanks[SENSOR_COILS][2] = SENSOR_TANKS;
+        static const struct {
+            int converter, channel;
+            double frequency_Hz, ohms;
+        } tanks[SENSOR_COILS] = SENSOR_TANKS;
         simulated_start(&chip, SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, 1);
         for (int k = 0; k < SENSOR_COILS; ++k) {
-            chip.coil[k].frequency_Hz = tanks[k][0];
-            chip.coil[k].ohms = tanks[k][1];
+            chip.coil[k].frequency_Hz = tanks[k].frequency_Hz;
+            chip.coil[k].ohms = tanks[k].ohms;
         }
     }
     void setClock(long) {}

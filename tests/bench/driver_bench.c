@@ -7,9 +7,15 @@
 
 static simulated chips[SENSOR_CONVERTERS];
 
-static simulated *chip_at(uint8_t address)
+typedef struct {
+    int is_traced, number;
+} wire;
+
+static simulated *chip_at(const wire *one, uint8_t address)
 {
-    return address >= 0x2A && address - 0x2A < SENSOR_CONVERTERS ? &chips[address - 0x2A] : NULL;
+    const int k = 2 * one->number + address - 0x2A;
+
+    return address >= 0x2A && address <= 0x2B && k < SENSOR_CONVERTERS ? &chips[k] : NULL;
 }
 
 static void others_go_on(const simulated *one)
@@ -21,10 +27,10 @@ static void others_go_on(const simulated *one)
 
 static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
-    simulated *chip = chip_at(address);
+    simulated *chip = chip_at(context, address);
     int error;
 
-    if (*(const int *)context)
+    if (((const wire *)context)->is_traced)
         printf("w%02X.%02X=%02X%02X ", address, bytes[0], bytes[1], bytes[2]);
     if (chip == NULL || count != 3)
         return 1;
@@ -35,11 +41,11 @@ static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_
 
 static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in, size_t count)
 {
-    simulated *chip = chip_at(address);
+    simulated *chip = chip_at(context, address);
     uint16_t value;
     int error;
 
-    if (*(const int *)context)
+    if (((const wire *)context)->is_traced)
         printf("r%02X.%02X ", address, out[0]);
     if (chip == NULL || out_count != 1 || count != 2)
         return 1;
@@ -50,9 +56,17 @@ static int bus_write_read(void *context, uint8_t address, const uint8_t *out, si
     return error;
 }
 
-static int is_traced;
-
-static const ldc161x_bus bus = {&is_traced, bus_write, bus_write_read};
+static wire wires[SENSOR_BUSES];
+static const ldc161x_bus buses[SENSOR_BUSES] = {
+    {&wires[0], bus_write, bus_write_read},
+#if SENSOR_BUSES > 1
+    {&wires[1], bus_write, bus_write_read},
+#endif
+};
+static const struct {
+    int converter, channel;
+    double frequency_Hz, ohms;
+} tanks[SENSOR_COILS] = SENSOR_TANKS;
 static sensor one;
 static sensor_reading reading;
 
@@ -131,16 +145,19 @@ int main(void)
     double first, second;
     unsigned long long ns;
 
+    for (k = 0; k < SENSOR_BUSES; ++k)
+        wires[k].number = (int)k;
     for (k = 0; k < SENSOR_CONVERTERS; ++k)
         simulated_start(&chips[k], CHANNELS, CLOCK_HZ, 1.2, k + 1u);
     while (scanf("%31s", word) == 1) {
         if (strcmp(word, "coil") == 0 && scanf("%u %lf %lf", &k, &first, &second) == 3) {
-            chips[k / CHANNELS].coil[k % CHANNELS].frequency_Hz = first;
-            chips[k / CHANNELS].coil[k % CHANNELS].ohms = second;
+            simulated_coil *const coil = &chips[tanks[k].converter].coil[tanks[k].channel];
+            coil->frequency_Hz = first;
+            coil->ohms = second;
         } else if (strcmp(word, "advance") == 0 && scanf("%llu", &ns) == 1) {
             advance(ns);
         } else if (strcmp(word, "begin") == 0) {
-            const int found = sensor_begin(&one, &bus);
+            const int found = sensor_begin(&one, &buses);
             printf("%d %s\n", found, sensor_text(found));
         } else if (strcmp(word, "poll") == 0) {
             const int found = sensor_poll(&one, &reading);
@@ -181,7 +198,8 @@ int main(void)
         } else if (strcmp(word, "register") == 0 && scanf("%u %x %x", &k, &where, &value) == 3) {
             chips[k].registers[where] = (uint16_t)value;
         } else if (strcmp(word, "trace") == 0) {
-            is_traced = 1;
+            for (k = 0; k < SENSOR_BUSES; ++k)
+                wires[k].is_traced = 1;
         } else if (strcmp(word, "reset") == 0 && scanf("%u", &k) == 1) {
             simulated_reset(&chips[k]);
         } else if (strcmp(word, "nack") == 0 && scanf("%u %u", &k, &value) == 2) {

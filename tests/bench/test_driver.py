@@ -58,7 +58,7 @@ def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
     """Today's table left every error off and was trusted unread."""
     (words,) = pad.run("trace", "begin")
     assert words[-2:] == ["0", "good"]
-    registers = devices(pad.design.converter, pad.design.estimates)[0].registers
+    registers = devices(pad.design.spec.readout, pad.design.estimates)[0].registers
     assert {row.name: row.value for row in registers}["ERROR_CONFIG"] == 0xF801
     *plain, config = registers
     assert config.name == "CONFIG" and len([row for row in plain if row.name.startswith("OFFSET")]) == 4

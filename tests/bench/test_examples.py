@@ -79,8 +79,9 @@ def test_the_zephyr_sample_names_what_is_there(pad):
     listed = re.search(r"target_sources\(app PRIVATE (.*)\)", (folder / "CMakeLists.txt").read_text()).group(1)
     assert all((folder / name).is_file() for name in listed.split())
     main, overlay = (folder / "src/main.c").read_text(), (folder / "app.overlay").read_text()
-    alias = re.search(r"DT_ALIAS\((\w+)\)", main).group(1)
-    assert f"{alias.replace('_', '-')} = &" in overlay and "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
+    aliases = [name.replace("_", "-") for name in re.findall(r"DT_ALIAS\((\w+)\)", main)]
+    assert len(aliases) == 2 and all(f"{alias} = &" in overlay for alias in aliases)
+    assert "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
 
 
 @pytest.mark.clients("cppcheck")

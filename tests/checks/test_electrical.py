@@ -255,6 +255,10 @@ def test_bandwidth(judge, design, verdicts) -> None:
 def test_channels(judge, design) -> None:
     (found,) = judge("SIT211", design(array__count=9))
     assert (found.severity, found.measured, found.limit) == (Severity.ERROR, 9.0, 8.0)
+    assert "one I2C bus takes 2 LDC1614" in found.message and found.hint.startswith("readout.buses: 2")
+    assert judge("SIT211", design(array__count=9, readout__buses=2))[0].severity is not Severity.ERROR
+    (found,) = judge("SIT211", design(array__count=17, readout__buses=2))
+    assert found.limit == 16.0 and "two I2C buses take 4 LDC1614" in found.message and "buses: 2" not in found.hint
     assert judge("SIT211", design(array__count=4)) == []
 
 
@@ -270,11 +274,11 @@ def test_too_many_coils_point_at_what_the_spec_has(judge, design) -> None:
 @pytest.mark.parametrize(("coupling", "severity"), [(1.9e-3, Severity.NOTE), (2.1e-3, Severity.WARNING)])
 def test_coils_of_two_converters_are_named_with_their_coupling(judge, design, estimates, coupling, severity) -> None:
     spec = design(array__count=5)
-    matrix = [[2.5e-6 if i == j else 0.3e-6 if max(i, j) < 4 else 1e-10 for j in range(5)] for i in range(5)]
+    matrix = [[2.5e-6 if i == j else 0.3e-6 if (i < 3) == (j < 3) else 1e-10 for j in range(5)] for i in range(5)]
     matrix[2][4] = matrix[4][2] = -coupling * 2.5e-6
     (found,) = judge("SIT211", spec, None, estimates(spec, matrix=matrix))
     assert (found.severity, found.measured) == (severity, approx(coupling, rel=1e-6))
-    assert "C1, C2, C3, C4 at address 0x2A, C5 at 0x2B" in found.message
+    assert "C1, C2, C3 on converter 1 (0x2A); C4, C5 on converter 2 (0x2B)" in found.message
     assert "C3 and C5" in found.message
 
 
@@ -291,9 +295,9 @@ def test_coils_of_another_converter_are_no_idle_neighbours(judge, design, estima
     """Only the converter that reads a coil grounds the others; across two converters SIT211 judges."""
     spec = design(array__count=5)
     matrix = [[2.5e-6 if i == j else 0.0 for j in range(5)] for i in range(5)]
-    matrix[3][4] = matrix[4][3] = 0.3 * 2.5e-6
+    matrix[2][3] = matrix[3][2] = 0.3 * 2.5e-6
     assert judge("SIT212", spec, None, estimates(spec, matrix=matrix)) == []
-    assert "C4 and C5" in judge("SIT211", spec, None, estimates(spec, matrix=matrix))[0].message
+    assert "C3 and C4" in judge("SIT211", spec, None, estimates(spec, matrix=matrix))[0].message
 
 
 def test_clock(judge, design) -> None:

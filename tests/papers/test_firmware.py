@@ -86,6 +86,15 @@ def test_more_coils_than_one_bus_can_address_are_refused():
     assert "3 LDC1612 are needed" in json.loads(files["firmware/ldc1612_config.json"])["refused"]
 
 
+def test_a_second_bus_takes_the_third_converter():
+    two = replace(TWO_CHANNELS, readout=replace(TWO_CHANNELS.readout, buses=2))
+    files = firmware.render(two, estimates(5))
+    table = json.loads(files["firmware/ldc1612_config.json"])
+    assert [(one["i2c_bus"], one["i2c_address"]) for one in table["converters"]] == [(0, 0x2A), (0, 0x2B), (1, 0x2A)]
+    assert (table["coils"][4]["i2c_bus"], table["coils"][4]["converter"]) == (1, 2)
+    assert "#define LDC1612_2_I2C_BUS 1u" in files["firmware/ldc1612_config.h"].decode()
+
+
 def test_words_are_packed_as_the_data_sheet_says():
     _, table = rendered(estimates())
     values = {row["name"]: (row["address"], row["value"]) for row in table["converters"][0]["registers"]}
@@ -118,7 +127,7 @@ def test_header_compiles(language, tmp_path):
     program = (
         '#include "config.h"\nint main(void)'
         "{return ldc1614_0_config[0].address - 0x08 + ldc1614_1_config[0].address - 0x08"
-        " + ldc1614_coils[4].channel + (LDC1614_F_CLK_HZ / LDC1614_FREF_DIVIDER != LDC1614_F_REF_HZ);}"
+        " + ldc1614_coils[3].channel + (LDC1614_F_CLK_HZ / LDC1614_FREF_DIVIDER != LDC1614_F_REF_HZ);}"
     )
     compile_it = ["gcc" if language == "c" else "g++", "-x", language, *flags, "-Wall", "-Werror", f"-I{tmp_path}", "-"]
     subprocess.run([*compile_it, "-o", tmp_path / "a.out"], input=program, text=True, check=True, timeout=60)
@@ -252,7 +261,7 @@ def test_clock_and_reference_are_told_apart():
 
 def test_every_coil_s_channel_and_place_are_in_header_and_json():
     header, table = rendered(estimates(6))
-    rows = re.findall(r'\{"(\w+)", (\d)u, (\d)u, 0x(\w\w)u, (\S+)f, (\S+)f\}', header)
+    rows = re.findall(r'\{"(\w+)", (\d)u, (\d)u, 0u, 0x(\w\w)u, (\S+)f, (\S+)f\}', header)
     assert len(rows) == len(table["coils"]) == 6
     for row, coil, index in zip(rows, table["coils"], range(6), strict=True):
         assert row[0] == coil["name"] == f"C{index + 1}"

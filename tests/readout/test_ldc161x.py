@@ -195,21 +195,21 @@ def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
     assert 2.1e-3 < scanned < 3.6e-3
 
 
-def test_a_coil_alone_on_the_second_converter_holds_the_reference_to_single_channel_mode():
-    """Table 43 allows 35 MHz to one channel: the fifth coil's converter ran at the 40 MHz that four may have."""
-    four = presets.converter("ldc1614")
-    assert [four.idlest(coils) for coils in range(1, 9)] == [1, 2, 3, 4, 1, 2, 3, 4]
-    assert LDC1614.reference_divider(40e6, four.idlest(5)) == 2
-    assert LDC1614.reference_divider(40e6, four.idlest(6)) == 1
-
-
-def test_converters_are_filled_one_after_the_other():
-    two = presets.converter("ldc1612")
-    assert (two.needed(3), two.busiest(3), two.idlest(3), two.most_coils) == (2, 2, 1, 4)
-    assert [two.channel_of(order).converter_in_words for order in (1, 2, 4)] == [
-        "1 (0x2A)", "2 (0x2B)", "3 (no address left)",
+def test_no_coil_is_alone_on_a_converter_that_could_share():
+    """Table 43 allows 35 MHz to one channel: a fifth or ninth coil alone held all converters to 20 MHz."""
+    shares = presets.converter("ldc1614").shares
+    assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 13)] == [
+        (1,), (4,), (3, 2), (4, 2), (4, 4), (3, 3, 3), (4, 3, 3, 3),
     ]  # fmt: skip
-    assert two.channel_of(3).pin("B") == "IN1B"
+    assert [LDC1614.reference_divider(40e6, shares(coils)[-1]) for coils in (1, 5, 9)] == [2, 1, 1]
+    assert presets.converter("ldc1612").shares(3) == (2, 1)
+
+
+def test_converters_are_filled_one_after_the_other_and_a_second_bus_after_the_first():
+    two = presets.converter("ldc1612")
+    assert two.most_coils == 4
+    assert [at.converter_in_words for at in two.places(5)] == ["1 (0x2A)"] * 2 + ["2 (0x2B)"] * 2 + ["3 (bus 2, 0x2A)"]
+    assert two.places(5)[3].pin("B") == "IN1B"
 
 
 @pytest.mark.parametrize("name", presets.names("converter"))

@@ -50,7 +50,7 @@ INHERENT = {
     "robotic_jaw_12mm": set(),
     "round_button_12mm": set(),
     "single_coil": set(),
-    "skin_grid_4x2": set(),
+    "skin_grid_3x3": set(),
     "skin_strip_6": set(),
     "square_bench": set(),
     "three_axis_grid": {"SIT103"},

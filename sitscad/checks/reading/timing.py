@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
@@ -101,40 +102,48 @@ def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") ->
 
 
 def channels(design: Design) -> Iterator[Verdict]:
-    """One channel a coil, on as many converters as one I2C bus can address; how coils of two converters are coupled."""
+    """One channel a coil, on as many converters as the buses can address; how coils of different ones are coupled."""
     names = [placement.name for placement in design.spec.array.placements]
     key = "array.centres" if design.spec.array.pattern == "explicit" else "array.count"
-    device = design.spec.readout.device
-    each, most = device.channels, device.most_coils
+    device, buses = design.spec.readout.device, design.spec.readout.buses
+    each, most = device.channels, device.most_coils * buses
     if len(names) > most:
         parts = (presets.converter(name) for name in presets.names("converter"))
-        others = " or ".join(part.part.lower() for part in parts if part.most_coils >= len(names))
+        others = " or ".join(part.part.lower() for part in parts if part.most_coils * buses >= len(names))
         enough = f" (readout.device: {others} has enough)" if others else ""
+        is_two_enough = buses == 1 and len(names) <= 2 * most
+        second = "readout.buses: 2, where the controller has a second I2C bus for the further converters; or "
         yield Violation(
-            f"{len(names)} coils, but one I2C bus takes {len(device.addresses)} {device.part} of {each} channels, and "
-            f"every coil needs a channel of its own{enough}",
-            f"leave {len(names) - most} of them out, or make two sensors, each with a bus of its own; three axes take "
-            "no more than three coils under one target (pattern triangle) or four (pattern grid, 2 x 2)", key,
+            f"{len(names)} coils, but {'one I2C bus takes' if buses == 1 else 'two I2C buses take'} "
+            f"{buses * len(device.addresses)} {device.part} of {each} channels, and every coil needs a channel of its "
+            f"own{enough}",
+            f"{second if is_two_enough else ''}leave {len(names) - most} of them out, or make two sensors, each with a "
+            "bus of its own; three axes take no more than three coils under one target (pattern triangle) or four "
+            "(pattern grid, 2 x 2)", key,
             float(len(names)), float(most), source=_channel_sources(device.family),
         )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
-        matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
+        matrix, places = design.estimates.inductance_matrix, device.places(len(names))
         coupling, one, other = max(
-            (math.sqrt(_coupling_squared(matrix, i, j)), coils[i].name, coils[j].name)
-            for i in range(each)
-            for j in range(each, len(coils))
+            (math.sqrt(_coupling_squared(matrix, i, j)), names[i], names[j])
+            for i, j in combinations(range(len(names)), 2)
+            if places[i].converter != places[j].converter
         )
         if not math.isfinite(coupling):
             yield Undecided("the mutual inductance of the coils was not estimated")
             return
+        by_converter: dict[str, list[str]] = {}
+        for at, name in zip(places, names, strict=True):
+            by_converter.setdefault(at.converter_in_words, []).append(name)
+        told = "; ".join(f"{', '.join(own)} on converter {converter}" for converter, own in by_converter.items())
         yield Violation(
-            f"{len(names)} coils take two {device.part}: {', '.join(names[:each])} at address "
-            f"0x{device.addresses[0]:02X}, {', '.join(names[each:])} at 0x{device.addresses[1]:02X}. They oscillate "
+            f"{len(names)} coils take {len(by_converter)} {device.part}: {told}. They oscillate "
             f"at the same time; {one} and {other} are coupled most, by {100.0 * coupling:.2g} %, while the estimate "
             "takes all other coils as grounded",
             "tanks whose frequencies come within about half the coupling of each other pull each other: keep those "
-            "coils apart, give the second converter another capacitor, or put one to sleep while the other measures",
+            "coils apart (array.pitch), or put one converter to sleep while the other measures, by firmware of your "
+            "own",
             key, coupling, MOST_COUPLING, severity=Severity.WARNING if coupling >= MOST_COUPLING else Severity.NOTE,
             source=_channel_sources(device.family),
         )
@@ -143,12 +152,12 @@ def channels(design: Design) -> Iterator[Verdict]:
 def idle_neighbour(design: Design) -> Iterator[Verdict]:
     """How much a grounded neighbour on the same converter takes off a coil's inductance: the square of the coupling."""
     matrix, coils = design.estimates.inductance_matrix, design.estimates.coils
-    each = design.spec.readout.device.channels
+    places = design.spec.readout.device.places(len(coils))
     pairs = [
         (_coupling_squared(matrix, i, j), coils[i].name, coils[j].name)
         for i in range(len(coils))
         for j in range(i)
-        if i // each == j // each
+        if places[i].converter == places[j].converter
     ]
     if any(not math.isfinite(share) for share, *_ in pairs):
         yield Undecided("the mutual inductance of the coils was not estimated")

@@ -4,6 +4,8 @@
  *
  *     cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm && ./sensor /dev/i2c-1
  *
+ * (SENSOR_BUSES 2: ./sensor /dev/i2c-1,/dev/i2c-3).
+ *
  * Without a board, on simulated converters with the coils as they are drawn:
  *
  *     cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm && ./sensor
@@ -15,61 +17,63 @@
 #define _DEFAULT_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "sensor_line.h"
+
+static int wires[SENSOR_BUSES]; /* what every bus is known by: its number, or its file */
 
 #ifdef SIMULATED
 #include "simulated/simulated.h"
 
 static simulated chips[SENSOR_CONVERTERS];
 
-static simulated *chip_at(uint8_t address)
+static simulated *chip_at(const void *context, uint8_t address)
 {
-    const uint8_t addresses[] = SENSOR_ADDRESSES;
+    const uint8_t buses[] = SENSOR_BUS_OF, addresses[] = SENSOR_ADDRESSES;
 
     for (int k = 0; k < SENSOR_CONVERTERS; ++k)
-        if (addresses[k] == address)
+        if (buses[k] == *(const int *)context && addresses[k] == address)
             return &chips[k];
     return NULL;
 }
 
 static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
-    (void)context;
-    return chip_at(address) == NULL || count != 3u
-        || simulated_write(chip_at(address), bytes[0], (uint16_t)((unsigned)bytes[1] << 8 | bytes[2]));
+    return chip_at(context, address) == NULL || count != 3u
+        || simulated_write(chip_at(context, address), bytes[0], (uint16_t)((unsigned)bytes[1] << 8 | bytes[2]));
 }
 
 static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
                           size_t in_count)
 {
     uint16_t value = 0u;
-    const int error = chip_at(address) == NULL || out_count != 1u || in_count != 2u
-        || simulated_read(chip_at(address), out[0], &value);
+    const int error = chip_at(context, address) == NULL || out_count != 1u || in_count != 2u
+        || simulated_read(chip_at(context, address), out[0], &value);
 
-    (void)context;
     in[0] = (uint8_t)(value >> 8);
     in[1] = (uint8_t)(value & 0xFFu);
     return error;
 }
 
-static int opened(const char *path)
+static int opened(int number, const char *path)
 {
-    static const double as_drawn[SENSOR_COILS][2] = SENSOR_TANKS;
-    const int each = SENSOR_CHANNELS;
+    static const struct {
+        int converter, channel;
+        double frequency_Hz, ohms;
+    } tanks[SENSOR_COILS] = SENSOR_TANKS;
 
     (void)path;
+    wires[number] = number;
     for (int k = 0; k < SENSOR_CONVERTERS; ++k)
         simulated_start(&chips[k], SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, (uint32_t)(k + 1));
     for (int k = 0; k < SENSOR_COILS; ++k) {
-        chips[k / each].coil[k % each].frequency_Hz = as_drawn[k][0];
-        chips[k / each].coil[k % each].ohms = as_drawn[k][1];
+        chips[tanks[k].converter].coil[tanks[k].channel].frequency_Hz = tanks[k].frequency_Hz;
+        chips[tanks[k].converter].coil[tanks[k].channel].ohms = tanks[k].ohms;
     }
     return 0;
 }
-
-static const ldc161x_bus bus = {NULL, bus_write, bus_write_read};
 
 #else
 #include <fcntl.h>
@@ -77,8 +81,6 @@ static const ldc161x_bus bus = {NULL, bus_write, bus_write_read};
 #include <linux/i2c.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
-
-static int device = -1;
 
 static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
@@ -98,16 +100,35 @@ static int bus_write_read(void *context, uint8_t address, const uint8_t *out, si
     return ioctl(*(const int *)context, I2C_RDWR, &both) < 0;
 }
 
-static int opened(const char *path)
+static int opened(int number, const char *path)
 {
-    device = open(path, O_RDWR);
-    if (device < 0)
+    wires[number] = open(path, O_RDWR);
+    if (wires[number] < 0)
         perror(path);
-    return device < 0;
+    return wires[number] < 0;
 }
-
-static const ldc161x_bus bus = {&device, bus_write, bus_write_read};
 #endif
+
+static const ldc161x_bus buses[SENSOR_BUSES] = {
+    {&wires[0], bus_write, bus_write_read},
+#if SENSOR_BUSES > 1
+    {&wires[1], bus_write, bus_write_read},
+#endif
+};
+
+/* Opens every bus; paths are separated by commas, and cut there. */
+static int all_opened(char *paths)
+{
+    for (int k = 0; k < SENSOR_BUSES; ++k) {
+        char *end = strchr(paths, ',');
+        if (end != NULL)
+            *end = '\0';
+        if (opened(k, paths) != 0)
+            return 1;
+        paths = end != NULL ? end + 1 : paths + strlen(paths);
+    }
+    return 0;
+}
 
 /* What the self-test says, a coil a line; the number of coils that are not good, or a negative error. */
 static int tested(sensor *self)
@@ -158,13 +179,14 @@ int main(int count, char **words)
     const struct timespec pause = {0, SENSOR_SCAN_US * 250L % 1000000000L};
     const long readings = count > 2 ? atol(words[2]) : -1L; /* endless */
     const int as_lines = count > 3;
+    static char usual[] = "/dev/i2c-1";
     static sensor one;
     sensor_reading reading;
     int found;
 
-    if (opened(count > 1 ? words[1] : "/dev/i2c-1") != 0)
+    if (all_opened(count > 1 ? words[1] : usual) != 0)
         return 1;
-    found = sensor_begin(&one, &bus);
+    found = sensor_begin(&one, &buses);
     if (found == 0)
         found = tested(&one);
     if (found < 0) {

@@ -1,30 +1,46 @@
 /*
  * Reads the sensor with an Arduino: this folder is the sketch. Copy calibration.h of your sensor beside it for forces.
- * Serial lines are those of sensor_line.h, for `sitscad read serial:PORT` and live.html.
+ * Serial lines are those of sensor_line.h, for `sitscad read serial:PORT` and live.html. Three converters or more take
+ * a second bus, Wire1.
  */
 #include <Wire.h>
 
 #include "sensor_line.h"
 
-static int bus_write(void *, uint8_t address, const uint8_t *bytes, size_t count)
+static decltype(Wire) &wire_of(void *context)
 {
-    Wire.beginTransmission(address);
-    Wire.write(bytes, count);
-    return Wire.endTransmission();
+    return *static_cast<decltype(Wire) *>(context);
 }
 
-static int bus_write_read(void *, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in, size_t in_count)
+static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
-    Wire.beginTransmission(address);
-    Wire.write(out, out_count);
-    if (Wire.endTransmission(false) != 0 || Wire.requestFrom(address, static_cast<uint8_t>(in_count)) != in_count)
+    auto &wire = wire_of(context);
+
+    wire.beginTransmission(address);
+    wire.write(bytes, count);
+    return wire.endTransmission();
+}
+
+static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
+                          size_t in_count)
+{
+    auto &wire = wire_of(context);
+
+    wire.beginTransmission(address);
+    wire.write(out, out_count);
+    if (wire.endTransmission(false) != 0 || wire.requestFrom(address, static_cast<uint8_t>(in_count)) != in_count)
         return 1;
     for (size_t k = 0; k < in_count; ++k)
-        in[k] = static_cast<uint8_t>(Wire.read());
+        in[k] = static_cast<uint8_t>(wire.read());
     return 0;
 }
 
-static const ldc161x_bus bus = {nullptr, bus_write, bus_write_read};
+static const ldc161x_bus buses[SENSOR_BUSES] = {
+    {&Wire, bus_write, bus_write_read},
+#if SENSOR_BUSES > 1
+    {&Wire1, bus_write, bus_write_read},
+#endif
+};
 static sensor one;
 static sensor_line line;
 
@@ -40,9 +56,11 @@ void setup()
     int found;
 
     Serial.begin(115200);
-    Wire.begin();
-    Wire.setClock(400000);
-    while ((found = sensor_begin(&one, &bus)) != 0) {
+    for (const ldc161x_bus &bus : buses) {
+        wire_of(bus.context).begin();
+        wire_of(bus.context).setClock(400000);
+    }
+    while ((found = sensor_begin(&one, &buses)) != 0) {
         told(found);
         delay(1000);
     }

@@ -24,9 +24,15 @@ typedef struct {
     band state[2];      /* bare, assembled */
 } coil;
 
+static const uint8_t buses[SENSOR_CONVERTERS] = SENSOR_BUS_OF;
 static const uint8_t addresses[SENSOR_CONVERTERS] = SENSOR_ADDRESSES;
 static const setting settings[] = SENSOR_SETTINGS; /* in the order of writing, CONFIG last of each converter */
 static const coil coils[SENSOR_COILS] = SENSOR_COIL_TABLE;
+
+static const ldc161x_bus *bus_of(const sensor *self, uint8_t converter)
+{
+    return &self->bus[buses[converter]];
+}
 
 static int is_config(size_t row)
 {
@@ -39,7 +45,7 @@ static int compared(const sensor *self, size_t row)
     const uint16_t kept = ldc161x_kept(one->where);
     uint16_t value;
 
-    if (ldc161x_read(self->bus, addresses[one->converter], one->where, &value) != 0)
+    if (ldc161x_read(bus_of(self, one->converter), addresses[one->converter], one->where, &value) != 0)
         return SENSOR_E_BUS;
     return ((value ^ one->value) & kept) != 0u ? SENSOR_E_SETTINGS : 0;
 }
@@ -48,25 +54,26 @@ static int compared(const sensor *self, size_t row)
 static int set_up(sensor *self, uint8_t converter)
 {
     const size_t rows = sizeof settings / sizeof settings[0];
+    const ldc161x_bus *bus = bus_of(self, converter);
     const uint8_t address = addresses[converter];
     uint16_t maker, device;
 
-    if (ldc161x_read(self->bus, address, LDC161X_MANUFACTURER_ID, &maker) != 0 ||
-        ldc161x_read(self->bus, address, LDC161X_DEVICE_ID, &device) != 0)
+    if (ldc161x_read(bus, address, LDC161X_MANUFACTURER_ID, &maker) != 0 ||
+        ldc161x_read(bus, address, LDC161X_DEVICE_ID, &device) != 0)
         return SENSOR_E_BUS;
     if (maker != LDC161X_MANUFACTURER || device != LDC161X_DEVICE)
         return SENSOR_E_IDENTITY;
-    if (ldc161x_write(self->bus, address, LDC161X_RESET_DEV, LDC161X_RESET) != 0)
+    if (ldc161x_write(bus, address, LDC161X_RESET_DEV, LDC161X_RESET) != 0)
         return SENSOR_E_BUS;
     for (size_t row = 0u; row < rows; ++row)
         if (settings[row].converter == converter && !is_config(row) &&
-            ldc161x_write(self->bus, address, settings[row].where, settings[row].value) != 0)
+            ldc161x_write(bus, address, settings[row].where, settings[row].value) != 0)
             return SENSOR_E_BUS;
     for (size_t row = 0u; row < rows; ++row)
         if (settings[row].converter == converter) {
             int error = 0;
             if (is_config(row))
-                error = ldc161x_write(self->bus, address, LDC161X_CONFIG, settings[row].value);
+                error = ldc161x_write(bus, address, LDC161X_CONFIG, settings[row].value);
             if (error != 0)
                 return SENSOR_E_BUS;
             error = compared(self, row);
@@ -78,13 +85,13 @@ static int set_up(sensor *self, uint8_t converter)
     return 0;
 }
 
-int sensor_begin(sensor *self, const ldc161x_bus *bus)
+int sensor_begin(sensor *self, const ldc161x_bus (*given)[SENSOR_BUSES])
 {
     static const sensor new_one = {0};
     int error = 0;
 
     *self = new_one;
-    self->bus = bus;
+    self->bus = *given;
     for (int k = 0; k < SENSOR_COILS; ++k)
         self->status[k] = SENSOR_STALE;
     for (uint8_t converter = 0u; converter < SENSOR_CONVERTERS && error == 0; ++converter)
@@ -192,11 +199,11 @@ static int poll_one(sensor *self, uint8_t converter, uint8_t fresh[SENSOR_COILS]
 
     if (self->lost[converter] != 0u)
         return idle(self, converter);
-    if (ldc161x_unread(self->bus, addresses[converter], &unread) != 0)
+    if (ldc161x_unread(bus_of(self, converter), addresses[converter], &unread) != 0)
         return SENSOR_E_BUS;
     for (int k = 0; k < SENSOR_COILS; ++k)
         if (coils[k].converter == converter && ((unsigned)unread >> coils[k].channel & 1u) != 0u) {
-            if (ldc161x_result(self->bus, addresses[converter], coils[k].channel, &counts, &flags) != 0)
+            if (ldc161x_result(bus_of(self, converter), addresses[converter], coils[k].channel, &counts, &flags) != 0)
                 return SENSOR_E_BUS;
             new_ones += fresh[k] = (uint8_t)take(self, k, counts, flags);
             ++seen;

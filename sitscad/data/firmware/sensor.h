@@ -83,7 +83,7 @@ typedef struct {
 } sensor_report;
 
 typedef struct {
-    const ldc161x_bus *bus;
+    const ldc161x_bus *bus;           /* SENSOR_BUSES of them */
     uint32_t counts[SENSOR_COILS];    /* the last that was believed; 0: none */
     uint32_t step[SENSOR_COILS];      /* how far that was from the one before */
     uint32_t result[SENSOR_COILS];    /* the last, believed or not; 0: none */
@@ -100,8 +100,11 @@ typedef struct {
     uint16_t restarts;                /* how often a converter had lost its settings */
 } sensor;
 
-/* 0, or a negative SENSOR_E_... that sensor_text() puts in words. The bus has to live as long as the sensor. */
-int sensor_begin(sensor *self, const ldc161x_bus *bus);
+/*
+ * 0, or a negative SENSOR_E_... that sensor_text() puts in words. `buses` are all SENSOR_BUSES of them, a constant
+ * array that lives as long as the sensor: `sensor_begin(&one, &buses)`.
+ */
+int sensor_begin(sensor *self, const ldc161x_bus (*buses)[SENSOR_BUSES]);
 
 /*
  * The number of coils that are new; 0 where there is nothing new; negative on the bus, or where settings were lost.

@@ -5,36 +5,45 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
 from sitscad.readout.converter import ChannelSettings, Converter, Register
 from sitscad.record import record
+from sitscad.spec.sensor import ReadoutSpec
 
 
 @record
 class Device:
-    """One converter of the sensor: its 7-bit address, the coils on its channels 0 up, and what to write in order."""
+    """One converter of the sensor: its I2C bus (from 0) and 7-bit address, the coils on its channels 0 up, and what to
+    write in order.
+    """
 
+    bus: int
     address: int
     coils: tuple[str, ...]
     registers: tuple[Register, ...]
 
 
-def devices(converter: Converter, estimates: Estimates) -> tuple[Device, ...]:
-    """The converters, filled one after the other: the first at the address with ADDR low, the second with ADDR high.
+def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
+    """The converters, filled one after the other: of each bus the first at the address with ADDR low, the second with
+    ADDR high.
 
-    Raises ValueError where a setting is unknown or does not fit its field.
+    Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
+    addresses.
     """
-    each, addresses = converter.channels, converter.addresses
-    groups = [estimates.coils[i : i + each] for i in range(0, len(estimates.coils), each)]
-    if len(groups) > len(addresses):
-        needed = f"{len(groups)} {converter.part} are needed"
-        raise ValueError(f"{needed}, and one I2C bus has addresses for {len(addresses)}")
+    converter, coils = asked.device, estimates.coils
+    needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
+    if needed > most:
+        buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
+        raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
+    places = converter.places(len(coils))
+    firsts = [k for k, at in enumerate(places) if at.number == 0]
+    groups = [coils[first:end] for first, end in pairwise([*firsts, len(coils)])]
     return tuple(
-        Device(
-            address, tuple(coil.name for coil in group), _registers(converter, group, each * number, estimates.readout)
-        )
-        for number, (address, group) in enumerate(zip(addresses, groups, strict=False))
+        Device(places[first].bus, places[first].address, tuple(coil.name for coil in group),
+               _registers(converter, group, first, estimates.readout))
+        for first, group in zip(firsts, groups, strict=True)
     )
 
 

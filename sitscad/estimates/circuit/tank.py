@@ -344,10 +344,10 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = device.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
-    channels = device.busiest(len(circuits))
+    channels = device.shares(len(circuits))[0]
     is_free = len(circuits) == 1 and readout.drive_code is None
     strong = is_free and _wants_high_current(device, min(working), max(at.parallel_resistance for at in found.values()))
-    divider = device.reference_divider(readout.clock, device.idlest(len(circuits)))
+    divider = device.reference_divider(readout.clock, device.shares(len(circuits))[-1])
     reference = readout.clock / divider
     input_divider = max(device.input_divider(at.frequency, reference) for at in found.values())
     settle_count = max(device.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
@@ -427,7 +427,7 @@ def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> Coil
 def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
     """The readout of a converter for which no state of the coils gives settings."""
     device = readout.device
-    divider = device.reference_divider(readout.clock, device.idlest(coils))
+    divider = device.reference_divider(readout.clock, device.shares(coils)[-1])
     return ReadoutEstimate(
         device=readout.device,
         capacitance=capacitor,

@@ -24,6 +24,8 @@ MARGIN = 6
 """Steps from the paper's edge."""
 
 LIBRARY = "wiring"
+BUS = ("SCL", "SDA")
+"""Lines of the first I2C bus; those of the second end in 2."""
 PINS = (
     ("SCL", "input"), ("SDA", "bidirectional"), ("CLKIN", "input"), ("ADDR", "input"), ("INTB", "output"),
     ("SD", "input"), ("VDD", "power_in"), ("GND", "power_in"),
@@ -84,9 +86,9 @@ class Part:
 
 
 def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
-    """Schematic, symbols, project and picture; none where the sensor takes more converters than a bus can have."""
-    device, count = layout.spec.readout.device, len(estimates.coils)
-    if device.needed(count) > len(device.addresses) or not layout.pads:
+    """Schematic, symbols, project and picture; none where the sensor takes more converters than its buses can have."""
+    asked, count = layout.spec.readout, len(estimates.coils)
+    if count > asked.device.most_coils * asked.buses or not layout.pads:
         return {}
     found = parts(layout, estimates)
     # whether KiCad's libraries of footprints are installed is no matter of the circuit; the board's editor says it
@@ -118,22 +120,24 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
     if spec.readout.chip is None and spec.readout.capacitor_at != "coil":
         value = show(estimates.readout.capacitance, "F").replace(" ", "")
         capacitors += [(f"{value} C0G", f"{coil.name}.A", f"{coil.name}.B") for coil in coils]
-    resistors = [("4.7k", "SCL", "VDD"), ("4.7k", "SDA", "VDD"), ("10k", "SD", "VDD")]
+    serial = [line + ending for ending in ("", "2")[: 1 + device.places(len(coils))[-1].bus] for line in BUS]
+    resistors = [*(("4.7k", line, "VDD") for line in serial), ("10k", "SD", "VDD")]
     for symbol, two_ended, column in (("C", capacitors, 40), ("R", resistors, 62)):
         for k, (value, one, other) in enumerate(two_ended):
             ends = (Pin(1, "~", "passive", one),), (Pin(2, "~", "passive", other),)
             # from 101, for coils are called C1, too
             found.append(Part(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
+    row_below = 10 + 4 * len(resistors)
     clock = f"{spec.readout.clock / 1e6:g}MHz"
     found.append(
         Part("Y1", clock, "oscillator", (Pin(1, "OE", "input", "VDD"), Pin(2, "GND", "power_in", "GND")),
-             (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, 22)),
+             (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, row_below)),
     )  # fmt: skip
     interrupts = [f"INTB{k + 1}" for k in range(number)]
     host = [("VDD", "power_out"), ("GND", "power_out")]
-    host += [(net, "passive") for net in ("SCL", "SDA", "SD", *interrupts)]
+    host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
-    found.append(Part("J2", "controller", "controller", pins, (), (62, 30)))
+    found.append(Part("J2", "controller", "controller", pins, (), (62, row_below + 8)))
     tail = tuple(Pin(one.number, one.pin, "passive", one.pin if one.net != "-" else "") for one in contacts(layout))
     found.append(Part("J1", spec.name, "tail", (), tail, (14, row)))
     return tuple(found)
@@ -141,12 +145,15 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
 
 def _converter(layout: Layout, number: int) -> Part:
     device = layout.spec.readout.device
-    names = {device.channel_of(k): coil.name for k, coil in enumerate(layout.coils)}
-    nets = {"CLKIN": "CLK", "ADDR": ("GND", "VDD")[number], "INTB": f"INTB{number + 1}"}
+    own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
+           if at.converter == number]
+    names, place = {at.number: name for at, name in own}, own[0][0]
+    nets = {"CLKIN": "CLK", "ADDR": ("GND", "VDD")[device.addresses.index(place.address)], "INTB": f"INTB{number + 1}",
+            **{line: line + "2" for line in BUS if place.bus}}
     left = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(PINS, 1))
     right = []
     for channel in range(device.channels):
-        coil = names.get(device.channel_of(number * device.channels + channel))
+        coil = names.get(channel)
         right += [(f"IN{channel}{end}", f"{coil}.{end}" if coil else "") for end in "AB"]
     right.append(("DAP", "GND"))
     pins = tuple(Pin(len(PINS) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
@@ -189,7 +196,8 @@ def _schematic(name: str, found: tuple[Part, ...]) -> str:
     root = uuid_of(name, "wiring")
     return node(
         "kicad_sch", "(version 20250114)", '(generator "sitscad")', '(generator_version "9.0")', f'(uuid "{root}")',
-        '(paper "A4")', f"(title_block (title {quoted(f'Readout of the sensor {name}')}))",
+        f'(paper "{"A4" if _height(found) < 72 else "A3"}")',
+        f"(title_block (title {quoted(f'Readout of the sensor {name}')}))",
         node("lib_symbols", *_symbols(found, f"{LIBRARY}:")),
         *(text for part in found for text in _connected(name, part)),
         *(_instance(name, root, part) for part in found),
@@ -229,9 +237,13 @@ def _instance(name: str, root: str, part: Part) -> str:
     )  # fmt: skip
 
 
+def _height(found: tuple[Part, ...]) -> int:
+    return max(part.place[1] + part.height for part in found)
+
+
 def _picture(name: str, found: tuple[Part, ...]) -> Sheet:
     """The schematic as it stands, its labels as words."""
-    wide, high, step = 200.0, 7.0 + 2.54 * max(part.place[1] + part.height for part in found), STEP
+    wide, high, step = 200.0, 7.0 + STEP * _height(found), STEP
     sheet = Sheet(f"Readout of the sensor {name}: nets by name", (wide, high))
     pen = Pen(0.2)
     for part in found:

@@ -2,7 +2,7 @@
 
     from machine import I2C
     from sensor import Sensor
-    sensor = Sensor(I2C(0, freq=400000))
+    sensor = Sensor(I2C(0, freq=400000))  # more than two converters: Sensor(I2C(0, ...), I2C(1, ...))
     while True:
         reading = sensor.poll()          # None where nothing is new
         if reading:
@@ -11,7 +11,7 @@
 Forces are C's: calibration.h compiles into a native module, or counts go to a computer.
 """
 
-from sensor_config import ADDRESSES, COILS, SETTINGS
+from sensor_config import ADDRESSES, BUSES, COILS, SETTINGS
 
 STATUS, CONFIG, RESET_DEV, DRIVE_CURRENT, MANUFACTURER_ID, DEVICE_ID = 0x18, 0x1A, 0x1C, 0x1E, 0x7E, 0x7F
 IDENTITY = (0x5449, 0x3055)
@@ -25,10 +25,12 @@ class SensorError(Exception):
 
 
 class Sensor:
-    """One or two LDC1612 or LDC1614 on an I2C bus, set up as the sensor's design wants it."""
+    """LDC1612 or LDC1614, two at most on each I2C bus, set up as the sensor's design wants them."""
 
-    def __init__(self, bus):
-        self.bus = bus
+    def __init__(self, *buses):
+        if len(buses) != BUSES[-1] + 1:
+            raise SensorError(f"the converters are on {BUSES[-1] + 1} buses, not {len(buses)}")
+        self.buses = buses
         self.idle = [0] * len(ADDRESSES)
         self.restarts = 0
         self.readings = [(0, STALE)] * len(COILS)
@@ -36,11 +38,11 @@ class Sensor:
             self._set_up(converter)
 
     def _read(self, converter, register):
-        upper, lower = self.bus.readfrom_mem(ADDRESSES[converter], register, 2)
+        upper, lower = self.buses[BUSES[converter]].readfrom_mem(ADDRESSES[converter], register, 2)
         return upper << 8 | lower
 
     def _write(self, converter, register, value):
-        self.bus.writeto_mem(ADDRESSES[converter], register, bytes((value >> 8, value & 0xFF)))
+        self.buses[BUSES[converter]].writeto_mem(ADDRESSES[converter], register, bytes((value >> 8, value & 0xFF)))
 
     def _set_up(self, converter):
         """Identity, reset, every register, all of them read back, CONFIG last."""

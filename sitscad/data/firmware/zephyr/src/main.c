@@ -6,22 +6,30 @@
 
 #include "sensor.h"
 
-static const struct device *const wires = DEVICE_DT_GET(DT_ALIAS(sensor_bus));
+static const struct device *const wires[SENSOR_BUSES] = {
+    DEVICE_DT_GET(DT_ALIAS(sensor_bus)),
+#if SENSOR_BUSES > 1
+    DEVICE_DT_GET(DT_ALIAS(second_sensor_bus)),
+#endif
+};
 
 static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
-    (void)context;
-    return i2c_write(wires, bytes, (uint32_t)count, address);
+    return i2c_write(*(const struct device *const *)context, bytes, (uint32_t)count, address);
 }
 
 static int bus_write_read(void *context, uint8_t address, const uint8_t *out, size_t out_count, uint8_t *in,
                           size_t in_count)
 {
-    (void)context;
-    return i2c_write_read(wires, address, out, out_count, in, in_count);
+    return i2c_write_read(*(const struct device *const *)context, address, out, out_count, in, in_count);
 }
 
-static const ldc161x_bus bus = {NULL, bus_write, bus_write_read};
+static const ldc161x_bus buses[SENSOR_BUSES] = {
+    {(void *)&wires[0], bus_write, bus_write_read},
+#if SENSOR_BUSES > 1
+    {(void *)&wires[1], bus_write, bus_write_read},
+#endif
+};
 
 int main(void)
 {
@@ -29,8 +37,13 @@ int main(void)
     sensor_reading reading;
     sensor_report report;
     float newtons[SENSOR_AXES];
-    int found = device_is_ready(wires) ? sensor_begin(&one, &bus) : SENSOR_E_BUS;
+    int found = 0;
 
+    for (int k = 0; k < SENSOR_BUSES; ++k)
+        if (!device_is_ready(wires[k]))
+            found = SENSOR_E_BUS;
+    if (found == 0)
+        found = sensor_begin(&one, &buses);
     if (found == 0)
         found = sensor_self_test(&one, &report);
     if (found < 0) {
