@@ -1,8 +1,11 @@
 """A thin plate on a soft pad: how far it bends where less than all of it is pressed.
 
 Kirchhoff's plate with free edges on springs side by side (Winkler), which stand for the pad with its stiffness under
-the whole plate. A bonded pad of silicone also passes pressure on sideways, within about its own thickness: what is
-found is the bending of a plate that is larger than the pad is thick. SI units.
+the whole plate. A bonded pad of silicone also passes pressure on sideways, within about its own thickness, so that
+plates bend less than is found: near a tenth of the way strips by a tenth, squares twice as long as what presses by two
+fifths, and a square hardly longer than that by two thirds and more (finite elements,
+tests/validation/test_foil_on_pad.py). What is pressed evenly all over is not told: there the pad's rim gives way
+first. SI units.
 """
 
 from __future__ import annotations

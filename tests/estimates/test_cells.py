@@ -1,5 +1,7 @@
 """Cells: each is the sensor of its coils alone, and what it reads of its neighbours is within what is stated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tolerance import approx
@@ -8,6 +10,7 @@ import sitscad
 from sitscad.design import Design, respond
 from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.scene.bodies import target_gap
+from tests.bench.conftest import TEMPLATES
 from tests.validation.two_targets import change
 
 TWO = """
@@ -44,6 +47,22 @@ def test_a_cell_reads_as_the_same_sensor_alone(two):
     found, own = (respond(one, loads=load, rotation="held") for one in (two.cell(2), alone))
     assert found.coils == ("C2",) and np.array_equal(found.poses, own.poses)
     assert found.target_change == approx(own.target_change, rel=two.crosstalk.total)
+
+
+@pytest.mark.slow
+@pytest.mark.more
+@pytest.mark.parametrize("template", ["skin_strip_6", "skin_grid_3x3"])
+def test_a_cell_of_a_skin_reads_as_the_same_sensor_alone(template):
+    """At one frequency, for leads of other lengths shift it: under loads, and in the coil's own states."""
+    skin = Design(sitscad.load(TEMPLATES / f"{template}.yaml"))
+    array = replace(skin.spec.array, pattern="single", placements=skin.spec.array.placements[:1], pitch=None)
+    alone = Design(replace(skin.spec, cells=None, array=array, readout=replace(skin.spec.readout, capacitance=100e-12)))
+    loads, most = [[8.0, 0.0, 0.0], [4.0, 0.5, 0.0]], skin.crosstalk.total
+    own = respond(alone, loads=loads, rotation="held", frequency=7.5e6).target_change
+    for number in (1, 5, skin.cells):
+        found = respond(skin.cell(number), loads=loads, rotation="held", frequency=7.5e6).target_change
+        assert found == approx(own, rel=most)
+    assert most < 2e-4
 
 
 @pytest.mark.parametrize("pitch", [12.0, 16.0])
