@@ -40,6 +40,18 @@ def _out(page: Browser, name: str) -> str:
     return str(page.run(f"document.querySelector('[data-out=\"{name}\"]').textContent"))
 
 
+def _opened(page: Browser, folder: Path, text: str, said: str, where: str = "said") -> None:
+    """Open a file as calibration.json, and wait until the page says so."""
+    path = folder / "calibration.json"
+    path.write_text(text)
+    page.run(f"document.querySelector('[data-out={where}]').textContent = ''")
+    root = page.call("DOM.getDocument")["root"]["nodeId"]
+    node = page.call("DOM.querySelector", nodeId=root, selector="[data-in=calibration]")["nodeId"]
+    page.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
+    page.run(f"new Promise(done => {{ (function look() {{ document.querySelector('[data-out={where}]').textContent"
+             f".includes({json.dumps(said)}) ? done(1) : setTimeout(look, 5); }})(); }})")  # fmt: skip
+
+
 def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
     design = sitscad.Design(sitscad.load(TEMPLATE))
     found = sitscad.calibrate(design)
@@ -80,9 +92,21 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
         assert float(_out(page, "force_N.shear_x")) == approx(read[1], abs=6e-4)
         assert int(_out(page, "counts.C1")) == pushed[0] and _out(page, "said") == "words"
         assert float(_out(page, "frequency_Hz.C2")) == approx(frequency[1, 1], rel=1e-6)
+        document = found.document()
+        twice = document | {"is_calibrated": True, "map": document["map"] | {
+            "numerator": [[2.0 * value for value in row] for row in document["map"]["numerator"]]}}  # fmt: skip
+        lacking = twice | {"map": {key: value for key, value in twice["map"].items() if key != "error"}}
+        _opened(page, tmp_path, json.dumps(twice), "calibration that was opened", "map")
+        for text, said in (
+            ("{", "no calibration.json"), ("null", "no calibration.json"), (json.dumps(lacking), "no calibration.json"),
+            (json.dumps(twice | {"map": twice["map"] | {"sensor": "another"}}), "of another sensor"),
+        ):  # fmt: skip
+            _opened(page, tmp_path, text, said)
+        send(reading(37, pushed), "34 lines, 4 lost, 1 corrupted, 1 of another sensor")
+        assert float(_out(page, "force_N.normal")) == approx(2.0 * read[0], abs=1e-3)
         page.size(1000, 700)
         page.picture(tmp_path / "live.png")
-        send(reading(37, pushed, 4), "34 lines, 4 lost, 1 corrupted, 1 of another sensor")
+        send(reading(38, pushed, 4), "35 lines, 4 lost, 1 corrupted, 1 of another sensor")
         assert _out(page, "status.C1") == "watchdog" and "no good reading" in _out(page, "range")
         assert _out(page, "force_N.normal") == "\u2013"
         assert page.exceptions == [] and page.requests == [path.as_uri()]

@@ -116,10 +116,16 @@
   };
 
   function opened(text) { // calibration.json of a sensor that was measured
-    var read = JSON.parse(text), next = read.map || {};
-    if (next.sensor !== data.name || String(next.coils) !== String(data.coils.map(function (coil) { return coil.name; })) ||
-      String(next.axes) !== String(map && map.axes)) { say("That calibration is of another sensor."); return; }
-    map = Object.assign({least: map.least, beyond: map.beyond}, next);
+    var read, next, rest = data.coils.map(function (coil) { return coil.rest; });
+    try {
+      read = JSON.parse(text);
+      next = Object.assign({}, read.map, {least: map.least, beyond: map.beyond});
+      if (next.sensor !== data.name || String(next.coils) !== String(data.coils.map(function (coil) { return coil.name; })) ||
+        String(next.axes) !== String(map.axes)) { say("That calibration is of another sensor."); return; }
+      if (!page.forces(next, rest, rest).forces.concat(next.axes.map(function (_, k) { return next.error[k]; })).every(Number.isFinite))
+        throw new Error("no force");
+    } catch (error) { say("That is no calibration.json: the map stays as it was."); return; }
+    map = next;
     put("map", read.is_calibrated ? "Forces by the calibration that was opened." : "Forces by a map that is not calibrated.");
     map.axes.forEach(function (axis, k) { put("sigma_N." + axis, map.error[k].toPrecision(2)); });
     say("");
@@ -129,7 +135,10 @@
   function press(name, act) { var button = document.querySelector("[data-do=" + name + "]"); if (button) button.addEventListener("click", act); return button; }
   press("tare", page.tare);
   var file = document.querySelector("[data-in=calibration]"), button = press("connect", function () { page.connect().catch(failed); });
-  if (file) file.addEventListener("change", function () { file.files[0].text().then(opened).catch(failed); });
+  if (file) file.addEventListener("change", function () {
+    if (file.files.length) file.files[0].text().then(opened).catch(failed);
+    file.value = ""; // the same file may be opened again
+  });
   if (data.source === "events") {
     var events = new EventSource("/events");
     events.onmessage = function (message) {
