@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import combinations, pairwise
 
+from sitscad.data import Row, rows
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout, Pad
 from sitscad.record import record
@@ -163,3 +164,18 @@ def contact_size(pad: Pad) -> tuple[float, float]:
     """Width and length (m) of a contact: its shorter and its longer side."""
     width, length = sorted(pad.size)
     return width, length
+
+
+def footprint_row(symbol: str, pins: int) -> Row | None:
+    """The row of KiCad's footprint for a part of the readout by its symbol; of sockets the pins decide which."""
+    found = (row for row in rows("footprints") if row["symbol"] == symbol)
+    return next((row for row in found if not row["most"] or pins <= int(row["most"])), None)
+
+
+def socket_pad(layout: Layout, contact: int) -> int:
+    """The pad of the tail's socket on the converter's board that a contact is on: a socket with its contacts below has
+    the last contact first, for the tail lies in it face down.
+    """
+    tail, count = layout.spec.fpc.tail, len(layout.pads)
+    row = footprint_row(tail.connector.name, count) if tail is not None else None
+    return count + 1 - contact if row is not None and row["order"] == "reversed" else contact

@@ -9,6 +9,7 @@ from sitscad.calibration.unknowns import usual
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import CoilBands, bands
 from sitscad.estimates.values import Estimates, Metered
+from sitscad.fabrication.board_end import socket_pad
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
 from sitscad.papers.firmware_driver import FAMILY, unlike
@@ -80,10 +81,18 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
     if spec.readout.chip is not None or spec.readout.capacitor_at == "coil":
         place = "on the tail, soldered there" if spec.readout.chip is not None else "at the coil"
     yield from _wrapped(f"{capacitor}, one a coil, {place}.", f"  {'capacitor':<10}", " " * 12)
-    yield "  contacts of the tail:"
+    is_reversed = socket_pad(layout, 1) > 1
+    yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
     for one in contacts(layout):
         where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
-        yield f"    {one.number:>3}  {one.pin:<8} {where}"
+        pad = f"pad {socket_pad(layout, one.number):<3} " if is_reversed else ""
+        yield f"    {one.number:>3}  {pad}{one.pin:<8} {where}"
+    if is_reversed:
+        yield from _wrapped(
+            "J1 has its contacts below, and the tail lies in it with its contacts down: they count the other way "
+            "round. In a socket with contacts on top, or with a tail that is turned over on its way, they count alike. "
+            "Plug a tail into a loose socket and look, before a board is ordered."
+        )
     yield from _wrapped(
         "With TI's evaluation board LDC1614EVM: take its own coils off, wire each pair of "
         "contacts to its INxA and INxB where the coil was, take its capacitors off or choose them as above, and set "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import Any
 
 from sitscad.data import cited, rows
 from sitscad.record import record
@@ -20,11 +21,15 @@ class Order:
     source: str
 
 
-def order_of(kind: str, name: str, **values: object) -> Order | None:
+def order_of(kind: str, name: str, **values: Any) -> Order | None:
     """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
-    code. None where the data have none.
+    code, and of connectors `contacts` decide the make. None where the data have none.
     """
-    row = _table().get((kind, name))
+    contacts = values.get("contacts")
+    row = next(
+        (row for row in _table().get((kind, name), ())
+         if contacts is None or not row["least"] or int(row["least"]) <= contacts <= int(row["most"])), None,
+    )  # fmt: skip
     if row is None:
         return None
     source = cited(row)
@@ -33,7 +38,7 @@ def order_of(kind: str, name: str, **values: object) -> Order | None:
 
 def capacitor(package: str, capacitance: float) -> Order | None:
     """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
-    row = _table().get(("capacitor", package))
+    row, *_ = _table().get(("capacitor", package), [None])
     if row is None:
         return None
     low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
@@ -56,5 +61,8 @@ def three_digits(capacitance: float) -> str:
 
 
 @cache
-def _table() -> dict[tuple[str, str], dict[str, str]]:
-    return {(row["kind"], row["name"]): row for row in rows("order_codes")}
+def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
+    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows("order_codes"):
+        found.setdefault((row["kind"], row["name"]), []).append(row)
+    return found

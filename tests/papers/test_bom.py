@@ -185,7 +185,7 @@ def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
     text = templates.read("grasper_4layer").replace("  margin:", "  boards: 40\n  margin:")
     layout = lay_out(load_text(text, "forty.yaml"))
     rows = rows_of(layout)
-    assert rows["connector"]["order_code"] == "FH12-4S-0.5SH(55)" and rows["connector"]["maker"] == "Hirose"
+    assert rows["connector"]["order_code"] == "SFV4R-1STE1LF" and rows["connector"]["maker"] == "Amphenol"
     assert rows["capacitor"]["for_boards"] == "80" and rows["capacitor"]["order_code"] == "GRM1885C1H331JA01D"
     assert "C0G, 5 %, 50 V" in rows["capacitor"]["size"]
     assert rows["converter"]["order_code"].startswith("LDC1614")

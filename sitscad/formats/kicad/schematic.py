@@ -7,10 +7,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 
-from sitscad.data import rows
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.estimates.values import Estimates
+from sitscad.fabrication.board_end import footprint_row, socket_pad
 from sitscad.formats.kicad.library import library_table
 from sitscad.formats.kicad.sexpr import identity, node, quoted, uuid_of
 from sitscad.geometry.path import rectangle
@@ -72,11 +72,10 @@ class Part:
 
     @property
     def footprint(self) -> str:
-        """Its footprint in KiCad's own libraries; empty for the tail's socket, of which the make decides the order of
-        the contacts, and for converters without one in the table.
-        """
-        named = {row["symbol"]: row["footprint"] for row in rows("footprints")}
-        return named.get(self.symbol, "").format(pins=f"{len(self.left) + len(self.right):02}")
+        """Its footprint in KiCad's own libraries; empty for sockets and converters without one in the table."""
+        number = len(self.left) + len(self.right)
+        row = footprint_row(self.symbol, number)
+        return "" if row is None else row["footprint"].format(number=number, pins=f"{number:02}")
 
     def at(self) -> Iterator[tuple[Pin, int, int]]:
         """Every pin with where it ends, in steps from the box's upper middle, y down, and on which side (-1 left)."""
@@ -138,8 +137,12 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
     host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
     found.append(Part("J2", "controller", "controller", pins, (), (62, row_below + 8)))
-    tail = tuple(Pin(one.number, one.pin, "passive", one.pin if one.net != "-" else "") for one in contacts(layout))
-    found.append(Part("J1", spec.name, "tail", (), tail, (14, row)))
+    tail = tuple(
+        Pin(socket_pad(layout, one.number), one.pin, "passive", one.pin if one.net != "-" else "")
+        for one in contacts(layout)
+    )
+    symbol = spec.fpc.tail.connector.name if spec.fpc.tail is not None else "tail"
+    found.append(Part("J1", spec.name, symbol, (), tail, (14, row)))
     return tuple(found)
 
 
