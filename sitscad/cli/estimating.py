@@ -38,7 +38,7 @@ def taken_points(
         for text in Leading(board, given, found, _asked, say).table(before):
             write_file(path, text.encode("utf-8"))
     except (NotTaken, OSError, KeyboardInterrupt, click.Abort) as error:
-        say(f"{error or 'stopped'}; the same command goes on after the points in {path}")
+        say(f"{str(error) or 'stopped'}; the same command goes on after the points in {path}")
         return False
     except ValueError as error:
         raise click.UsageError(f"{source}, {path}: {error}") from error
