@@ -32,7 +32,7 @@ from pathlib import Path
 import spec_reference
 
 from sitscad import load, measure
-from sitscad.study.sweep_files import shown
+from sitscad.study.sweeping import shown
 
 ROOT = Path(__file__).parents[1]
 PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}

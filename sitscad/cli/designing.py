@@ -17,7 +17,7 @@ from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad.study.running import Progress as StudyProgress
-    from sitscad.study.running import State
+    from sitscad.study.running import StudyState
     from sitscad.study.sweeping import Progress
 
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def measures(format_name: str) -> int:
     """List what a sweep or a study can ask of a design."""
-    from sitscad.study.listing import MEASURE_FORMATS
+    from sitscad.study.sweeping import MEASURE_FORMATS
 
     print_result(row_of(MEASURE_FORMATS, format_name, "--format")())
     return 0
@@ -61,8 +61,7 @@ def sweep(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.package import write_file
     from sitscad.study.space import RangeError
-    from sitscad.study.sweep_files import SWEEP_FILES, SWEEP_FORMATS
-    from sitscad.study.sweeping import range_of
+    from sitscad.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of
 
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
@@ -132,8 +131,8 @@ def design(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.inspection import unreadable
     from sitscad.package import write_file
-    from sitscad.study.answer_files import answer_files, answer_json
-    from sitscad.study.answer_text import answer_text
+    from sitscad.study.answer_text import answer_json, answer_text
+    from sitscad.study.page import answer_files
 
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:
@@ -171,11 +170,11 @@ def _study_progress() -> StudyProgress | None:
     """What shows on a terminal how far a study is: designs a second, those that keep all, the best, time left."""
     if not sys.stderr.isatty():
         return None
-    from sitscad.study.sweep_files import shown
+    from sitscad.study.sweeping import shown
 
     started: dict[str, float] = {}
 
-    def show(state: State) -> None:
+    def show(state: StudyState) -> None:
         first = started.setdefault(f"{state.stage}{state.of if state.done == 1 else ''}", time.monotonic())
         rate = state.done / max(time.monotonic() - first, 1e-3)
         best = ", ".join(f"{name} {shown(name, value)}" for name, value in state.best.items())

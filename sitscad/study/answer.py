@@ -14,7 +14,6 @@ from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
 from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
-from sitscad.study.measures import MEASURES
 from sitscad.study.running import Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point
@@ -69,7 +68,7 @@ class Kept:
 
 
 @record
-class Slice:
+class KeySlice:
     """A design with one key varied: the evaluations by the screen, a value each, in their order."""
 
     key: str
@@ -269,8 +268,3 @@ def without_vain_comments(text: str, lines: Sequence[int]) -> str:
     for number in lines:
         rows[number - 1] = _VAIN.sub("", rows[number - 1])
     return "\n".join(rows)
-
-
-def unit_of(name: str) -> str:
-    """The SI unit of a measure; of a rule nothing."""
-    return MEASURES[name].unit if name in MEASURES else ""

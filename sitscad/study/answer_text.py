@@ -1,17 +1,22 @@
-"""The answer of a study as text."""
+"""The answer of a study as text, as JSON, and its front as a table."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from sitscad.report.findings import to_json
 from sitscad.study.answer import Kept
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
+from sitscad.study.space import Point, code_version
 from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
-from sitscad.study.sweep_files import rule_titles, shown
-from sitscad.units import show
+from sitscad.study.sweeping import rule_titles, shown
+from sitscad.units import cell, show
+from sitscad.version import __version__
 
 BY_YIELD = "yield by "
 """Begins the name of what would cost too many units."""
@@ -85,7 +90,8 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
     goals = [goal.measure for goal in said.asked.goals]
     if said.kept:
         yield f"Designs, the best {'by' if len(goals) == 1 else 'of'} {', '.join(g.words for g in said.asked.goals)}:"
-        yield f"  base  {_figures(said, said.base)}{_refusal(said.base)}"
+        refusal = f"; refused by {', '.join(said.base.refused)}" if said.base.refused else ""
+        yield f"  base  {_figures(said, said.base)}{refusal}"
     for number, one in enumerate(said.kept, 1):
         yield f"  {number}     {_figures(said, one.evaluation)}"
         yield f"        {keys_words(one.changed)}"
@@ -94,10 +100,6 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
             yield from (f"        {words}" for words in sigma_words(one))
     if said.fallen:
         yield f"  dropped, for their units have too small a yield: {said.fallen}"
-
-
-def _refusal(one: Evaluation) -> str:
-    return f"; refused by {', '.join(one.refused)}" if one.refused else ""
 
 
 def _figures(said: StudyAnswer, one: Evaluation) -> str:
@@ -147,3 +149,60 @@ def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
         yield f"Next: sitscad build {folder}/designs/1.yaml"
     elif not said.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
+
+
+def answer_json(said: StudyAnswer) -> str:
+    """The answer for programs; it depends on study, seed and version alone."""
+    asked, found = said.asked, said.found
+    return to_json({
+        "sitscad": __version__, "code": code_version(), "study": said.name, "met": said.is_met,
+        "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
+        "full": len(found.full), "goals": [goal.words for goal in asked.goals],
+        "require": {one.measure: one.written for one in asked.require},
+        "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
+        "bindings": [
+            {"name": one.name, "share": one.share, "alone": one.alone, "nearest": _breach(one.nearest),
+             "at": None if one.nearest_at is None else asked.space.chosen(one.nearest_at)}
+            for one in said.bindings
+        ],
+        "relaxation": None if said.relaxation is None else {
+            "lets_go": {name: _breach(said.relaxation.breaches[name]) for name in said.relaxation.names},
+            "at": asked.space.chosen(said.relaxation.point),
+        },
+        "agreement": {
+            "designs": said.agreement.designs, "undecided": said.agreement.undecided,
+            "verdicts_differ": said.agreement.verdicts_differ,
+            "rank_correlation": dict(said.agreement.rank_correlation),
+        },
+        "base": said.base.as_json(),
+        "kept": [
+            {"design": f"designs/{number}.yaml", "changed": dict(one.changed), **one.evaluation.as_json(),
+             "yield": None if one.units is None else yield_json(one.units)}
+            for number, one in enumerate(said.kept, 1)
+        ],
+    })
+
+
+def _breach(one: Breach | None) -> dict[str, Any] | None:
+    return None if one is None else {"measured": one.measured, "limit": one.limit, "unit": one.unit}
+
+
+def yield_json(units: Yield) -> dict[str, Any]:
+    """A yield as plain values."""
+    return {"share": units.share, "interval": list(units.interval), "units": units.units, "good": units.good,
+            "calibrated": units.calibrated, "failed": units.failed, "broken": dict(units.broken),
+            "costs": dict(units.costs), "sigmas": dict(units.sigmas)}
+
+
+def front_csv(said: StudyAnswer) -> str:
+    """The front: one row a design, the best by the first goal first; kept designs by their number."""
+    asked, text = said.asked, io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    named = [title for name in asked.measures for title in (name, f"{name}.error")]
+    writer.writerow([*(v.key for v in asked.space.variables), *named, "design"])
+    numbers: dict[Point, int] = {one.point: k for k, one in enumerate(said.kept, 1)}
+    for point in said.front:
+        one = said.found.full[point]
+        figures = [cell(value) for name in asked.measures for value in one.values.get(name, (float("nan"),) * 2)]
+        writer.writerow([*asked.space.chosen(point).values(), *figures, numbers.get(point, "")])
+    return text.getvalue()

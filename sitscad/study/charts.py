@@ -59,7 +59,7 @@ def axis_of_values(title: str, values: Sequence[object], own: int | None = None)
 
 
 @record
-class Mark:
+class DesignMark:
     """A design in a chart: its number, what it is (a key of `MARKS`), and the number that it is kept under."""
 
     number: int
@@ -74,14 +74,14 @@ MARKS = {
 """Radius (px) and colour of a design, in the order of drawing: what it is is the best that can be said of it."""
 
 
-def in_order(marks: Iterable[Mark]) -> list[Mark]:
+def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
     """The lesser ones first, so that they lie below."""
     return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
 
 
 def field(
-    name: str, axes: tuple[Axis, Axis], marks: Iterable[Mark], place: Callable[[Mark], tuple[float, float] | None],
-    base: tuple[float, float] | None,
+    name: str, axes: tuple[Axis, Axis], marks: Iterable[DesignMark],
+    place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
     """Designs by two figures; those beyond the axes are left out."""
     size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
@@ -129,7 +129,9 @@ PARALLEL = (380.0, 40.0, 300.0)
 """Height of the picture of parallel axes, and where they begin and end (px)."""
 
 
-def parallel(axes: Sequence[Axis], marks: Iterable[Mark], values: Callable[[Mark], Sequence[float] | None]) -> str:
+def parallel(
+    axes: Sequence[Axis], marks: Iterable[DesignMark], values: Callable[[DesignMark], Sequence[float] | None]
+) -> str:
     """A line a design over upright axes; beyond its axis a figure is drawn at its end."""
     height, low, top = PARALLEL
     step = max(118.0, 900.0 / max(1, len(axes) - 1))
@@ -155,7 +157,7 @@ def parallel(axes: Sequence[Axis], marks: Iterable[Mark], values: Callable[[Mark
 
 
 @record
-class Strip:
+class RuleStrip:
     """A rule along a slice: its name, and by value whether it refuses."""
 
     name: str
@@ -164,7 +166,7 @@ class Strip:
 
 def slice_of(
     across: Axis, places: Sequence[float], own: float, curves: Sequence[tuple[Axis, Sequence[float | None]]],
-    strips: Sequence[Strip],
+    strips: Sequence[RuleStrip],
 ) -> str:
     """How figures go with one key, one below the other, and below them from where to where each rule refuses: cells
     about the values that were looked at, whose edges lie between two of them.

@@ -11,10 +11,8 @@ from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
 from sitscad.spec.format.reading import Remarks, SpecError
 from sitscad.spec.format.section import Section, key
 from sitscad.spec.yaml.source import dotted
-from sitscad.study.changes import Base
 from sitscad.study.measures import MEASURES, nearest_measures
-from sitscad.study.space import RangeError, Space, Variable, stepped
-from sitscad.study.sweeping import require_key
+from sitscad.study.space import Base, RangeError, Space, Variable, require_key, stepped
 from sitscad.units import UNITS
 
 VERSION = 1

@@ -11,6 +11,7 @@ import numpy as np
 from sitscad.design import Design
 from sitscad.measured import Measure as FitMeasure
 from sitscad.record import record
+from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.study.evaluation import FULL, SCREEN
 
 if TYPE_CHECKING:
@@ -215,12 +216,6 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     return read
 
 
-def _closed_pair(found: dict[str, FitMeasure]) -> float:
-    from sitscad.scene.fit import CLOSED_PAIR
-
-    return found[CLOSED_PAIR].worst
-
-
 def _layout(of: Callable[[Design], float]) -> Reader:
     return lambda design: (of(design), 0.0)
 
@@ -289,7 +284,7 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
                         "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", NEEDS_JAW,
-                        _fit(_closed_pair))
+                        _fit(lambda found: found[CLOSED_PAIR].worst))
     yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", NEEDS_JAW,
                         _fit(lambda found: min(measure.margin for measure in found.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", "",

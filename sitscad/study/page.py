@@ -15,9 +15,11 @@ from sitscad.layout import arrange, sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
-from sitscad.study.answer import Agreement, Slice, at_key, bindings, relaxation
+from sitscad.study.answer import Agreement, KeySlice, at_key, bindings, relaxation
 from sitscad.study.answer_text import (
+    answer_json,
     breach_words,
+    front_csv,
     keys_words,
     onward,
     sigma_words,
@@ -28,8 +30,8 @@ from sitscad.study.answer_text import (
 from sitscad.study.charts import (
     Axis,
     Bar,
-    Mark,
-    Strip,
+    DesignMark,
+    RuleStrip,
     axis_of_figures,
     axis_of_values,
     bars,
@@ -38,12 +40,12 @@ from sitscad.study.charts import (
     parallel,
     slice_of,
 )
+from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
 from sitscad.study.running import Found, violations
-from sitscad.study.screen import screened
 from sitscad.study.space import Point
 from sitscad.study.study import Study, StudyAnswer
-from sitscad.study.sweep_files import rule_titles, scale_of, shown
+from sitscad.study.sweeping import rule_titles, scale_of, shown, titled
 from sitscad.units import counted
 
 MOST_OTHERS = 2000
@@ -94,9 +96,9 @@ class StudyPage:
         return [self.scaled(self.said.found.of(point)) for point in self.points]
 
     @cached_property
-    def marks(self) -> list[Mark]:
+    def marks(self) -> list[DesignMark]:
         """All points as charts show them."""
-        return [Mark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
+        return [DesignMark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
 
     def _kind(self, point: Point) -> str:
         if point in self.numbers:
@@ -127,8 +129,7 @@ class StudyPage:
 
     def titled(self, name: str) -> str:
         """A measure with its unit."""
-        unit = self.scales[name][1]
-        return f"{name} ({unit})" if unit else name
+        return titled(name, self.scales[name][1])
 
     def html(self) -> str:
         """The whole file."""
@@ -259,13 +260,15 @@ class StudyPage:
         for k, (across, up) in enumerate(pairs):
             axes = self._key_axis(across) if across not in self.axes else self.axes[across], self.axes[up]
 
-            def place(mark: Mark, across: str = across, up: str = up) -> tuple[float, float] | None:
-                own = self.figures[mark.number] | self._indices(self.points[mark.number])
+            def place(mark: DesignMark, across: str = across, up: str = up) -> tuple[float, float] | None:
+                keys = zip((v.key for v in self.asked.space.variables), self.points[mark.number], strict=True)
+                own = self.figures[mark.number] | {key: float(k) for key, k in keys}
                 return (own[across], own[up]) if across in own and up in own else None
 
-            at = (base[across], base[up]) if across in base and up in base else None
-            beyond = sum(1 for mark in self.marks if not _is_on(axes, place(mark)))
-            drawn += figure(field(f"field-{k}", axes, self.marks, place, at), CAPTION + (
+            own = (base[across], base[up]) if across in base and up in base else None
+            places = [place(mark) for mark in self.marks]
+            beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
+            drawn += figure(field(f"field-{k}", axes, self.marks, place, own), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
         return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}" + self._front_table()
 
@@ -281,15 +284,12 @@ class StudyPage:
     def _key_axis(self, key: str, own: int | None = None) -> Axis:
         return next(axis_of_values(v.key, v.values, own) for v in self.asked.space.variables if v.key == key)
 
-    def _indices(self, point: Point) -> dict[str, float]:
-        return {v.key: float(k) for v, k in zip(self.asked.space.variables, point, strict=True)}
-
     def lines(self) -> str:
         """Parallel axes of all keys and measures."""
         keys = [v.key for v in self.asked.space.variables]
         axes = [*map(self._key_axis, keys), *(self.axes[name] for name in self.names)]
 
-        def values(mark: Mark) -> list[float] | None:
+        def values(mark: DesignMark) -> list[float] | None:
             own = self.figures[mark.number]
             if not all(name in own for name in self.names):
                 return None
@@ -311,7 +311,7 @@ class StudyPage:
                  "each rule or requirement refuses. The dashed line is the design.")
         return f"<p class='soft'>{words}</p><div class='cuts'>{drawn}</div>" if drawn else ""
 
-    def _slice(self, k: int, one: Slice) -> str:
+    def _slice(self, k: int, one: KeySlice) -> str:
         assert self.said.chosen is not None
         curves = []
         for goal in self.asked.goals:
@@ -321,7 +321,7 @@ class StudyPage:
                 curves.append((axis_of_figures(self.titled(goal.measure), known, 3), found))
         broken, titles = [violations(self.asked, each) for each in one.evaluations], rule_titles()
         rules = sorted({name for each in broken for name in each})
-        strips = [Strip(titles.get(name, name), tuple(name in each for each in broken)) for name in rules]
+        strips = [RuleStrip(titles.get(name, name), tuple(name in each for each in broken)) for name in rules]
         places, own = [float(point[k]) for point in one.points], float(self.said.chosen[k])
         drawn = slice_of(self._key_axis(one.key, self.said.chosen[k]), places, own, curves, strips)
         return f"<div class='paper'>{drawn[drawn.index('<svg'):]}</div>"
@@ -420,10 +420,6 @@ def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
     return (f"<p>{escape(line)}</p>" for line in lines)
 
 
-def _is_on(axes: tuple[Axis, Axis], at: tuple[float, float] | None) -> bool:
-    return at is not None and axes[0].has(at[0]) and axes[1].has(at[1])
-
-
 def _digits(value: float | None) -> float | None:
     """A figure as short as it may be drawn."""
     return None if value is None else float(f"{value:.5g}")
@@ -446,3 +442,12 @@ def page_so_far(study: Study, found: Found, front: Sequence[Point], of: int) -> 
     said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)), relaxation(asked, found), nothing,
                        (), tuple(front), (), ())
     return StudyPage(said).so_far(of)
+
+
+def answer_files(said: StudyAnswer) -> dict[str, bytes]:
+    """The files of a study's folder beside its archive, and those that the kept designs read."""
+    own = _file(said.asked.base.path)
+    files = {f"designs/{name}": content for name, content in said.asked.base.spec.source.files.items() if name != own}
+    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
+    whole = {"front.csv": front_csv(said), "study.json": answer_json(said), "study.html": study_page(said)}
+    return (files if said.kept else {}) | {name: text.encode("utf-8") for name, text in whole.items()}

@@ -13,13 +13,10 @@ import numpy as np
 from sitscad.checks import all_rules
 from sitscad.policy import stands_for
 from sitscad.record import record
-from sitscad.study.archive import Archive
-from sitscad.study.changes import Base, Changes
 from sitscad.study.document import ALL, Asked
-from sitscad.study.evaluating import Workers
-from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
+from sitscad.study.evaluating import IN_FULL, Workers
+from sitscad.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.screen import IN_FULL
 from sitscad.study.search import Costs, method_for, ranked, search
 from sitscad.study.space import Point
 from sitscad.study.spreads import DRAWS, UnitJudged, draws, judge_units
@@ -41,7 +38,7 @@ MOST_ROUNDS = 4
 
 
 @record
-class State:
+class StudyState:
     """How far a study is: what it does, designs done of all, those that keep everything, and the best of each goal."""
 
     stage: str
@@ -51,7 +48,7 @@ class State:
     best: Mapping[str, float]
 
 
-Progress = Callable[[State], None]
+Progress = Callable[[StudyState], None]
 
 
 @dataclass
@@ -74,7 +71,9 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     that is asked for and that it does not have is broken, too, but for what only the full level has.
     """
     broken = dict(found.refused)
-    broken |= {rule: breach for rule, breach in found.warned.items() if not _is_accepted(rule, asked.accept)}
+    names = {rule.id: rule.name for rule in all_rules()} if found.warned else {}
+    broken |= {rule: breach for rule, breach in found.warned.items() if rule != IN_VAIN and not any(
+        word == ALL or stands_for(word, rule, names.get(rule, "")) for word in asked.accept)}
     for one in asked.require:
         if one.measure == "yield":
             continue
@@ -95,11 +94,6 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     return broken
 
 
-def _is_accepted(rule: str, accept: Sequence[str]) -> bool:
-    name = next((one.name for one in all_rules() if one.id == rule), "")
-    return rule == IN_VAIN or any(word == ALL or stands_for(word, rule, name) for word in accept)
-
-
 def costs(asked: Asked, found: Evaluation) -> Costs:
     """What a design costs the search."""
     goals = tuple(goal.cost(found.values[goal.measure][0]) if goal.measure in found.values else None
@@ -118,7 +112,7 @@ NOT_MADE = 10.0
 
 
 @dataclass
-class _Tally:
+class LevelTally:
     """Counts the evaluations of a level, and tells how far it is after each."""
 
     asked: Asked
@@ -130,16 +124,17 @@ class _Tally:
     best: dict[str, float] = field(default_factory=dict)
 
     def note(self, one: Evaluation) -> None:
+        """Count one."""
         self.done += 1
         if not violations(self.asked, one):
             self.good += 1
             for goal in (goal for goal in self.asked.goals if goal.measure in one.values):
                 value = one.values[goal.measure][0]
                 self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
-        self.progress(State(self.level, self.done, max(self.of, self.done), self.good, dict(self.best)))
+        self.progress(StudyState(self.level, self.done, max(self.of, self.done), self.good, dict(self.best)))
 
 
-class Run:
+class StudyRun:
     """One study with its workers, its archive and whom it tells how far it is."""
 
     def __init__(self, asked: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
@@ -148,7 +143,7 @@ class Run:
         self._costs: dict[Point, Costs] = {}
         self._made: set[str] = set()  # keys of what this run evaluated itself
         total = min(asked.evaluations, asked.space.size)
-        self._told = {level: _Tally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
+        self._told = {level: LevelTally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
         self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)))
 
     def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
@@ -186,7 +181,8 @@ class Run:
         count = min(asked.evaluations, asked.space.size)
         search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of)
         for _ in range(MOST_ROUNDS):
-            count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, self._on_front()))
+            on_front = np.count_nonzero(ranked([self._costs[point] for point in self._good()], 1) == 0)
+            count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, int(on_front)))
             wanted = [point for point in self.best(count) if point not in self.found.full]
             if not wanted:
                 break
@@ -198,10 +194,6 @@ class Run:
         if len(good) <= MOST_RANKED:
             return good
         return nsmallest(MOST_RANKED, good, key=lambda point: self._costs[point].goals)
-
-    def _on_front(self) -> int:
-        """How many of them no other one beats."""
-        return int(np.count_nonzero(ranked([self._costs[point] for point in self._good()], 1) == 0))
 
     def _costs_of(self, points: list[Point]) -> list[Costs]:
         """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
@@ -231,13 +223,12 @@ class Run:
         keys = [base.key((*changes, ("units", [count, k, sorted(own.items()), list(names)])), "units")
                 for k in range(0, count, PART)]
         missing = [k for k, key in enumerate(keys) if self._archive.said(key) is None]
-        parts = [(base.text, base.path, base.profiles, changes, own, names, rows[PART * k : PART * (k + 1)])
-                 for k in missing]
-        for k, part in zip(missing, self._workers.each(_units_of, parts), strict=True):
+        parts = [(base, changes, own, names, rows[PART * k : PART * (k + 1)]) for k in missing]
+        for k, part in zip(missing, self._workers.each(judge_units, parts), strict=True):
             units = [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
             self._archive.add(keys[k], changes, {"units": units})
             good += sum(one.is_good for one in part)
-            self._progress(State("units", min(count, PART * (k + 1)), count, good, {}))
+            self._progress(StudyState("units", min(count, PART * (k + 1)), count, good, {}))
         for key in keys:
             said = self._archive.said(key)
             assert said is not None
@@ -251,9 +242,3 @@ PART = 8
 MOST_RANKED = 3000
 """Designs among which fronts are told apart; of more, those that are best by the first goal."""
 
-
-def _units_of(
-    text: str, path: str, profiles: str | None, changes: Changes, own: Mapping[str, float], names: tuple[str, ...],
-    rows: Any,
-) -> list[UnitJudged]:
-    return judge_units(Base(text, path, profiles), changes, own, names, rows)

@@ -25,8 +25,8 @@ from sitscad.record import record
 from sitscad.scene.column import placement
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-from sitscad.study.changes import Base, Changes
-from sitscad.study.full import figures
+from sitscad.study.evaluating import figures
+from sitscad.study.space import Base, Changes
 
 DRAWS, SEED = 256, 20261124
 """Units of a kept design, and the seed of their draws: the same for every study."""
@@ -44,7 +44,7 @@ LEAST_FACTOR = 0.05
 
 
 @record
-class Spread:
+class Scatter:
     """One figure that differs from unit to unit: its standard deviation, relative where `is_relative`, else in metres
     or radians; whether the draws are normal in its logarithm, else evenly spread over their band; and what moves it.
     """
@@ -118,32 +118,27 @@ def _turned(spec: SensorSpec, off: float) -> SensorSpec:
         spec, target=replace(spec.target, rotation=spec.target.rotation + off))
 
 
-def _yaw(spec: SensorSpec) -> float:
-    return 2.0 * placement(spec).band / min(spec.target.size) / math.sqrt(3.0) if spec.target is not None else 0.0
+def _of_band(spec: SensorSpec) -> float:
+    return placement(spec).band / math.sqrt(3.0)
 
 
-def _of_table(name: str) -> Callable[[SensorSpec], float]:
-    return lambda spec: sigmas(spec)[name]
-
-
-def _line_sigma(spec: SensorSpec) -> float:
-    return spec.assembly.glue_tolerance / math.sqrt(3.0)
-
-
-SPREADS: dict[str, Spread] = {
+SPREADS: dict[str, Scatter] = {
     row.name: row
     for row in (
-        Spread("coil.trace_width", _of_table(WIDTH), _width),
-        Spread("fpc.stackup.copper", _of_table(FOIL), _layers(LayerKind.COPPER)),
-        Spread("fpc.stackup.dielectric", _of_table(DISTANCE), _layers(LayerKind.DIELECTRIC)),
-        Spread("readout.capacitance", _of_table(CAPACITOR), _capacitor),
-        Spread("elastomer.thickness", _of_table(PAD), _pad_thickness, is_relative=False),
-        Spread("elastomer.modulus", lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0,
-               _modulus, is_logarithmic=True),
-        Spread("assembly.glue_line", _line_sigma, _glue, is_relative=False),
-        Spread("target.offset.x", lambda spec: placement(spec).band / math.sqrt(3.0), _beside(0), is_relative=False),
-        Spread("target.offset.y", lambda spec: placement(spec).band / math.sqrt(3.0), _beside(1), is_relative=False),
-        Spread("target.rotation", _yaw, _turned, is_relative=False),
+        Scatter("coil.trace_width", lambda spec: sigmas(spec)[WIDTH], _width),
+        Scatter("fpc.stackup.copper", lambda spec: sigmas(spec)[FOIL], _layers(LayerKind.COPPER)),
+        Scatter("fpc.stackup.dielectric", lambda spec: sigmas(spec)[DISTANCE], _layers(LayerKind.DIELECTRIC)),
+        Scatter("readout.capacitance", lambda spec: sigmas(spec)[CAPACITOR], _capacitor),
+        Scatter("elastomer.thickness", lambda spec: sigmas(spec)[PAD], _pad_thickness, is_relative=False),
+        Scatter("elastomer.modulus",
+                lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0, _modulus,
+                is_logarithmic=True),
+        Scatter("assembly.glue_line", lambda spec: spec.assembly.glue_tolerance / math.sqrt(3.0), _glue,
+                is_relative=False),
+        Scatter("target.offset.x", _of_band, _beside(0), is_relative=False),
+        Scatter("target.offset.y", _of_band, _beside(1), is_relative=False),
+        Scatter("target.rotation", lambda spec: 2.0 * _of_band(spec) / min(spec.target.size) if spec.target else 0.0,
+                _turned, is_relative=False),
     )
 }
 """What scatters, by name; sigmas are those of `estimates.uncertainty` and `scene.column`, with their sources there."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from sitscad.checks import all_rules
 from sitscad.finding import Severity
+from sitscad.policy import stands_for
 from sitscad.record import record
 from sitscad.spec.format.reading import (
     Flaw,
@@ -25,15 +26,12 @@ from sitscad.spec.load import plain, read_text, yaml_text
 from sitscad.spec.sensor import LONGEST_NAME
 from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer
-from sitscad.study.answer import Agreement, Binding, Kept, Relaxation, Slice
-from sitscad.study.archive import ARCHIVE, Archive
-from sitscad.study.changes import Base, Changes
+from sitscad.study.answer import Agreement, Binding, Kept, KeySlice, Relaxation
 from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
-from sitscad.study.evaluating import Executor, Workers
-from sitscad.study.evaluation import Evaluation
-from sitscad.study.full import judged
-from sitscad.study.running import IN_VAIN, Found, Progress, Run
-from sitscad.study.space import Point
+from sitscad.study.evaluating import Executor, Workers, judged
+from sitscad.study.evaluation import ARCHIVE, Archive, Evaluation
+from sitscad.study.running import IN_VAIN, Found, Progress, StudyRun
+from sitscad.study.space import Base, Changes, Point
 from sitscad.study.spreads import DRAWS, yield_of
 
 
@@ -60,7 +58,7 @@ class StudyAnswer:
     texts: tuple[str, ...]
     fallen: int = 0
     chosen: Point | None = None
-    slices: tuple[Slice, ...] = ()
+    slices: tuple[KeySlice, ...] = ()
 
     @property
     def is_met(self) -> bool:
@@ -110,7 +108,7 @@ class Study:
         asked = self.asked
         path = None if folder is None else Path(folder) / ARCHIVE
         with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
-            run = Run(asked, workers, archive, progress)
+            run = StudyRun(asked, workers, archive, progress)
             run.search()
             kept, fallen = _all_kept(asked, run, draws)
             least = answer.relaxation(asked, run.found)
@@ -125,15 +123,15 @@ class Study:
         )
 
 
-def _slices(asked: Asked, run: Run, through: Point | None) -> tuple[Slice, ...]:
+def _slices(asked: Asked, run: StudyRun, through: Point | None) -> tuple[KeySlice, ...]:
     if through is None:
         return ()
     wanted = answer.slice_points(asked, through)
     found = run.aside([*dict.fromkeys(point for points in wanted.values() for point in points)])
-    return tuple(Slice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
+    return tuple(KeySlice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
 
 
-def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[tuple[Kept, ...], int]:
+def _all_kept(asked: Asked, run: StudyRun, draws: int) -> tuple[tuple[Kept, ...], int]:
     """The designs that are kept; where the units of one have too small a yield, the next one is looked at, until as
     many fell as there are to be kept; and how many fell.
     """
@@ -147,7 +145,7 @@ def _all_kept(asked: Asked, run: Run, draws: int) -> tuple[tuple[Kept, ...], int
             return kept, len(fallen)
 
 
-def _kept(asked: Asked, run: Run, point: Point, draws: int) -> Kept:
+def _kept(asked: Asked, run: StudyRun, point: Point, draws: int) -> Kept:
     def broken(values: Mapping[str, float]) -> tuple[str, ...]:
         return answer.limits_broken(asked, values)
 
@@ -195,19 +193,14 @@ def _read(text: str, path: str) -> Study:
         message = f"{base} cannot be read{where}: {first.message}"
         flaw = Flaw("SIT011", "base", message, f"`sitscad check {base}` says all of it")
         raise SpecError((finding_from_flaw(flaw, source),), source=source) from error
-    unknown = [rule for rule in document.accept if rule != "all" and not _is_rule(rule)]
+    unknown = [rule for rule in document.accept
+               if rule != "all" and not any(stands_for(rule, one.id, one.name) for one in all_rules())]
     for rule in unknown:
         said.flaw("SIT007", "accept", f"there is no rule {rule!r}", "`sitscad rules` lists them all")
     if said.flaws:
         raise SpecError(in_order([finding_from_flaw(flaw, source) for flaw in said.flaws]), source=source)
     stem = os.path.splitext(os.path.basename(path))[0]
     return Study(stem, found)
-
-
-def _is_rule(pattern: str) -> bool:
-    from sitscad.policy import stands_for
-
-    return any(stands_for(pattern, rule.id, rule.name) for rule in all_rules())
 
 
 def study_schema() -> dict[str, Any]:

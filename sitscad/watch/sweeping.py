@@ -13,7 +13,7 @@ from sitscad.study.evaluation import SCREEN, Evaluation
 from sitscad.study.running import Found
 from sitscad.study.search import first_set
 from sitscad.study.study import Study
-from sitscad.study.sweep_files import shown
+from sitscad.study.sweeping import shown
 
 PAUSE = 1.0
 """Seconds between two events of a sweep."""

@@ -27,10 +27,9 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sitscad
-from sitscad.study.answer_files import answer_files
-from sitscad.study.evaluating import Chunk
+from sitscad.study.evaluating import Chunk, screened
 from sitscad.study.evaluation import Evaluation
-from sitscad.study.screen import screened
+from sitscad.study.page import answer_files
 
 ROOT = Path(__file__).resolve().parents[2]
 RECORDED = 16
@@ -43,7 +42,7 @@ class Told:
         self.rows = rows
 
     def submit(self, work: Callable[..., Any], /, *given: Any) -> Future[Any]:
-        chunk: Chunk = given[3]
+        chunk: Chunk = given[1]
         future: Future[Any] = Future()
         future.set_result(([self.one(changes, chunk.level) for changes in chunk.designs], 1e-2))
         return future

@@ -26,9 +26,9 @@ from statistics import mean
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sitscad
-from sitscad.study.archive import Archive
 from sitscad.study.evaluating import MOST_IN_CHUNK, SECONDS, Chunk, Workers
-from sitscad.study.running import _Tally
+from sitscad.study.evaluation import Archive
+from sitscad.study.running import LevelTally
 from sitscad.study.search import GENERATION, POPULATION, sobol_set
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,7 +81,7 @@ def main() -> None:
             evaluations = list(workers.evaluations(designs, measures, "screen"))
             times[jobs] = time.perf_counter() - clock, _processor() - before
     screen = times[1][1] / len(designs)
-    archive, tally, began = Archive(), _Tally(study.asked, "screen", 0, lambda state: None), time.process_time()
+    archive, tally, began = Archive(), LevelTally(study.asked, "screen", 0, lambda state: None), time.process_time()
     for changes, one in zip(designs, evaluations, strict=True):
         key = base.key(changes, "screen")
         archive.add(key, changes, one.as_json())

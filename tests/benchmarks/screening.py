@@ -22,9 +22,8 @@ from sitscad.estimates import estimated
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout import sketch
 from sitscad.spec import templates
-from sitscad.study.full import figures, judged
+from sitscad.study.evaluating import figures, judged, screened
 from sitscad.study.measures import MEASURES
-from sitscad.study.screen import screened
 
 TEMPLATES = ("single_coil", "grasper_4layer", "bench_7mm", "three_axis_triangle", "robotic_jaw_12mm", "grasper_3p5mm")
 NAMES = ("rp", "frequency", "resolution.normal", "fit.closed_pair")

@@ -8,10 +8,9 @@ from tolerance import approx
 import sitscad
 from sitscad.layout import sketch
 from sitscad.spec import templates
+from sitscad.study.evaluating import IN_FULL, judged, screened
 from sitscad.study.evaluation import FAILS, SCREEN, UNKNOWN, Evaluation
-from sitscad.study.full import judged
 from sitscad.study.measures import MEASURES
-from sitscad.study.screen import IN_FULL, screened
 
 NAMES = tuple(
     name for name, row in MEASURES.items() if SCREEN in row.levels and not name.startswith(("error", "yield"))

@@ -22,13 +22,12 @@ import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
-from sitscad.study.answer_files import answer_files, answer_json
-from sitscad.study.answer_text import answer_text, yield_words
-from sitscad.study.archive import ARCHIVE, Archive
+from sitscad.study.answer_text import answer_json, answer_text, yield_words
 from sitscad.study.document import Goal, StudyDocument
-from sitscad.study.evaluation import Breach, Evaluation
+from sitscad.study.evaluating import IN_FULL, screen_errors
+from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
+from sitscad.study.page import answer_files
 from sitscad.study.running import Found, costs, violations
-from sitscad.study.screen import IN_FULL, screen_errors
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
@@ -110,7 +109,7 @@ def test_text_and_json_say_what_was_found(answered):
 
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
-    from sitscad.study.running import Run
+    from sitscad.study.running import StudyRun
 
     first = []
 
@@ -118,7 +117,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
         first.append(point)
         return [Unit(point != first[0], () if point != first[0] else ("SIT202",), True, {"inductance": 3e-6})] * count
 
-    monkeypatch.setattr(Run, "units", units)
+    monkeypatch.setattr(StudyRun, "units", units)
     text = STUDY.replace('">= 2.5 uH"}', '">= 2.5 uH", yield: ">= 95 %"}')
     (folder / "study.yaml").write_text(text)
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=16)
@@ -154,7 +153,7 @@ def _lines(folder):
 RUN = """\
 import pathlib, sys
 from sitscad.study import running
-from sitscad.study.answer_files import answer_files
+from sitscad.study.page import answer_files
 from sitscad.study.evaluating import cluster
 from sitscad.study.study import Study
 
@@ -237,7 +236,7 @@ def test_a_study_killed_at_random_moments_ends_with_the_bytes_of_one_left_alone(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.more), "2"])
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.more)])
 def test_a_sweep_killed_at_random_moments_leaves_no_half_file(folder, jobs):
     command = [sys.executable, "-m", "sitscad", "sweep", "coil.yaml", "coil.turns=10:13:13", "--measure", "rp",
                "--jobs", jobs, "-o"]
@@ -542,6 +541,20 @@ def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
         assert len(archive) == 2
     with Archive(path, again=True) as archive:
         assert len(archive) == 0
+
+
+def test_two_that_append_to_one_archive_read_their_own_lines_and_a_cut_one_is_refused(tmp_path):
+    path = tmp_path / ARCHIVE
+    with Archive(path) as one, Archive(path) as other:
+        for k in range(4):
+            one.add(f"one {k}", (), {"units": [k]})
+            other.add(f"other {k}", (("coil.turns", "x" * 10_000 * k),), {"units": [-k]})
+        assert [one.said(f"one {k}")["units"] for k in range(4)] == [[0], [1], [2], [3]]
+        assert [other.said(f"other {k}")["units"] for k in range(4)] == [[0], [-1], [-2], [-3]]
+        path.write_bytes(b"")
+        with pytest.raises(OSError, match="cut or rewritten"):
+            one.said("one 0")
+    assert Archive(path).said("one 3") is None
 
 
 def test_wilson_is_the_published_interval():

@@ -15,9 +15,8 @@ from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
 from sitscad.study.measures import MEASURES
-from sitscad.study.space import RangeError, Space, Variable, counted, stepped
-from sitscad.study.sweep_files import sweep_csv, sweep_json, sweep_npz, sweep_svg
-from sitscad.study.sweeping import range_of
+from sitscad.study.space import Base, RangeError, Space, Variable, counted, stepped
+from sitscad.study.sweeping import range_of, sweep_csv, sweep_json, sweep_npz, sweep_svg
 
 CONTRACT = {
     "inductance", "rp", "q", "frequency", "amplitude", "signal.normal", "resolution.normal", "resolution.shear_x",
@@ -150,11 +149,11 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
         return screened(specs, measures)
 
     from sitscad.study import evaluating
-    from sitscad.study.screen import screened
+    from sitscad.study.evaluating import screened
 
     monkeypatch.setattr(evaluating, "screened", fails)
     chunk = Chunk(((("coil.turns", 10),), (("coil.turns", 11),)), ("board.area",), "screen")
-    (one, other), _ = evaluate_chunk(bench.source.text, "x.yaml", None, chunk)
+    (one, other), _ = evaluate_chunk(Base(bench.source.text, "x.yaml"), chunk)
     assert NOT_COMPUTED not in one.refused and other.refused_by == (NOT_COMPUTED,)
     assert "of this test" in other.absent["board.area"]
 
@@ -162,8 +161,6 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
 def test_a_design_that_is_computed_from_values_is_the_one_that_is_written():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     from sitscad.spec.sensor import without_text
-    from sitscad.study.changes import Base
-
     base, changes = Base.of(spec), (("coil.turns", 7.25), ("target.size", [4.8, 4.0]), ("fpc.tail.length", 31))
     written = sitscad.load_text(base.written(changes))
     assert without_text(base.design(changes)) == without_text(written)
@@ -180,8 +177,6 @@ def test_another_value_comment_or_level_is_another_key():
 
 
 def _base():
-    from sitscad.study.changes import Base
-
     return Base.of(sitscad.load_text(templates.read("grasper_4layer")))
 
 

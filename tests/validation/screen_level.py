@@ -21,10 +21,9 @@ import numpy as np
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
+from sitscad.study.evaluating import can_screen, judged, screened
 from sitscad.study.evaluation import SCREEN, Evaluation, of_json
-from sitscad.study.full import judged
 from sitscad.study.measures import MEASURES
-from sitscad.study.screen import can_screen, screened
 
 TEMPLATES = ("single_coil", "grasper_4layer", "bench_7mm", "three_axis_triangle", "robotic_jaw_12mm", "grasper_3p5mm")
 ROOT = Path(__file__).resolve().parents[2]
