@@ -57,23 +57,22 @@ def render(
         performance = replace(first, production=production_limits(estimates)), *others
     return {
         "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
-        "datasheet.json": _document(response, performance, found),
+        "datasheet.json": figures_for_programs(response, performance, found),
         "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
     }
 
 
-def figures_for_programs(response: ResponseModel, performance: Sequence[Performance]) -> bytes:
-    """``datasheet.json`` without what a calibration is foretold to do, and without a plotting library."""
-    return _document(response, performance, None)
-
-
-def _document(response: ResponseModel, performance: Sequence[Performance], found: Calibration | None) -> bytes:
+def figures_for_programs(
+    response: ResponseModel | None, performance: Sequence[Performance], found: Calibration | None = None
+) -> bytes:
+    """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table."""
     whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
     if found is not None:
         known = found.document()
         whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
         whole["unit_to_unit"]["in_words"] = found.error_rows
-    whole["pushed"] = response_table(response).document()
+    if response is not None:
+        whole["pushed"] = response_table(response).document()
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
     return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 

@@ -6,6 +6,7 @@ response where nothing is another, the solids where no piece is, and what target
 
 from __future__ import annotations
 
+import gc
 import json
 import signal
 import sys
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sitscad.design import Design
+from sitscad.estimates.response.model import ResponseModel
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
 from sitscad.opening import is_study, opened, policy_for
@@ -30,7 +32,7 @@ from sitscad.report.measures import quantity
 from sitscad.solutions import Solutions
 from sitscad.spec.format.reading import SpecError
 
-STAGES = ("findings", "board", "estimate", "feeling", "solids", "sweep")
+STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
 """What is told, in the order of working it out; of a study findings and the sweep."""
 
 DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
@@ -95,6 +97,9 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     if feeling:
         points = json.loads(feeling[DATA_SHEET])["performance"]
         yield event("feeling", {"numbers": _felt(points[-1])})
+    if serves and feeling:
+        files |= _kept(before, "pushed", made_of, spec.name, lambda: _feeling(design.bare, design.bare.response))
+        yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
@@ -136,10 +141,11 @@ def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -
     return before.files[name][1]
 
 
-def _feeling(design: Design) -> dict[str, bytes]:
+def _feeling(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
+    """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
     from sitscad.papers.datasheet import figures_for_programs
 
-    return {DATA_SHEET: figures_for_programs(design.response, design.performance)} if design.performance else {}
+    return {DATA_SHEET: figures_for_programs(pushed, design.performance)} if design.performance else {}
 
 
 def _calibration(contents: Contents) -> dict[str, bytes]:
@@ -217,3 +223,4 @@ def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
             before.designs.clear()
             told.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
         told.send((revision, None))
+        gc.collect()  # designs hold themselves in rings, with arrays that Python does not count as a reason to look

@@ -1,8 +1,10 @@
 """How long after a save each stage of `sitscad watch` is told: median and longest over some saves of one kind each.
 
-    python tests/benchmarks/watch_latency.py [TEMPLATE] [--saves 20]
+    python tests/benchmarks/watch_latency.py [TEMPLATE] [--saves 20] [--loaded 1]
 
-A save waits for the last stage of the one before, so nothing is interrupted. It fails on nothing.
+A save waits for the last stage of the one before, so nothing is interrupted; every seventh is broken. `--loaded` are
+processes that burn beside it. Seconds of the processor are what a machine takes that has nothing else to do. It says,
+too, how large the process that works is after each kind. It fails on nothing.
 """
 
 from __future__ import annotations
@@ -30,50 +32,77 @@ KINDS = {
 }
 """Saves: key, how its value is written, the first and the step."""
 
+PAUSE = 0.5
+"""Seconds between the last stage of a save and the next save."""
+
 
 def main() -> None:
     """Print one row a kind and stage."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("template", nargs="?", default="grasper_4layer")
     parser.add_argument("--saves", type=int, default=20)
+    parser.add_argument("--loaded", type=int, default=0)
     asked = parser.parse_args()
+    burning = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(asked.loaded)]
     text = (ROOT / "templates" / f"{asked.template}.yaml").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "watched.yaml"
         path.write_text(text, encoding="utf-8")
         command = [sys.executable, "-m", "sitscad", "watch", str(path), "--serve", "--format", "json"]
-        around = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+        around = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1", "SITSCAD_CACHE": ""}
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=around, cwd=ROOT)
         try:
-            told(process, time.perf_counter())
+            told(process)
             for kind, (key, written, first, step) in KINDS.items():
-                spent: dict[str, list[float]] = {}
+                spent: dict[str, list[tuple[float, float]]] = {}
                 for number in range(asked.saves):
+                    time.sleep(PAUSE)
                     changed = rewritten(text, [Edit(key, written.format(first + step * number))])
-                    beside = path.with_suffix(".new")
-                    beside.write_text(changed, encoding="utf-8")
-                    began = time.perf_counter()
-                    os.replace(beside, path)
-                    for stage, seconds in told(process, began):
-                        spent.setdefault(stage, []).append(seconds)
-                for stage, seconds in spent.items():
-                    print(f"{kind:20} {stage:10} {statistics.median(seconds):6.2f} s, longest {max(seconds):6.2f} s",
-                          flush=True)  # fmt: skip
+                    if number % 7 == 6:
+                        changed = changed.replace("name:", "nam:")
+                    path.with_suffix(".new").write_text(changed, encoding="utf-8")
+                    os.replace(path.with_suffix(".new"), path)
+                    for stage, *seconds in told(process):
+                        spent.setdefault(stage if "name:" in changed else "refused", []).append((*seconds,))
+                for stage, every in spent.items():
+                    wall, own = (sorted(each) for each in zip(*every, strict=True))
+                    print(f"{kind:20} {stage:10} {statistics.median(wall):6.2f} s, longest {wall[-1]:6.2f} s; of the "
+                          f"processor {statistics.median(own):6.2f} s, longest {own[-1]:6.2f} s", flush=True)
+                print(f"{kind:20} {max(memory(child) for child in children(process)) / 1e6:.0f} MB", flush=True)
         finally:
-            process.kill()
-            process.wait()
+            for each in (process, *burning):
+                each.kill()
+                each.wait()
 
 
-def told(process: subprocess.Popen[str], began: float) -> list[tuple[str, float]]:
-    """Every stage up to the last one, with the seconds since it began; hints are the findings once more."""
-    found = []
+def children(process: subprocess.Popen[str]) -> list[int]:
+    """The processes that a process has started."""
+    return [int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()]
+
+
+def processor(process: subprocess.Popen[str]) -> float:
+    """Seconds of the processor that those have spent."""
+    fields = [Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split() for pid in children(process)]
+    return sum(float(each[11]) + float(each[12]) for each in fields) / os.sysconf("SC_CLK_TCK")
+
+
+def memory(pid: int) -> float:
+    """Bytes that a process has in memory."""
+    return float(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def told(process: subprocess.Popen[str]) -> list[tuple[str, float, float]]:
+    """Every stage up to the last one, with the seconds since the save, on the wall and of the processor; hints are the
+    findings once more.
+    """
+    found, began, spent = [], time.perf_counter(), processor(process)
     assert process.stdout is not None
     for line in process.stdout:
         if not line.startswith("{"):
             continue
         event = json.loads(line)
         stage = "hints" if event.get("last") else event["stage"]
-        found.append((stage, time.perf_counter() - began))
+        found.append((stage, time.perf_counter() - began, processor(process) - spent))
         if stage in ("hints", "failed") or event.get("unreadable"):
             return found
     return found
