@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from sitscad.estimates.steps import given, made_sure, read, tell, tune, wind
+from sitscad.estimates.steps import made_sure, read, tune, wind
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.estimates.winding.losses import is_rough
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
 from sitscad.spec.format.validity import refuse_unusable
 
 __all__ = [
-    "METHODS",
-    "CoilEstimate",
-    "CrossCheck",
-    "Estimates",
-    "Method",
-    "ReadoutEstimate",
-    "StateEstimate",
-    "estimate",
+    "METHODS", "CoilEstimate", "CrossCheck", "Estimates", "Method", "ReadoutEstimate", "StateEstimate", "estimate"
 ]
 
 
@@ -48,5 +40,4 @@ def estimated(
 
     `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
     """
-    start = given(layout, temperature, is_rough(tolerance))
-    return tell(read(made_sure(tune(wind(start, method, tolerance)), solved)))
+    return read(made_sure(tune(wind(layout, temperature, method, tolerance)), solved))

@@ -14,7 +14,7 @@ from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.state import PRESSED, REST
+from sitscad.scene.state import REST
 from sitscad.spec.places import cell_specs
 
 AROUND = 1.5
@@ -54,8 +54,8 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     neighbours = [[tuple(np.round(step, 9)) for step in row[(way > 0.0) & (way < nearest)]]
                   for row, way in zip(apart, far, strict=True)]
     steps = sorted({step for row in neighbours for step in row})
-    press = next((s.pose.z for s in estimates.states if s.name == PRESSED and s.pose is not None),
-                 -USUAL_STRAIN * spec.elastomer.thickness)
+    press = estimates.pressed_place
+    press = -USUAL_STRAIN * spec.elastomer.thickness if press is None else press
     poses = np.zeros((2, 1 + len(steps), 6))
     poses[:, 1:, :2], poses[1, :, 2] = steps, press
     found = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
@@ -67,16 +67,11 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     if not own.max() > 0.0:
         return None
     parts = {step: float(other.max() / own.max()) for step, other in zip(steps, others, strict=True)}
-    return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         _through_coils(estimates, spec.cells.coils))
-
-
-def _through_coils(estimates: Estimates, count: int) -> float:
-    """The sum of k^2 of a coil with all coils of other cells, at most."""
     matrix = np.array(estimates.inductance_matrix)
-    cell = np.arange(len(matrix)) // count
-    coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(np.diag(matrix), np.diag(matrix)), 0.0)
-    return float(coupled.sum(axis=1).max())
+    cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
+    coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
+    return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
+                         float(coupled.sum(axis=1).max()))
 
 
 def weakest_cell(estimates: Estimates, coils: int) -> int:

@@ -11,7 +11,6 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.estimates.circuit.coils import (
     coil_circuits,
-    damped_words,
     handed_over,
     overdamped,
     self_resonance,
@@ -32,7 +31,7 @@ from sitscad.estimates.circuit.tank import (
 from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import Assembly, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
-from sitscad.estimates.states.pressing import GLUE, PAD, PressingScatter
+from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
     Slopes,
     depths_moved,
@@ -65,39 +64,31 @@ from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.places import gathered
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
 
 
 @record(eq=False)
-class Given:
+class Wound:
     """The layout with all metal at a temperature (degrees Celsius), what is round its coils in each state, and the
-    squares of track that pads and teardrops spare each coil, by layer.
+    squares of track that pads and teardrops spare each coil, by layer. The winding solved, the bare windings'
+    inductance matrix (H) and its errors (H), the target's share of the effect of an endless one; and its effect
+    `solved` where that share is not known well enough.
     """
 
     layout: Layout
     temperature: float
     assembly: Assembly
     spared: Mapping[str, Mapping[int, float]]
-
-    @property
-    def spec(self) -> SensorSpec:
-        """The spec, its metals warm."""
-        return self.layout.spec
-
-
-@record(eq=False)
-class Wound:
-    """The winding solved, the bare windings' inductance matrix (H) and its errors (H), the target's share of the effect
-    of an endless one; and its effect `solved` where that share is not known well enough; all of it roughly for a
-    tolerance that is for screening (`losses.is_rough`).
-    """
-
-    given: Given
     winding: SolvedWinding
     matrix: Array
     matrix_errors: Array
     shares: TargetShares
     solved: TargetChanges | None = None
-    is_rough: bool = False
+
+    @property
+    def spec(self) -> SensorSpec:
+        """The spec, its metals warm."""
+        return self.layout.spec
 
 
 @record(eq=False)
@@ -114,51 +105,40 @@ class Tuned:
     damped: Mapping[str, float]
 
 
-@record(eq=False)
-class Read:
-    """Every coil in every state as the converter sees it, driven with margin."""
-
-    tuned: Tuned
-    coils: tuple[CoilEstimate, ...]
-    readout: ReadoutEstimate
-
-
-def given(layout: Layout, temperature: float | None, is_rough: bool = False) -> Given:
-    """What is asked; the spec's temperature where None is given."""
+def wind(
+    layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
+) -> Wound:
+    """The windings by themselves and beside each other, and what of the target they see; at the spec's temperature
+    where None is given, roughly for a tolerance that is for screening.
+    """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
-    spared = {coil.name: spared_squares(coil, layout) for coil in layout.coils}  # knows the layout's teardrops already
-    warm = replace(layout, spec=warmed(layout.spec, temperature))
-    return Given(warm, temperature, assemble(warm.spec, sigmas(warm.spec), is_rough), spared)
-
-
-def wind(start: Given, method: str | None, tolerance: float | None) -> Wound:
-    """The windings by themselves and beside each other, and what of the target they see."""
-    spec, coils = start.spec, start.layout.coils
-    copper = conductivity_at(start.temperature)
-    winding = solve_winding(spec.coil, coils[0], start.assembly, copper, method, tolerance)
-    rough = is_rough(tolerance)
+    rough, coils = is_rough(tolerance), layout.coils
+    spared = {coil.name: spared_squares(coil, layout) for coil in coils}  # knows the layout's teardrops already
+    spec = warmed(layout.spec, temperature)
+    assembly = assemble(spec, sigmas(spec), rough)
+    winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
     matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
-    shares = target_shares(gathered(spec), [layer.z for layer in coils[0].windings], start.assembly.states, rough)
+    shares = target_shares(gathered(spec), [layer.z for layer in coils[0].windings], assembly.states, rough)
     if rough and shares.shares:  # of a strange target no more is solved, but said
         shares = shares.widened(_part_of(shares.strangeness))
-    return Wound(start, winding, matrix, errors, shares, is_rough=rough)
+    return Wound(replace(layout, spec=spec), temperature, assembly, spared, winding, matrix, errors, shares)
 
 
 def tune(wound: Wound) -> Tuned:
     """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
-    start = wound.given
-    circuits, failed = working(
-        coil_circuits(
-            start.layout, wound.winding, wound.matrix, start.assembly, wound.shares, start.spared, wound.solved
-        )
-    )
+    readout = wound.spec.readout
+    circuits, failed = working(coil_circuits(
+        wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.spared, wound.solved))
     capacitor, reason = choose_capacitor(
-        circuits, start.spec.readout, min(map(self_resonance, circuits)), wound.is_rough)
-    tank = Tank(capacitor, start.spec.readout)
+        circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
+    tank = Tank(capacitor, readout)
     damped = overdamped(circuits, tank)
-    failed |= {state: damped_words(value, capacitor) for state, value in damped.items()}
+    failed |= {
+        state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
+               "not oscillate" for state, quality in damped.items()
+    }
     swinging = [without(circuit, damped) for circuit in circuits]
-    return Tuned(wound, swinging, tank, settle(swinging, start.spec.readout, capacitor, reason), failed, damped)
+    return Tuned(wound, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
 
 
 def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
@@ -166,51 +146,31 @@ def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
     `part` of it that is said. Shares of a target that would take too long are less sure.
     """
     shares = tuned.wound.shares
-    if tuned.wound.is_rough:
+    if tuned.wound.winding.is_rough or not shares.shares:
         return tuned
-    wanted = _solved_part(tuned) if part is None else part
-    if not shares.shares or not wanted:
+    wanted = part
+    if wanted is None:  # less and less down to `GIVES_WAY`, so that neither numbers nor their errors make a step
+        worst = max((_unsure(one, tuned.tank, shares.strangeness) for one in tuned.circuits), default=0.0)
+        wanted = 1.0 if tuned.failed and not shares.strangeness <= 1.0 else _part_of(worst)
+    if not wanted:
         return tuned
+    from sitscad.estimates.states.solved_target import is_affordable, solved_target  # a solver, loaded for nothing else
+
     for _ in range(TRIES):
         found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
-        known = tuned.wound.solved
-        if not found or (known is not None and known.holds_at(min(found), max(found))):
+        wound, known = tuned.wound, tuned.wound.solved
+        low, high = (0.0, 0.0) if known is None else known.frequencies
+        if not found or low <= min(found) <= max(found) <= high:
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and part is None and not _is_affordable(tuned.wound, band):
-            return tune(replace(tuned.wound, shares=shares.widened(wanted)))
-        tuned = tune(_solved(tuned.wound, band, wanted))
+        if known is None and part is None and not is_affordable(
+                wound.spec, wound.layout.coils, wound.assembly, band):
+            return tune(replace(wound, shares=shares.widened(wanted)))
+        changes = solved_target(wound.layout, wound.assembly, band, wound.winding.inductance)
+        if wanted < 1.0:
+            changes = handed_over(changes, wanted, wound.layout, wound.winding, wound.assembly, shares)
+        tuned = tune(replace(wound, solved=changes))
     return tuned
-
-
-def _is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
-    """Whether the target can be solved in a second or two; its solver is loaded for nothing else."""
-    from sitscad.estimates.states.solved_target import is_affordable
-
-    start = wound.given
-    return is_affordable(start.spec, start.layout.coils, start.assembly, band)
-
-
-def _solved(wound: Wound, band: tuple[float, float], part: float) -> Wound:
-    """With a part of the target's effect solved in a band of frequencies (Hz)."""
-    from sitscad.estimates.states.solved_target import solved_target
-
-    start, scale = wound.given, wound.winding.inductance
-    solved = solved_target(start.layout, start.assembly, band, scale)
-    if part < 1.0:
-        solved = handed_over(solved, part, start.layout, wound.winding, start.assembly, wound.shares)
-    return replace(wound, solved=solved)
-
-
-def _solved_part(tuned: Tuned) -> float:
-    """How much of the target's effect is to be solved: all of it where its shares are not sure enough, and less and
-    less down to `GIVES_WAY` of that, so that neither numbers nor their errors make a step there.
-    """
-    shares = tuned.wound.shares
-    if tuned.failed and not shares.is_usual:
-        return 1.0
-    worst = max((_unsure(one, tuned.tank, shares.strangeness) for one in tuned.circuits), default=0.0)
-    return _part_of(worst)
 
 
 def _part_of(unsure: float) -> float:
@@ -257,57 +217,54 @@ TRIES = 3
 """How often it is solved at most: with another capacitor the tank runs elsewhere."""
 
 
-def read(tuned: Tuned) -> Read:
-    """All coils in all states, each with one sigma, and the drive that keeps its margin."""
-    states, coils = _states(tuned), tuned.wound.given.layout.coils
-    found = [
-        _coil_estimate(coil, circuit, tuned, states[coil.name])
-        for coil, circuit in zip(coils, tuned.circuits, strict=True)
-    ]
+def read(tuned: Tuned) -> Estimates:
+    """Every coil in every state as the converter sees it, each with one sigma, the drive that keeps its margin, and
+    what is worth saying about the numbers.
+    """
+    wound, states = tuned.wound, _states(tuned)
+    spec, assembly, rough = wound.spec, wound.assembly, wound.winding.is_rough
+    found = [_coil_estimate(coil, circuit, tuned, states[coil.name])
+             for coil, circuit in zip(wound.layout.coils, tuned.circuits, strict=True)]
     readout = with_margin(tuned.readout, found)
-    found = [with_steps(coil, tuned.tank, readout) for coil in found]
-    return Read(tuned, *driven(found, readout, tuned.wound.given.spec.readout))
-
-
-def tell(done: Read) -> Estimates:
-    """The numbers with what is worth saying about them."""
-    wound = done.tuned.wound
-    start, spec, assembly = wound.given, wound.given.spec, wound.given.assembly
-    pressing = assembly.scatter
-    checks = () if wound.is_rough else cross_checks(
-        start.layout.coils[0].name, wound.winding.geometry, wound.winding.inductance)
+    coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in found], readout, spec.readout)
+    gap_sigmas, deviations = {}, sigmas(spec)
+    if spec.elastomer is not None and spec.target is not None:  # the glue below the target in all
+        gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])
+        if assembly.scatter is not None:
+            gap_sigmas[PRESSED] = math.hypot(assembly.scatter.gap, deviations[GLUE])
+    checks = () if rough else cross_checks(coils[0].name, wound.winding.geometry, wound.winding.inductance)
     return Estimates(
-        coils=done.coils,
-        inductance_matrix=_rows(wound.matrix),
-        readout=done.readout,
-        inductance_matrix_error=_rows(wound.matrix_errors),
+        coils=coils,
+        inductance_matrix=tuple(map(tuple, wound.matrix.tolist())),
+        readout=readout,
+        inductance_matrix_error=tuple(map(tuple, wound.matrix_errors.tolist())),
         compression=assembly.compression,
-        compression_scatter=pressing,
+        compression_scatter=assembly.scatter,
         gaps=assembly.gaps,
-        gap_sigmas=_gap_sigmas(spec, pressing),
+        gap_sigmas=gap_sigmas,
         cross_checks=checks,
-        no_cross_check=None if wound.is_rough else no_cross_check(spec.coil, checks),
-        incomplete=missing_leads(start.layout),
-        notes=() if wound.is_rough else tuple(_notes(done)),
+        no_cross_check=None if rough else no_cross_check(spec.coil, checks),
+        incomplete=missing_leads(wound.layout),
+        notes=() if rough else tuple(_notes(tuned, coils[0])),
         normal_force=spec.requirements.normal_force,
-        temperature=start.temperature,
-        states=tuple(replace(around.state, temperature=start.temperature) for around in assembly.states),
+        temperature=wound.temperature,
+        states=tuple(replace(around.state, temperature=wound.temperature) for around in assembly.states),
         solved=0.0 if wound.solved is None else wound.solved.part,
-        is_rough=wound.is_rough,
+        is_rough=rough,
     )
 
 
-def _notes(done: Read) -> Iterator[str]:
+def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     """What whoever reads the numbers has to know, of the design and of the first of its alike coils."""
-    wound, coil = done.tuned.wound, done.coils[0]
-    layout, spec, assembly = wound.given.layout, wound.given.spec, wound.given.assembly
+    wound = tuned.wound
+    layout, spec, assembly = wound.layout, wound.spec, wound.assembly
     if incomplete := missing_leads(layout):
         yield incomplete
     yield from wound.shares.notes if wound.solved is None else (SOLVED,)
     yield from assembly.notes
     yield from near_metal_notes(spec.coil, wound.winding.nearest)
     yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
-    yield from (f"{name}: {reason}" for name, reason in done.tuned.failed.items())
+    yield from (f"{name}: {reason}" for name, reason in tuned.failed.items())
     yield scatter_note(spec)
 
 
@@ -321,47 +278,37 @@ SOLVED = (
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     """By coil and state, each with its one sigma."""
     wound, tank = tuned.wound, tuned.tank
-    layout, spec, winding = wound.given.layout, wound.given.spec, wound.winding
+    layout, spec, winding = wound.layout, wound.spec, wound.winding
     deviations = sigmas(spec)
-    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, wound.is_rough)
+    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, wound.winding.is_rough)
     deeper = depths_moved(layout.coils[0], spec, deviations)
     found: dict[str, dict[str, StateEstimate]] = {}
     alike: dict[tuple[int, ...], str] = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
-        key = tuple(map(id, circuit.reflections.values()))
-        if wound.is_rough and key in alike:  # they differ by their leads alone
-            known = found[alike[key]]
-            found[circuit.name] = {name: _as_scattered(state, known[name]) for name, state in states.items()}
+        known = found.get(alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name))
+        if wound.winding.is_rough and known is not None:  # they differ by their leads alone
+            found[circuit.name] = {
+                name: replace(state, spread=known[name].spread, resistance_error=known[name].resistance_error,
+                              target_change=known[name].target_change,
+                              target_change_error=known[name].target_change_error)
+                for name, state in states.items()
+            }
             continue
-        alike[key] = circuit.name
         around = moved_by_surroundings(
-            winding.spectrum, wound.given.assembly, states, circuit, deeper, wound.is_rough)
+            winding.spectrum, wound.assembly, states, circuit, deeper, wound.winding.is_rough)
         moved = Slopes(deviations, slopes, around, thickest_copper(spec))
-        changes = {name: _target_change(circuit, state) for name, state in states.items()}
-        found[circuit.name] = {
-            name: replace(state, spread=spread(circuit, tank, state, moved),
-                          resistance_error=winding.resistance_error(circuit, state, spec.coil),
-                          target_change=changes[name][0], target_change_error=changes[name][1])
-            for name, state in states.items()
-        }
+        for name, state in states.items():
+            reflection, change, error = circuit.reflections[name], None, None
+            if by_target := reflection.target_change(state.frequency).real:
+                change = by_target
+                least = max(abs(change), LEAST_CHANGE * circuit.inductance)
+                error = abs(reflection.unsure(state.frequency)[0]) / least
+            states[name] = replace(state, spread=spread(circuit, tank, state, moved),
+                                   resistance_error=winding.resistance_error(circuit, state, spec.coil),
+                                   target_change=change, target_change_error=error)
+        found[circuit.name] = states
     return found
-
-
-def _as_scattered(state: StateEstimate, alike: StateEstimate) -> StateEstimate:
-    """A state with scatter and errors of that of a coil alike."""
-    return replace(state, spread=alike.spread, resistance_error=alike.resistance_error,
-                   target_change=alike.target_change, target_change_error=alike.target_change_error)
-
-
-def _target_change(circuit: CoilCircuit, state: StateEstimate) -> tuple[float | None, float | None]:
-    """What the target changes of the inductance (H) in a state, and its error; None where there is none."""
-    reflection = circuit.reflections[state.state]
-    change = reflection.target_change(state.frequency).real
-    if not change:
-        return None, None
-    least = max(abs(change), LEAST_CHANGE * circuit.inductance)
-    return change, abs(reflection.unsure(state.frequency)[0]) / least
 
 
 LEAST_CHANGE = 0.01
@@ -371,6 +318,9 @@ LEAST_CHANGE = 0.01
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:
     """One coil's numbers in one record."""
     free, winding = states.get(FREE, NO_STATE), tuned.wound.winding
+    parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
+    # what is left: the loss has it, too, but the terminal inductance is interpolated to within 3e-5 of itself
+    parts["crowding"] = free.inductance - math.fsum(parts.values())
     return CoilEstimate(
         name=coil.name,
         centre=(coil.centre.x, coil.centre.y),
@@ -396,7 +346,7 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
         failed_states=tuned.failed,
         overdamped=tuned.damped,
         bend_inductance=circuit.loss.direct_change,
-        inductance_parts=_inductance_parts(circuit, free.inductance),
+        inductance_parts={name: parts.get(name, 0.0) for name in PARTS},
         resistance_error=winding.bound.relative(circuit.loss.resistance_ratio(free.frequency), free.frequency)
         if FREE in states
         else None,
@@ -405,9 +355,9 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
 
 def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUENCY) -> tuple[Metered, ...]:
     """What an LCR meter reads of every coil of the bare board at a temperature (degrees Celsius), far from metal."""
-    wound = wind(given(layout, temperature), None, None)
-    start, winding, spec = wound.given, wound.winding, wound.given.spec
-    circuits = coil_circuits(start.layout, winding, wound.matrix, start.assembly, wound.shares, start.spared)
+    wound = wind(layout, temperature)
+    winding, spec = wound.winding, wound.spec
+    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, wound.shares, wound.spared)
     slopes = Slopes(sigmas(spec), inductance_slopes(winding.spirals, layout.coils[0], spec), {}, thickest_copper(spec))
     of_direct, found = direct_resistance_sigma(spec), []
     for circuit in circuits:
@@ -422,29 +372,5 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     return tuple(found)
 
 
-def _inductance_parts(circuit: CoilCircuit, terminal: float) -> dict[str, float]:
-    """What the terminal inductance (H) of the coil alone is made of, in the order of PARTS; crowding is what is left of
-    it (`loss` has that, too, and `terminal` is interpolated to within 3e-5 of itself).
-    """
-    parts = {"winding": circuit.inductance, "bends": circuit.loss.direct_change, **circuit.leads.parts}
-    parts["crowding"] = terminal - math.fsum(parts.values())
-    return {name: parts.get(name, 0.0) for name in PARTS}
-
-
 NO_STATE = StateEstimate(FREE, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 """Stands for a free state that has no numbers."""
-
-
-def _gap_sigmas(spec: SensorSpec, pressing: PressingScatter | None) -> dict[str, float]:
-    """One sigma (m) of the gaps that have one, the glue below the target in all: at rest the pad's thickness, pressed
-    what the pad gives way too.
-    """
-    if spec.elastomer is None or spec.target is None:
-        return {}
-    known = sigmas(spec)
-    pad = {REST: known[PAD]} | ({PRESSED: pressing.gap} if pressing is not None else {})
-    return {name: math.hypot(sigma, known[GLUE]) for name, sigma in pad.items()}
-
-
-def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(float(value) for value in row) for row in matrix)

@@ -29,7 +29,6 @@ from sitscad.physics.metal.half_spaces import (
 )
 from sitscad.record import record
 from sitscad.scene.bodies import lines_below_target
-from sitscad.scene.state import FREE
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 
@@ -222,8 +221,9 @@ class Slopes:
     thickest_copper: float
 
 
-def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
-    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), in a state.
+def resistance_slopes(circuit: CoilCircuit, frequency: float, crowded: tuple[float, float]) -> dict[str, float]:
+    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), `crowded` being
+    what eddy currents in the tracks add there and its growth (ohm; see `crowding_growth`).
 
     Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
     and s like w^3 t in the field of its neighbours and of their images, like w t in its own. With E the extra loss, as
@@ -232,10 +232,6 @@ def resistance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE)
     solutions (five coils, 1 to 10 MHz, within 0.15 E). Turns moved apart lose E. Tracks of the leads count as direct
     resistance.
     """
-    return _resistance_slopes(circuit, frequency, _crowding(circuit, state, frequency)[1])
-
-
-def _resistance_slopes(circuit: CoilCircuit, frequency: float, crowded: tuple[float, float]) -> dict[str, float]:
     direct, (extra, growth) = circuit.resistance, crowded
     leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
     return {
@@ -244,25 +240,12 @@ def _resistance_slopes(circuit: CoilCircuit, frequency: float, crowded: tuple[fl
     }
 
 
-def loss_inductance_slopes(circuit: CoilCircuit, frequency: float, state: str = FREE) -> dict[str, float]:
-    """The same of the inductance (H) that skin and proximity effect take away: like w^2 and hardly like t."""
-    return _loss_inductance_slopes(_crowding(circuit, state, frequency)[0])
-
-
-def _loss_inductance_slopes(crowded: tuple[float, float]) -> dict[str, float]:
-    change, growth = crowded
-    return {name: share * change + growth for name, share in EXTRA_INDUCTANCE.items()}
-
-
-def _crowding(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    # Inductance (H) and resistance (ohm) that eddy currents in the tracks add, each with its growth per ln f.
+def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
+    """Inductance (H) and resistance (ohm) that eddy currents in the tracks add in a state at a frequency (Hz), each
+    with its growth per ln f.
+    """
     found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
-    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)  # type: ignore[return-value]
-
-
-def _growth(function: object, frequency: float) -> float:
-    assert callable(function)
-    return float(function(frequency * STEP) - function(frequency / STEP)) / (2.0 * math.log(STEP))
+    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)
 
 
 def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
@@ -274,7 +257,8 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
     capacitance = tank.capacitance(circuit)
-    growth = _growth(lambda at: circuit.terminal(state.state, at)[1], state.frequency) / resistance
+    later, sooner = (circuit.terminal(state.state, at)[1] for at in (state.frequency * STEP, state.frequency / STEP))
+    growth = (later - sooner) / (2.0 * math.log(STEP)) / resistance
     moved: dict[str, tuple[float, float, float, float]] = {}
     for name, (by_l, by_r, by_c) in _moves(circuit, tank, state, slopes).items():
         shift = -0.5 * (by_l / inductance + by_c / capacitance)
@@ -293,40 +277,29 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
 def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
-    """What one sigma of each tolerance does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
+    """What one sigma of each cause does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
     by_c = {DISTANCE: -circuit.self_capacitance, CAPACITOR: tank.capacitor, PERMITTIVITY: circuit.self_capacitance}
     tracks = track_moves(circuit, state.state, state.frequency, slopes)
-    moved = {
-        name: (*tracks.get(name, (0.0, 0.0)), slopes.sigmas[name] * by_c.get(name, 0.0))
-        for name in (WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY)
-    }
-    for name, (around_l, around_r) in slopes.surroundings.get(state.state, {}).items():
-        before = moved.get(name, (0.0, 0.0, 0.0))
-        moved[name] = before[0] + around_l, before[1] + around_r, before[2]
-    return moved
+    around, nothing, found = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
+    for name in dict.fromkeys((WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY, *around)):
+        by_l, by_r = (a + b for a, b in zip(tracks.get(name, nothing), around.get(name, nothing), strict=True))
+        found[name] = by_l, by_r, slopes.sigmas[name] * by_c[name] if name in by_c else 0.0
+    return found
 
 
 def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
     """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
-    crowded = _crowding(circuit, state, frequency)
-    by_l, by_r = slopes.inductance, _resistance_slopes(circuit, frequency, crowded[1])
-    loss = _loss_inductance_slopes(crowded[0])
-    found = {
-        WIDTH: (by_l[WIDTH] + loss[WIDTH], by_r[WIDTH]),
-        THICKNESS: (by_l[THICKNESS] + loss[THICKNESS], by_r[THICKNESS]),
-        DISTANCE: (by_l[DISTANCE], 0.0),
-        DIAMETER: (circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]),
-    }
+    (lost, growth), crowded = crowding_growth(circuit, state, frequency)
+    by_l, by_r = slopes.inductance, resistance_slopes(circuit, frequency, crowded)
+    found = {name: (by_l[name] + (share * lost + growth), by_r[name]) for name, share in EXTRA_INDUCTANCE.items()}
+    found[DISTANCE] = by_l[DISTANCE], 0.0
+    found[DIAMETER] = circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]
     return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in found.items()}
 
 
 def moved_by_surroundings(
-    spectrum: CurrentSpectrum | None,
-    assembly: Assembly,
-    states: Mapping[str, StateEstimate],
-    circuit: CoilCircuit,
-    deeper: Mapping[str, tuple[float, float]],
-    is_rough: bool = False,
+    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate], circuit: CoilCircuit,
+    deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
     more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal above and below
@@ -343,17 +316,13 @@ def moved_by_surroundings(
     for around in assembly.states:
         if around.name not in states:
             continue
+        frequency, reflection = states[around.name].frequency, circuit.reflections[around.name]
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
-            frequency = states[around.name].frequency
-            factors = circuit.reflections[around.name].factors(frequency)
-            found[around.name][cause] = between(spectrum, frequency, (moved, around), factors)
-        more, lost = circuit.reflections[around.name].unsure(states[around.name].frequency)
-        if more or lost:
-            found[around.name][SHARE] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
-        more, lost = circuit.reflections[around.name].window(states[around.name].frequency)
-        if more or lost:
-            found[around.name][WINDOW] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
+            found[around.name][cause] = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
+        for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
+            if more or lost:
+                found[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
     return found
 
 
@@ -361,24 +330,19 @@ def depths_moved(coil: Coil, spec: SensorSpec, sigma: Mapping[str, float]) -> di
     """By how much (m) one sigma of the copper's thickness and of the layers' distance moves metal above and below a
     coil away from the mean of its layers' middles: what lies over and under them is thicker.
     """
-    found = {}
+    found, numbers = {}, {winding.layer for winding in coil.windings}
     for name, kind in ((THICKNESS, LayerKind.COPPER), (DISTANCE, LayerKind.DIELECTRIC)):
-        over, whole = _over(coil, spec, kind)
+        depths, whole, number = [], 0.0, 0
+        for layer in spec.fpc.stackup.layers:
+            thickness = layer.thickness if layer.kind is kind else 0.0
+            if layer.kind is LayerKind.COPPER:
+                number += 1
+                if number in numbers:
+                    depths.append(whole + 0.5 * thickness)
+            whole += thickness
+        over = math.fsum(depths) / len(depths)
         found[name] = sigma[name] * over, sigma[name] * (whole - over)
     return found
-
-
-def _over(coil: Coil, spec: SensorSpec, kind: LayerKind) -> tuple[float, float]:
-    """Thickness (m) of one kind of layer over the coil's mid-planes, their mean, and in all."""
-    numbers, depths, whole, number = {w.layer for w in coil.windings}, [], 0.0, 0
-    for layer in spec.fpc.stackup.layers:
-        thickness = layer.thickness if layer.kind is kind else 0.0
-        if layer.kind is LayerKind.COPPER:
-            number += 1
-            if number in numbers:
-                depths.append(whole + 0.5 * thickness)
-        whole += thickness
-    return math.fsum(depths) / len(depths), whole
 
 
 def _further(reflector: Reflector | None, by: float) -> Reflector | None:
@@ -388,15 +352,19 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
              factors: tuple[complex, complex]) -> tuple[float, float]:
     """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`."""
-    one, other = (_impedance(spectrum, frequency, around) for around in pair)
+
+    def impedance(above: Reflector | None, below: Reflector | None) -> tuple[float, float]:
+        if above is None and below is None:
+            return 0.0, 0.0
+        return reflected_impedance(spectrum, frequency, above, below)
+
+    one, other = (impedance(around.above, around.below) for around in pair)
     share, own = factors
     if share == own:
         omega = 2.0 * math.pi * frequency
         found = share * complex(one[0] - other[0], -(one[1] - other[1]) / omega)
         return found.real, -omega * found.imag
-    lost, other_lost = (
-        _impedance(spectrum, frequency, replace(around, below=mirror(around.below)))[1] for around in pair
-    )
+    lost, other_lost = (impedance(around.above, mirror(around.below))[1] for around in pair)
     part, more = share.real, own.real - share.real
     return part * (one[0] - other[0]), part * (one[1] - other[1]) + more * (lost - other_lost)
 
@@ -438,9 +406,3 @@ def _straight(spectrum: CurrentSpectrum, assembly: Assembly, states: Mapping[str
         return found.real, -2.0 * math.pi * frequency * found.imag
 
     return between
-
-
-def _impedance(spectrum: CurrentSpectrum, frequency: float, around: Surroundings) -> tuple[float, float]:
-    if around.above is None and around.below is None:
-        return 0.0, 0.0
-    return reflected_impedance(spectrum, frequency, around.above, around.below)

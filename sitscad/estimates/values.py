@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any
@@ -187,16 +188,12 @@ class CoilEstimate:
         change = (pressed.converter_inductance - rest.converter_inductance) / force
         if rest.spread is None or pressed.spread is None:
             return change, None
-        before, after = _formula_shifts(rest), _formula_shifts(pressed)
-        causes = sorted({*before, *after})
-        return change, math.hypot(*(after.get(c, 0.0) - before.get(c, 0.0) for c in causes)) / force
-
-
-def _formula_shifts(state: StateEstimate) -> dict[str, float]:
-    """By how much (H) one sigma of each cause moves the inductance that the formula makes of the frequency."""
-    assert state.spread is not None and state.converter_inductance is not None
-    scale = -2.0 * state.converter_inductance / state.frequency
-    return {cause: scale * shift for cause, (_, shift) in state.spread.shifts.items()}
+        scale = -2.0 * rest.converter_inductance / rest.frequency
+        later = -2.0 * pressed.converter_inductance / pressed.frequency
+        before, after = rest.spread.shifts, pressed.spread.shifts
+        moved = (later * after.get(c, (0.0, 0.0))[1] - scale * before.get(c, (0.0, 0.0))[1]
+                 for c in sorted({*before, *after}))
+        return change, math.hypot(*moved) / force
 
 
 @record
@@ -314,6 +311,11 @@ class Estimates:
         """Whether the target was solved, if only for a part."""
         return self.solved > 0.0
 
+    @property
+    def pressed_place(self) -> float | None:
+        """The place along z (m) of the target in the state pressed; None without that state."""
+        return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)
+
     def part(self, first: int, last: int) -> Estimates:
         """Of the coils from one number up to before another (from 0): converters are set as for all."""
         own, readout = slice(first, last), self.readout
@@ -331,18 +333,14 @@ class Estimates:
             "sitscad": __version__,
             "spec": spec_path,
             "incomplete": self.incomplete,
-            "coils": [
-                _coil_document(coil)
-                | _place_document(place)
-                | _sensitivity_document(coil, self.normal_force)
-                for coil, place in zip(self.coils, self.readout.device.places(len(self.coils)), strict=True)
-            ],
+            "coils": [_coil_document(coil, place, self.normal_force)
+                      for coil, place in zip(self.coils, self.readout.device.places(len(self.coils)), strict=True)],
             "temperature_C": self.temperature,
             "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
             "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
             "readout": _readout_document(self.readout),
-            "gaps_m": {name: _number(value) for name, value in self.gaps.items()},
-            "gaps_sigma_m": {name: _number(value) for name, value in self.gap_sigmas.items()},
+            "gaps_m": _numbers(self.gaps),
+            "gaps_sigma_m": _numbers(self.gap_sigmas),
             "compression": _compression_document(self.compression, self.compression_scatter),
             "cross_checks": [
                 {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
@@ -353,50 +351,45 @@ class Estimates:
         }
 
 
-def _coil_document(coil: CoilEstimate) -> dict[str, Any]:
-    """One coil as it stands in JSON."""
-    return {
-        "name": coil.name,
-        "centre_m": [_number(coil.centre[0]), _number(coil.centre[1])],
-        "winding_inductance_H": _number(coil.winding_inductance),
-        "terminal_inductance_H": _number(coil.terminal_inductance),
-        "inductance_error": _number(coil.inductance_error),
-        "resistance_error": _number(coil.resistance_error),
-        "bend_inductance_H": _number(coil.bend_inductance),
-        "method": coil.method,
-        "lead_inductance_H": _number(coil.lead_inductance),
-        "resistance_dc_ohm": _number(coil.resistance_dc),
-        "resistance_ac_ohm": _number(coil.resistance_ac),
-        "terminal_resistance_dc_ohm": _number(coil.terminal_resistance_dc),
-        "capacitance_F": _number(coil.capacitance),
-        "self_capacitance_F": _number(coil.self_capacitance),
-        "sensor_frequency_Hz": _number(coil.sensor_frequency),
-        "parallel_resistance_ohm": _number(coil.parallel_resistance),
-        "quality_factor": _number(coil.quality_factor),
-        "self_resonance_Hz": _number(coil.self_resonance),
-        "trace_length_m": _number(coil.trace_length),
-        "lead_inductance_parts_H": {name: _number(value) for name, value in coil.lead_parts.items()},
-        "inductance_parts_H": {name: _number(value) for name, value in coil.inductance_parts.items()},
-        "winding_capacitance_F": _number(coil.winding_capacitance),
-        "apparent_inductance_H": _number(coil.apparent_inductance),
-        "resistance_change_ohm": _number(coil.resistance_change and coil.resistance_change[0]),
-        "resistance_change_error_ohm": _number(coil.resistance_change and coil.resistance_change[1]),
-        "failed_states": dict(coil.failed_states),
-        "states": {name: _state_document(state) for name, state in coil.states.items()},
-    }
+def _figures(value: object, keys: str) -> dict[str, Any]:
+    """Fields of a record under their names with the unit behind; a number with a unit is a float, None where it is
+    absent or not finite.
+    """
+    found = {key: getattr(value, UNIT.sub("", key)) for key in keys.split()}
+    return {key: _number(one) if UNIT.search(key) or isinstance(one, float) else one for key, one in found.items()}
 
 
-def _place_document(place: Channel) -> dict[str, Any]:
-    return {"converter": place.converter, "channel": place.number, "i2c_bus": place.bus,
-            "i2c_address": place.address}
+UNIT = re.compile("_(H|ohm|F|Hz|V|A|s|m2?|Pa)$")
 
 
-def _sensitivity_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
-    """A coil's sensitivities to force as they stand in JSON."""
+def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: _number(value) for name, value in values.items()}
+
+
+def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> dict[str, Any]:
+    """One coil as it stands in JSON, with its channel and its sensitivities to force."""
+    change = coil.resistance_change or (None, None)
     inductance, frequency = coil.sensitivity(force) or (None, None)
     of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
     formula, of_formula = coil.converter_sensitivity(force) or (None, None)
     return {
+        "name": coil.name,
+        "centre_m": [_number(coil.centre[0]), _number(coil.centre[1])],
+        **_figures(coil, "winding_inductance_H terminal_inductance_H inductance_error resistance_error "
+                         "bend_inductance_H method lead_inductance_H resistance_dc_ohm resistance_ac_ohm "
+                         "terminal_resistance_dc_ohm capacitance_F self_capacitance_F sensor_frequency_Hz "
+                         "parallel_resistance_ohm quality_factor self_resonance_Hz trace_length_m"),
+        "lead_inductance_parts_H": _numbers(coil.lead_parts),
+        "inductance_parts_H": _numbers(coil.inductance_parts),
+        **_figures(coil, "winding_capacitance_F apparent_inductance_H"),
+        "resistance_change_ohm": _number(change[0]),
+        "resistance_change_error_ohm": _number(change[1]),
+        "failed_states": dict(coil.failed_states),
+        "states": {name: _state_document(state) for name, state in coil.states.items()},
+        "converter": place.converter,
+        "channel": place.number,
+        "i2c_bus": place.bus,
+        "i2c_address": place.address,
         "inductance_H_per_N": _number(inductance),
         "frequency_Hz_per_N": _number(frequency),
         "sigma_inductance_H_per_N": _number(of_inductance),
@@ -410,88 +403,36 @@ def _compression_document(pressed: Compression | None, scatter: PressingScatter 
     """The pressed pad as it stands in JSON; None without one."""
     if pressed is None:
         return None
-    return {
-        "strain": _number(pressed.strain),
-        "least_strain": _number(pressed.least_strain),
-        "gap_m": _number(pressed.gap),
-        "loaded_area_m2": _number(pressed.loaded_area),
-        "loaded_share": _number(pressed.loaded_share),
-        "shape_factor": _number(pressed.shape_factor),
-        "apparent_modulus_Pa": _number(pressed.apparent_modulus),
-        "valid": pressed.valid,
-        "note": pressed.note,
-        "sigma": None
-        if scatter is None
-        else {
-            "strain": _number(scatter.strain),
-            "gap_m": _number(scatter.gap),
-            "apparent_modulus_Pa": _number(scatter.apparent_modulus),
-            "cause": scatter.cause,
-            "strain_by_cause": {cause: _number(value) for cause, value in scatter.shares.items()},
-        },
-    }
+    found = _figures(pressed, "strain least_strain gap_m loaded_area_m2 loaded_share shape_factor apparent_modulus_Pa "
+                              "valid note")
+    if scatter is None:
+        return {**found, "sigma": None}
+    sigma = _figures(scatter, "strain gap_m apparent_modulus_Pa cause")
+    return {**found, "sigma": {**sigma, "strain_by_cause": _numbers(scatter.shares)}}
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:
-    """One state as it stands in JSON."""
-    return {
-        "inductance_H": _number(state.inductance),
-        "resistance_ohm": _number(state.resistance),
-        "resistance_error": _number(state.resistance_error),
-        "target_change_H": _number(state.target_change),
-        "target_change_error": _number(state.target_change_error),
-        "frequency_Hz": _number(state.frequency),
-        "parallel_resistance_ohm": _number(state.parallel_resistance),
-        "quality_factor": _number(state.quality_factor),
-        "amplitude_V": _number(state.amplitude),
-        "apparent_inductance_H": _number(state.apparent_inductance),
-        "converter_inductance_H": _number(state.converter_inductance),
-        "coil_amplitude_V": _number(state.coil_amplitude),
-        "quantum_H": _number(state.quantum),
-        "noise_H": _number(state.noise),
-        "sigma": _spread_document(state.spread),
-    }
-
-
-def _spread_document(spread: Spread | None) -> dict[str, Any] | None:
-    """One sigma of a state as it stands in JSON; None where it is not known."""
-    if spread is None:
-        return None
-    return {
-        "inductance_H": _number(spread.inductance),
-        "resistance_ohm": _number(spread.resistance),
-        "frequency_Hz": _number(spread.frequency),
-        "parallel_resistance_ohm": _number(spread.parallel_resistance),
-        "amplitude_V": _number(spread.amplitude),
-        "causes": dict(spread.causes),
-    }
+    """One state as it stands in JSON, one sigma of it too where that is known."""
+    sigma, spread = None, state.spread
+    if spread is not None:
+        sigma = _figures(spread, "inductance_H resistance_ohm frequency_Hz parallel_resistance_ohm amplitude_V")
+        sigma["causes"] = dict(spread.causes)
+    return _figures(state, "inductance_H resistance_ohm resistance_error target_change_H target_change_error "
+                           "frequency_Hz parallel_resistance_ohm quality_factor amplitude_V apparent_inductance_H "
+                           "converter_inductance_H coil_amplitude_V quantum_H noise_H") | {"sigma": sigma}
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
     """The converter's settings as they stand in JSON."""
+    gains = {"output_gain": readout.output_gain, "offsets": list(readout.offsets)} if readout.device.has_gains else {}
     return {
-        "capacitance_F": _number(readout.capacitance),
-        "capacitance_reason": readout.capacitance_reason,
-        "conversion_capacitance_F": _number(readout.conversion_capacitance),
-        "drive_code": readout.drive_code,
+        **_figures(readout, "capacitance_F capacitance_reason conversion_capacitance_F drive_code"),
         "drive_codes": list(readout.drive_codes) or None,
-        "drive_current_A": _number(readout.drive_current),
-        "reference_divider": readout.reference_divider,
-        "reference_frequency_Hz": _number(readout.reference_frequency),
-        "input_divider": readout.input_divider,
-        **({"output_gain": readout.output_gain, "offsets": list(readout.offsets)} if readout.device.has_gains else {}),
-        "rcount": readout.rcount,
-        "settle_count": readout.settle_count,
-        "dwell_time_s": _number(readout.dwell_time),
-        "scan_rate_Hz": _number(readout.scan_rate),
-        "high_current": readout.high_current,
-        "capacitor_tolerance": _number(readout.capacitor_tolerance),
-        "settle_time_s": _number(readout.settle_time),
-        "conversion_time_s": _number(readout.conversion_time),
-        "switch_time_s": _number(readout.switch_time),
-        "read_back_time_s": _number(readout.read_back_time),
-        "readable_rate_Hz": _number(readout.readable_rate),
-        "supply_current_A": _number(readout.supply_current),
+        **_figures(readout, "drive_current_A reference_divider reference_frequency_Hz input_divider"),
+        **gains,
+        **_figures(readout, "rcount settle_count dwell_time_s scan_rate_Hz high_current capacitor_tolerance "
+                            "settle_time_s conversion_time_s switch_time_s read_back_time_s readable_rate_Hz "
+                            "supply_current_A"),
     }
 
 

@@ -49,6 +49,10 @@ SHEAR_SOURCE = (
 )
 
 
+WITHIN = "bonded block, within the range of its law"
+"""What to think of a strain that there is nothing to say of."""
+
+
 @record
 class Face:
     """A loaded face, about the same centre as any other: widths along x and y (m), and how `round` it is.
@@ -64,7 +68,7 @@ class Face:
     @property
     def area(self) -> float:
         """Area (m2)."""
-        return loaded_area(self.width_x, self.width_y, self.round)
+        return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.width_x * self.width_y
 
     @property
     def oblongness(self) -> float:
@@ -156,46 +160,22 @@ class Compression:
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
 
-def loaded_area(width_x: float, width_y: float, circular: float = False) -> float:
-    """Loaded area (m2) of a rectangular pad, or of an elliptic one (a disc when both widths are its diameter), or of a
-    face that is round (`circular` from 0 to 1, see `Face`).
-    """
-    return (1.0 - (1.0 - math.pi / 4.0) * circular) * width_x * width_y
-
-
 def shape_factor(width_x: float, width_y: float, thickness: float, circular: float = False) -> float:
     """Loaded area over force-free area: ab/(2h(a + b)) for a rectangle, d/(4h) for a disc (dimensionless).
 
-    Of a face that is partly round the perimeter lies between both like its area (an octagon's: within 0.1 %).
+    Of a face that is partly round the perimeter lies between both like its area (an octagon's: within 0.1 %); that of
+    an ellipse is Ramanujan's (1914, error below 5e-4).
     """
-    around = (1.0 - circular) * 2.0 * (width_x + width_y) + circular * _ellipse_perimeter(width_x, width_y)
-    return loaded_area(width_x, width_y, circular) / (around * thickness)
-
-
-def apparent_modulus(
-    width_x: float,
-    width_y: float,
-    thickness: float,
-    shear_modulus: float,
-    bulk_modulus: float = math.inf,
-    circular: float = False,
-) -> float:
-    """Compression modulus (Pa) of a bonded block at small strain, 1/Ea = 1/[mu k] + 1/B: k as `pad_law` has it."""
-    block = BARE.block(Face(width_x, width_y, circular), thickness, shear_modulus)
-    return shear_modulus * pad_law.compression(block, bulk_modulus / shear_modulus).modulus
+    h = ((width_x - width_y) / (width_x + width_y)) ** 2
+    ellipse = math.pi / 2.0 * (width_x + width_y) * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
+    around = (1.0 - circular) * 2.0 * (width_x + width_y) + circular * ellipse
+    return Face(width_x, width_y, circular).area / (around * thickness)
 
 
 @lru_cache(maxsize=1024)  # designs of a study, trials for hints and states press one pad
 def compress(
-    width_x: float,
-    width_y: float,
-    thickness: float,
-    shear_modulus: float,
-    bulk_modulus: float,
-    force: float,
-    circular: float = False,
-    around: Surround = BARE,
-    exponent: float = NEO_HOOKEAN,
+    width_x: float, width_y: float, thickness: float, shear_modulus: float, bulk_modulus: float, force: float,
+    circular: float = False, around: Surround = BARE, exponent: float = NEO_HOOKEAN,
 ) -> Compression:
     """How far a bonded pad gives way under a normal force, with what is `around` the loaded face.
 
@@ -211,81 +191,15 @@ def compress(
     law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     strain = law.strain(force / (shear_modulus * face.area))
     reasons = _beyond(strain, face, thickness)
-    shape = shape_factor(width_x, width_y, thickness, circular)
     return Compression(
-        strain,
-        thickness * (1.0 - strain),
-        shape,
-        shear_modulus * law.at_rest,
-        not reasons,
-        _note(reasons),
-        strain,
-        face.area,
+        strain, thickness * (1.0 - strain), shape_factor(width_x, width_y, thickness, circular),
+        shear_modulus * law.at_rest, not reasons, "; ".join(reasons) or WITHIN, strain, face.area,
     )
 
 
-def loaded_face(pad: Face, target: Face | None) -> Face:
-    """The part (m) of the pad that a target loads, all of it without one: what both, about one centre, share."""
-    if target is None:
-        return pad
-    width_x, width_y = min(pad.width_x, target.width_x), min(pad.width_y, target.width_y)
-    filled = _common_area(pad, target) / (width_x * width_y)
-    return Face(width_x, width_y, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
-
-
-def _common_area(one: Face, other: Face) -> float:
-    """Area (m2) that two faces, each a rectangle or an ellipse, have in common."""
-    if not one.round and not other.round:
-        return min(one.width_x, other.width_x) * min(one.width_y, other.width_y)
-    if one.round and other.round:
-        return _common_to_ellipses(one, other)
-    ellipse, rectangle = (one, other) if one.round else (other, one)
-    x, y = min(1.0, rectangle.width_x / ellipse.width_x), min(1.0, rectangle.width_y / ellipse.width_y)
-    if x * x + y * y <= 1.0:
-        return rectangle.area
-    # A quarter of the unit circle, cut off at x and y: below y as far as the corner is inside, below the arc beyond.
-    corner = math.sqrt(1.0 - y * y)
-    return ellipse.width_x * ellipse.width_y * (corner * y + _under_arc(x) - _under_arc(corner))
-
-
-def _under_arc(x: float) -> float:
-    # Area under the unit circle's arc from 0 to x.
-    return 0.5 * (x * math.sqrt(max(0.0, 1.0 - x * x)) + math.asin(x))
-
-
-def _common_to_ellipses(one: Face, other: Face) -> float:
-    """Area (m2) that two ellipses about one centre have in common, from their crossing in each quadrant."""
-    narrow, wide = sorted((one, other), key=lambda face: (face.width_x, face.width_y))
-    if narrow.width_y <= wide.width_y:
-        return narrow.area
-    # They cross in every quadrant: the narrow one bounds what is nearer to the x axis, the other what is nearer to y.
-    across = 1.0 / narrow.width_x**2 - 1.0 / wide.width_x**2
-    up = 1.0 / wide.width_y**2 - 1.0 / narrow.width_y**2
-    x, y = math.sqrt(up), math.sqrt(across)
-    near_x = math.atan2(narrow.width_x * y, narrow.width_y * x)
-    near_y = math.atan2(wide.width_y * x, wide.width_x * y)
-    return 0.5 * (narrow.width_x * narrow.width_y * near_x + wide.width_x * wide.width_y * near_y)
-
-
-def press(
-    pad: Face, target: Face | None, thickness: float, shear_modulus: float, bulk_modulus: float, force: float
-) -> Compression:
-    """How far a target gives way on a pad about the same centre, `force` (N) being carried by the target alone; units
-    as in `compress`.
-    """
-    return press_part(pad, loaded_face(pad, target), thickness, shear_modulus, bulk_modulus, force)
-
-
 def press_part(
-    pad: Face,
-    face: Face,
-    thickness: float,
-    shear_modulus: float,
-    bulk_modulus: float,
-    force: float,
-    beside: float = 0.0,
-    around: Surround | None = None,
-    exponent: float = NEO_HOOKEAN,
+    pad: Face, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, force: float,
+    beside: float = 0.0, around: Surround | None = None, exponent: float = NEO_HOOKEAN,
 ) -> Compression:
     """How far the loaded part of a pad gives way, `face` being that part and `beside` how far (m) the force acts from
     its middle; units as in `compress`.
@@ -300,45 +214,25 @@ def press_part(
     reasons = _beyond(found.strain, face, thickness)
     if around is None:
         whole = compress(pad.width_x, pad.width_y, thickness, *moduli, force, pad.round, exponent=exponent)
-        found, more = _bounded(found, whole, share)
-        reasons += more
+        found = replace(found, least_strain=min(found.strain, whole.strain))
+        if found.strain - found.least_strain > DOUBTED * found.strain:
+            reasons.append(
+                f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between "
+                f"{100.0 * found.least_strain:.1f} % (all of it loaded) and {100.0 * found.strain:.1f} % (the loaded "
+                "part cut out); the larger is stated, and the change per newton that follows from it is the largest, "
+                "too"
+            )
     if beside > BESIDE * max(face.width_x, face.width_y):
         reasons.append(
             f"the target's middle stands {1e3 * beside:.3g} mm beside the middle of what it loads of the pad: it "
             "tilts, and this is the strain of a target that is held level"
         )
-    return replace(found, valid=not reasons, note=_note(reasons), loaded_share=share)
-
-
-def _bounded(found: Compression, whole: Compression, share: float) -> tuple[Compression, list[str]]:
-    """A cut-out part's compression with the least strain that the rest of the pad could leave, that of the whole pad
-    under a rigid plate, and what to say.
-    """
-    least, reasons = min(found.strain, whole.strain), []
-    if found.strain - least > DOUBTED * found.strain:
-        reasons.append(
-            f"the target loads {100.0 * share:.0f} % of the pad: the strain lies between {100.0 * least:.1f} % (all of "
-            f"it loaded) and {100.0 * found.strain:.1f} % (the loaded part cut out); the larger is stated, and "
-            "the change per newton that follows from it is the largest, too"
-        )
-    return replace(found, least_strain=least), reasons
-
-
-def shear_strain(force: float, area: float, shear_modulus: float) -> float:
-    """Travel over thickness of a bonded pad under a shear force (N): F / (G A); area in m2, modulus in Pa."""
-    return force / (shear_modulus * area)
+    return replace(found, valid=not reasons, note="; ".join(reasons) or WITHIN, loaded_share=share)
 
 
 def force_for_strain(
-    strain: float,
-    width_x: float,
-    width_y: float,
-    thickness: float,
-    shear_modulus: float,
-    bulk_modulus: float,
-    circular: float = False,
-    around: Surround = BARE,
-    exponent: float = NEO_HOOKEAN,
+    strain: float, width_x: float, width_y: float, thickness: float, shear_modulus: float, bulk_modulus: float,
+    circular: float = False, around: Surround = BARE, exponent: float = NEO_HOOKEAN,
 ) -> float:
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
     if not 0.0 <= strain < 1.0:
@@ -367,14 +261,3 @@ def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
             "against finite elements"
         )
     return reasons
-
-
-def _note(reasons: list[str]) -> str:
-    """What to think of the number, in words: no unit."""
-    return "; ".join(reasons) if reasons else "bonded block, within the range of its law"
-
-
-def _ellipse_perimeter(a: float, b: float) -> float:
-    """Perimeter (m) of an ellipse with diameters a and b; exact for a circle (Ramanujan 1914, error below 5e-4)."""
-    h = ((a - b) / (a + b)) ** 2
-    return math.pi / 2.0 * (a + b) * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))

@@ -48,13 +48,7 @@ class Pad:
     """Half of a pad, ready to be moved; moduli in Pa. `exponents` are Ogden's, of pad and skin; 2 is neo-Hookean."""
 
     def __init__(
-        self,
-        solid: Solid,
-        cells: int,
-        shear: float = 1.0,
-        skin: float = 1.0,
-        order: int = 4,
-        mesh: Mesh | None = None,
+        self, solid: Solid, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4, mesh: Mesh | None = None,
         exponents: tuple[float, float] = (2.0, 2.0),
     ) -> None:
         import ngsolve as ng
@@ -67,10 +61,7 @@ class Pad:
         if solid.is_round:
             self._round(0.5 * solid.width_x / self.scale, order)
         moved = ng.VectorH1(
-            self.mesh,
-            order=order,
-            dirichletx=f"{BOARD}|{PLATE}",
-            dirichletz=f"{BOARD}|{PLATE}",
+            self.mesh, order=order, dirichletx=f"{BOARD}|{PLATE}", dirichletz=f"{BOARD}|{PLATE}",
             dirichlety=f"{BOARD}|{PLATE}|{MIDDLE}",
         )
         self.space = moved * ng.L2(self.mesh, order=order - 2)
@@ -115,11 +106,6 @@ class Pad:
             energy = energy + term
         return energy
 
-    @property
-    def unknowns(self) -> int:
-        """How many numbers the state has, no unit."""
-        return int(self.space.ndof)
-
     def move(self, pose: Sequence[float], steps: int = 1) -> Held:
         """The plate taken to a pose (x, z in m, ry in rad) in even steps, halved where they are too large."""
         goal = np.array(pose) / (self.scale, self.scale, 1.0)
@@ -160,7 +146,11 @@ class Pad:
             try:
                 self.form.Apply(vec, residual)
                 self.form.AssembleLinearization(vec)
-                self._solve(residual, step)
+                # pressures and what lies inside of elements are eliminated first
+                residual.data += self.form.harmonic_extension_trans * residual
+                step.data = self.form.mat.Inverse(self.space.FreeDofs(True), "sparsecholesky") * residual
+                step.data += self.form.harmonic_extension * step
+                step.data += self.form.inner_solve * residual
             except NgException:
                 return False
             vec.data -= step
@@ -172,15 +162,6 @@ class Pad:
                 return True
         return False
 
-    def _solve(self, residual: Any, step: Any) -> None:
-        # Pressures and what lies inside of elements are eliminated first.
-        form = self.form
-        residual.data += form.harmonic_extension_trans * residual
-        inverse = form.mat.Inverse(self.space.FreeDofs(True), "sparsecholesky")
-        step.data = inverse * residual
-        step.data += form.harmonic_extension * step
-        step.data += form.inner_solve * residual
-
     def _held(self) -> Held:
         """What holds the plate now (N, N m), and how that changes with the pose, both of the whole pad."""
         ng, vec = self.ng, self.state.vec
@@ -188,9 +169,10 @@ class Pad:
         self.form.Apply(vec, residual)
         self.form.AssembleLinearization(vec)
         inverse = self.form.mat.Inverse(self.space.FreeDofs(True), "sparsecholesky")
-        turn = float(self.pose[2])
-        bent = self._plate((-math.cos(turn) * ng.x, 0.0, math.sin(turn) * ng.x))
-        ways = [self._plate(way) for way in self._ways(turn)]
+        sine, cosine = math.sin(float(self.pose[2])), math.cos(float(self.pose[2]))
+        bent = self._plate((-cosine * ng.x, 0.0, sine * ng.x))
+        # how the plate's points go per unit of x, z and ry
+        ways = [self._plate(way) for way in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (-sine * ng.x, 0.0, -cosine * ng.x))]
         work = np.array([ng.InnerProduct(way, residual) for way in ways])
         stiffness = np.empty((3, 3))
         for column, way in enumerate(ways):
@@ -206,11 +188,6 @@ class Pad:
         x, z, turn = (float(value) for value in self.pose * (self.scale, self.scale, 1.0))
         force_x, force_z, moment_y = (float(value) for value in work)
         return Held((x, z, turn), force_x, force_z, moment_y, stiffness)
-
-    def _ways(self, turn: float) -> list[tuple[Any, ...]]:
-        # How the plate's points go per unit of x, z and ry.
-        x = self.ng.x
-        return [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (-math.sin(turn) * x, 0.0, -math.cos(turn) * x)]
 
     def _plate(self, way: tuple[Any, ...]) -> Any:
         moved = self.ng.GridFunction(self.space)
@@ -392,61 +369,41 @@ def _faces(points: np.ndarray, elements: np.ndarray, solid: Solid) -> dict[str, 
     return {name: outer[which] for name, which in (kinds | {FREE: ~(bottom | (top & under) | middle)}).items()}
 
 
-Terms = tuple[tuple[int, int, float], ...]
-
 DEGREE, FARTHEST, GRID = 3, 1.0, 41
 """Degree of the polynomial; logarithm of the stretches up to which it is fitted, and how finely. Stresses are within
 0.1 % (rms) and 1 % (largest, at the ends) for exponents from 2 to 4 (tests/mechanics/test_rubber.py)."""
 
 
 @cache
-def invariant_terms(exponent: float) -> Terms:
+def invariant_terms(exponent: float) -> tuple[tuple[int, int, float], ...]:
     """Powers of I1 - 3 and I2 - 3 with their coefficients: their sum is W over the shear modulus of incompressible
-    rubber. Fitted to stresses by least squares; the modulus at rest is exact.
+    rubber. Fitted by least squares to stresses at stretches of constant volume: to the difference of a principal stress
+    and the third, which is the slope of W by the logarithm of that stretch (Ogden 1972); the modulus at rest is exact.
     """
     first = 0.125 * (exponent - 2.0)
     powers = [(i, total - i) for total in range(2, DEGREE + 1) for i in range(total, -1, -1)]
-    stretch, size = _states(exponent)
-    rows, wanted = [], []
-    for side in (0, 1):
-        slopes = _slopes(stretch, side)
-        rows.append(_columns(stretch, slopes, powers) / size[:, None])
-        linear = _columns(stretch, slopes, [(1, 0), (0, 1)])
-        given = _stress(stretch, exponent, side) - linear @ [0.5 + first, -first]
-        wanted.append(given / size)
-    found = np.linalg.lstsq(np.vstack(rows), np.concatenate(wanted), rcond=None)[0]
-    higher = ((i, j, float(value)) for (i, j), value in zip(powers, found, strict=True))
-    return (1, 0, 0.5 + first), (0, 1, -first), *higher
-
-
-def _states(exponent: float) -> tuple[Array, Array]:
-    """Stretches (n, 3) of constant volume, and the size (n) of their stresses over the modulus: no unit."""
     each = np.linspace(-FARTHEST, FARTHEST, GRID)
     one, two = (part.ravel() for part in np.meshgrid(each, each))
     logs = np.stack([one, two, -one - two], axis=1)
     stretch = np.exp(logs[np.abs(logs).max(axis=1) <= FARTHEST + 1e-12])
-    return stretch, np.hypot(_stress(stretch, exponent, 0), _stress(stretch, exponent, 1)) + 1e-3
-
-
-def _stress(stretch: Array, exponent: float, side: int) -> Array:
-    """Difference of a principal stress and the third over the modulus (no unit): slope of W by the logarithm of that
-    stretch (Ogden 1972).
-    """
-    return np.asarray(2.0 / exponent * (stretch[:, side] ** exponent - stretch[:, 2] ** exponent))
-
-
-def _slopes(stretch: Array, side: int) -> tuple[Array, Array]:
-    """Slopes (no unit) of I1 and I2 by the logarithm of a stretch, the third one giving way."""
     square = stretch**2
-    return 2.0 * (square[:, side] - square[:, 2]), 2.0 * (1.0 / square[:, 2] - 1.0 / square[:, side])
+    x, y = np.sum(square, axis=1) - 3.0, np.sum(stretch**-2.0, axis=1) - 3.0
 
+    def slopes(side: int, some: list[tuple[int, int]]) -> Array:
+        """Slopes (n, terms) of products of powers of I1 - 3 and I2 - 3, the third stretch giving way."""
+        of_x = 2.0 * (square[:, side] - square[:, 2])
+        of_y = 2.0 * (1.0 / square[:, 2] - 1.0 / square[:, side])
+        found = []
+        for i, j in some:
+            by_x = i * x ** max(i - 1, 0) * y**j if i else 0.0 * x
+            by_y = j * y ** max(j - 1, 0) * x**i if j else 0.0 * x
+            found.append(by_x * of_x + by_y * of_y)
+        return np.stack(found, axis=1)
 
-def _columns(stretch: Array, slopes: tuple[Array, Array], powers: list[tuple[int, int]]) -> Array:
-    """Slopes (n, terms; no unit) of products of powers of I1 - 3 and I2 - 3."""
-    x, y = np.sum(stretch**2, axis=1) - 3.0, np.sum(stretch**-2.0, axis=1) - 3.0
-    found = []
-    for i, j in powers:
-        by_x = i * x ** max(i - 1, 0) * y**j if i else 0.0 * x
-        by_y = j * y ** max(j - 1, 0) * x**i if j else 0.0 * x
-        found.append(by_x * slopes[0] + by_y * slopes[1])
-    return np.stack(found, axis=1)
+    stress = [2.0 / exponent * (stretch[:, side] ** exponent - stretch[:, 2] ** exponent) for side in (0, 1)]
+    size = np.hypot(*stress) + 1e-3
+    rows = np.vstack([slopes(side, powers) / size[:, None] for side in (0, 1)])
+    wanted = [(stress[side] - slopes(side, [(1, 0), (0, 1)]) @ [0.5 + first, -first]) / size for side in (0, 1)]
+    found = np.linalg.lstsq(rows, np.concatenate(wanted), rcond=None)[0]
+    higher = ((i, j, float(value)) for (i, j), value in zip(powers, found, strict=True))
+    return (1, 0, 0.5 + first), (0, 1, -first), *higher

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -74,14 +75,6 @@ def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
 
 
-def _floor(course: tuple[float, float, float, float]) -> tuple[float, ...]:
-    """The least shares at `GRID` with which force, share times Lindley's strain, never falls."""
-    left = 1.0 - GRID[1:]
-    strain = (left**-2 - left) / 3.0
-    most = np.maximum.accumulate(_shares(course, GRID[1:]) * strain)
-    return (1.0, *(float(value) for value in most / strain))
-
-
 QUICK = 0.06
 """Strain within which a thin film buckles."""
 
@@ -143,14 +136,17 @@ def films(
         return Film(), Film(), Film()
     plain, parts = units(along, across, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
     pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
-    press, sheared, tilted = (_film(name, faded * plain[name], parts, pulled[name]) for name in COURSES)
-    return press, sheared, tilted
-
-
-def _film(name: str, plain: float, parts: dict[str, float], pulled: float) -> Film:
-    found = [sum(row[k] * parts[term] for term, row in table()[name].items()) for k in range(5)]
-    course = (found[1], found[2], found[3], found[4])
-    return Film(plain * math.exp(found[0]), course, pulled, _floor(course) if name == "press" else ())
+    found = {}
+    for name in COURSES:
+        rest, quick, one, two, three = (
+            sum(row[k] * parts[term] for term, row in table()[name].items()) for k in range(5))
+        found[name] = Film(faded * plain[name] * math.exp(rest), (quick, one, two, three), pulled[name])
+    # the least shares at `GRID` with which force, share times Lindley's strain, never falls
+    left = 1.0 - GRID[1:]
+    strain = (left**-2 - left) / 3.0
+    most = np.maximum.accumulate(_shares(found["press"].course, GRID[1:]) * strain)
+    floor = (1.0, *(float(value) for value in most / strain))
+    return replace(found["press"], floor=floor), found["shear"], found["tilt"]
 
 
 @cache

@@ -87,15 +87,6 @@ def cross(one: Array, other: Array) -> Array:
     return found
 
 
-def left_jacobians(vectors: Array) -> Array:
-    """(n, 3, 3), no unit: what turn, in board axes, follows from a small change of a rotation vector (n, 3; rad). The
-    left Jacobian of rotations.
-    """
-    _, second, third = _coefficients(vectors)
-    turning = crosses(vectors)
-    return UNIT + second[:, None, None] * turning + third[:, None, None] * (turning @ turning)
-
-
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
     """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 of the length t of vectors (n, 3; rad)."""
     square = np.einsum("ni,ni->n", vectors, vectors)

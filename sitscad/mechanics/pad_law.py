@@ -16,6 +16,7 @@ our own finite elements of exponents 2 to 4 (tests/validation/ogden_figures.csv)
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
@@ -59,38 +60,21 @@ class Ogden:
 
     def pressure(self, strain: Number) -> Number:
         """Factor on the pad's pressure."""
-        flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self._oblong**2)
+        flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self.oblong**2)
         linear = 0.272 * (1.0 - 0.22 * self.rimmed)
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
         """What is added to the pad's stiffness of shear, in parts of that at rest."""
-        flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self._oblong)
+        flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self.oblong)
         given_way = 1.0 - (strain / 0.43) ** 6
         return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
 
     def tilt(self, strain: Number) -> Number:
         """Factor on the pad's stiffness of tilt: that of the slope of the pressure rather than its own."""
         square = self.shape_factor**2
-        flat = 29.3 * square * (1.0 - 0.43 * self._oblong - 0.15 * self.round)
+        flat = 29.3 * square * (1.0 - 0.43 * self.oblong - 0.15 * self.round)
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
-
-    def film_pressure(self, strain: Number) -> Number:
-        """Factor on what a film bears."""
-        return 1.0 + (2.2 * self.film_hardening + 1.4 * self.hardening) * strain * strain
-
-    def film_shear(self, strain: Number) -> Number:
-        """Factor on a film's stiffness of shear."""
-        linear = 0.31 * (self.skin_exponent - NEO_HOOKEAN)
-        return 1.0 - linear * strain + 11.3 * self.film_hardening * strain * strain
-
-    def film_tilt(self, strain: Number) -> Number:
-        """Factor on a film's stiffness of tilt."""
-        return 1.0 + (2.8 * self.film_hardening + 5.9 * self.hardening) * strain * strain
-
-    @property
-    def _oblong(self) -> float:
-        return min(max(self.oblong, -MOST_OBLONG), MOST_OBLONG)
 
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
         # Softer at first, like a bar, then stiffer; below 2 stiffer, then softer, and never by all that there is.
@@ -157,7 +141,8 @@ class Block:
         exponents = self.exponent, self.skin_exponent if self.skin else NEO_HOOKEAN
         if exponents == (NEO_HOOKEAN, NEO_HOOKEAN):
             return None
-        return Ogden(*exponents, self.flatness, self.round, self.oblongness, -math.expm1(-self.rim / OGDEN_RIM))
+        oblong = min(max(self.oblongness, -MOST_OBLONG), MOST_OBLONG)
+        return Ogden(*exponents, self.flatness, self.round, oblong, -math.expm1(-self.rim / OGDEN_RIM))
 
     @property
     def turned(self) -> Block:
@@ -283,7 +268,8 @@ class Compression:
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
             return pad + film
-        return pad * self.ogden.pressure(bound) + film * self.ogden.film_pressure(bound)
+        more = 2.2 * self.ogden.film_hardening + 1.4 * self.ogden.hardening
+        return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
         """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; `within` so much of
@@ -335,27 +321,9 @@ class Shear:
         softened = 1.0 - self.first * e * (1.0 + self.second * e + self.third * e * e)
         if self.ogden is None:
             return np.asarray(self.stiffness * softened + self.film(e))
-        return np.asarray(self.stiffness * (softened + self.ogden.shear(e)) + self.film(e) * self.ogden.film_shear(e))
-
-
-@record
-class Tilt:
-    """Tilt stiffness by compression: at rest, the power of the height by which it grows, two terms beside that."""
-
-    stiffness: float
-    power: float
-    first: float
-    second: float
-    film: Film = Film()
-    ogden: Ogden | None = None
-
-    def __call__(self, strain: Array) -> Array:
-        """Moment over area, thickness and angle, in shear moduli: no unit."""
-        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
-        grown = (1.0 - e) ** -self.power * (1.0 + self.first * e + self.second * e * e)
-        if self.ogden is None:
-            return np.asarray(self.stiffness * grown + self.film(e))
-        return np.asarray(self.stiffness * grown * self.ogden.tilt(e) + self.film(e) * self.ogden.film_tilt(e))
+        linear = 0.31 * (self.ogden.skin_exponent - NEO_HOOKEAN)
+        film = 1.0 - linear * e + 11.3 * self.ogden.film_hardening * e * e
+        return np.asarray(self.stiffness * (softened + self.ogden.shear(e)) + self.film(e) * film)
 
 
 def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
@@ -383,31 +351,35 @@ def shear(block: Block) -> Shear:
     flat = min(a, 6.0)
     hardening = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4)
     return Shear(
-        stiffness,
-        column * helped * (1.0 + 0.066 * block.round),
-        2.43 - 0.815 * flat,
-        6.25 + 2.54 * flat,
-        film,
-        hardening,
-        40.0 * max(0.0, helped),
-        film_hardening(block.skin_modulus) * film.rest,
-        block.ogden,
+        stiffness, column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat, 6.25 + 2.54 * flat, film,
+        hardening, 40.0 * max(0.0, helped), film_hardening(block.skin_modulus) * film.rest, block.ogden,
     )
 
 
-def tilt(block: Block) -> Tilt:
-    """The course of tilt by which the block's first axis is raised at one end and lowered at the other.
+def tilt(block: Block) -> Callable[[Array], Array]:
+    """The course of tilt by which the block's first axis is raised at one end and lowered at the other: moment over
+    area, thickness and angle, in shear moduli, by compression (n,).
 
     At rest 3 mu I (1.13 + pressure), the pressure being that of an endless strip along either axis, summed as
     resistances: a^2 / 15 where it is short along the axis, b^2 / 3.6 where it is short across.
     """
-    a, b, flat, oblong = block.along, block.across, block.flatness, block.oblongness
+    a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
     moment = (4.0 - block.round) / 48.0 * a * a
     sheared = 1.1255 + 0.0254 * block.round - oblong * (0.470 if oblong < 0.0 else 0.189)
     pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
     stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35)
     power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
-    return Tilt(stiffness, power, 0.844, -1.407, block.films[2], block.ogden)
+    film = block.films[2]
+
+    def course(strain: Array) -> Array:
+        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
+        grown = (1.0 - e) ** -power * (1.0 + 0.844 * e - 1.407 * e * e)
+        if ogden is None:
+            return np.asarray(stiffness * grown + film(e))
+        of_film = 1.0 + (2.8 * ogden.film_hardening + 5.9 * ogden.hardening) * e * e
+        return np.asarray(stiffness * grown * ogden.tilt(e) + film(e) * of_film)
+
+    return course
 
 
 def twist(block: Block) -> float:

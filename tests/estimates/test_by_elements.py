@@ -9,8 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad import NoResponse
-from sitscad.estimates.response.elements import pushed_by_elements
-from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.response.pad import pushed, pushed_by_elements
 from sitscad.spec.load import load_text
 
 TEXT = """\

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tolerance import approx
 
+from sitscad.estimates.states import pressing
 from sitscad.estimates.states.assembly import assemble
 from sitscad.estimates.states.finite_target import target_shares
 from sitscad.estimates.states.pressing import loaded_face, pressed
+from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
-from sitscad.mechanics import elastomer as mechanics
+from sitscad.mechanics.elastomer import press_part
 from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
@@ -87,22 +92,47 @@ def test_a_single_coil_feels_a_target_less_the_farther_it_stands_aside():
     assert found == sorted(found, reverse=True) and found[-1] < 0.05 * found[0]
 
 
-@pytest.mark.parametrize(("target", "pad"), [
-    ("size: 5", "size: 9, shape: square"),
-    ("size: 9", "size: 5, shape: square"),
-    ("shape: circle, size: 8", "size: 7.5, shape: square"),
-    ("shape: rectangle, size: [9, 3]", "shape: circle, size: 6"),
-    ("shape: circle, size: 6", "shape: circle, size: 4"),
-])  # fmt: skip
-def test_over_one_centre_the_loaded_face_is_the_one_of_the_mechanics(target, pad):
-    """Two ways to the same: clipped outlines, and quarters of ellipses in closed form."""
-    spec = sensor("", target, pad)
-    over, under = (mechanics.Face(*plate.size, plate.shape == "circle") for plate in (spec.target, spec.elastomer))
-    expected, (face, beside) = mechanics.loaded_face(under, over), loaded_face(spec)
-    assert (face.width_x, face.width_y, face.area) == approx(
-        (expected.width_x, expected.width_y, expected.area), rel=1e-9
-    )
-    assert beside == approx(0.0, abs=1e-12)
+SIZES = st.floats(0.5, 20.0)
+PLATES = st.one_of(st.tuples(st.just(True), SIZES).map(lambda one: (one[0], one[1], one[1])),
+                   st.tuples(st.just(False), SIZES, SIZES))
+
+
+def plate(is_round, width, height):
+    """A disc or a rectangle (mm) about the origin."""
+    return Footprint(is_round, (width * MM, height * MM), Point(0.0, 0.0))
+
+
+def loaded(pad, target):
+    """The loaded face of two plates about one centre."""
+    face, beside = pressing._loaded(plate(*pad), plate(*target), 0.0)
+    assert beside == approx(0.0, abs=1e-9)
+    return face
+
+
+@settings(max_examples=60)
+@given(PLATES, PLATES)
+def test_the_loaded_area_is_that_of_the_overlap(pad, target):
+    n, width = 400, MM * min(pad[1], target[1])
+    x = [(i + 0.5) / n * 0.5 * width for i in range(n)]
+
+    def height(face, at):
+        is_round, across, up = face
+        return 0.5 * MM * up * (math.sqrt(1.0 - (2.0 * at / (MM * across)) ** 2) if is_round else 1.0)
+
+    strips = math.fsum(min(height(pad, at), height(target, at)) for at in x) * 2.0 / n * width
+    assert loaded(pad, target).area == approx(strips, rel=1.5e-3)
+    assert loaded(target, pad).area == approx(loaded(pad, target).area, rel=1e-9)
+
+
+@pytest.mark.parametrize(("pad", "is_round"), [((True, 8.0, 8.0), False), ((False, 8.0, 8.0), True)])
+def test_a_growing_target_loads_more_without_a_jump(pad, is_round):
+    """A square of 5.66 mm on a round pad of 8 mm loaded a fifth less than one of 5.65 mm."""
+    faces = [loaded(pad, (is_round, side, side)) for side in np.arange(3.0, 12.0, 0.05)]
+    whole = loaded(pad, pad)
+    strains = [press_part(whole, face, 1e-3, 60e3, 1.5e9, 4.8).strain for face in faces]
+    assert all(-1e-12 <= b.area - a.area < 0.04 * whole.area for a, b in pairwise(faces))
+    assert all(-0.05 < b - a < 1e-9 for a, b in pairwise(strains))
+    assert faces[-1].area == approx(whole.area, rel=1e-6)
 
 
 def test_a_target_half_beside_its_pad_loads_half_of_it_and_tilts():

@@ -22,6 +22,7 @@ from sitscad.estimates.uncertainty import (
     SHARE,
     THICKNESS,
     WIDTH,
+    crowding_growth,
     inductance_slopes,
     resistance_slopes,
     sigmas,
@@ -142,7 +143,7 @@ def _circuit_slopes(spec, frequency):
             added = loss.direct * (loss.resistance_ratios(frequencies) - 1.0)
             return loss.inductance_changes(frequencies), added
 
-    return resistance_slopes(Winding, frequency)
+    return resistance_slopes(Winding, frequency, crowding_growth(Winding, "free", frequency)[1])
 
 
 def test_the_spread_is_that_of_a_sample():

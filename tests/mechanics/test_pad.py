@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, even_rim
-from sitscad.mechanics.motion import angles, exponentials, left_jacobians, rotation_vectors, rotations
+from sitscad.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
 from sitscad.mechanics.pad import Pad
 from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
 
@@ -23,6 +23,13 @@ FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = Pad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
 OBLONG = Pad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
 WIDTH = st.floats(1.0, 8.0)
+
+
+def left_jacobians(vectors):
+    """(n, 3, 3): what turn, in board axes, follows from a small change of a rotation vector (n, 3; rad)."""
+    _, second, third = _coefficients(vectors)
+    turning = crosses(vectors)
+    return np.eye(3) + second[:, None, None] * turning + third[:, None, None] * (turning @ turning)
 
 
 def figures():

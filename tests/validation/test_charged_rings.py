@@ -13,7 +13,7 @@ pytest.importorskip("scipy", reason="scipy is not installed")
 from charged_rings import capacitance
 
 from sitscad.estimates import estimate
-from sitscad.estimates.winding.own_capacitance import FILLING, _parts, _voltages, added_by_metal
+from sitscad.estimates.winding.own_capacitance import FILLING, PLACES, _turns, _voltages, added_by_metal
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
 
@@ -30,7 +30,7 @@ readout: {capacitance: 330 pF}
 
 def turns(coil, spec):
     """Radii, heights and voltages of a round coil's turns."""
-    voltages = _voltages(_parts(coil, spec), coil, spec)
+    voltages = _voltages(*_turns(coil, spec, PLACES), coil, spec)
     radii, heights, values = [], [], []
     for k, (winding, count) in enumerate(zip(coil.windings, spec.coil.layer_turns, strict=True)):
         whole = math.floor(count)

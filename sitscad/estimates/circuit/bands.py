@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sitscad.estimates.uncertainty import CAPACITOR
-from sitscad.estimates.values import CoilEstimate, Estimates, StateEstimate
+from sitscad.estimates.values import Estimates, StateEstimate
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 
@@ -45,24 +45,23 @@ def bands(estimates: Estimates, own_inductance: float) -> tuple[CoilBands, ...]:
     """The bands of every coil. `own_inductance` is one sigma of what a coil's inductance differs by from the others of
     its board, relative. Raises ValueError where a coil has no state, or its scatter is not known.
     """
-    return tuple(_of_coil(coil, own_inductance) for coil in estimates.coils)
-
-
-def _of_coil(coil: CoilEstimate, own_inductance: float) -> CoilBands:
-    states = coil.states
-    if not states:
-        raise ValueError(f"no state of {coil.name} is known: there is no frequency to test it by")
-    each = {name: _band(coil.name, state) for name, state in states.items()}
-    first, last = next(iter(states)), list(states)[-1]
-    bare, assembled = each.get(FREE, each[first]), each.get(REST, each[last])
-    rest, pressed = states.get(REST), states.get(PRESSED)
-    beyond = 0.5 * (pressed.frequency - rest.frequency) if rest is not None and pressed is not None else 0.0
-    low, high = min(one.low for one in each.values()), max(one.high for one in each.values())
-    working = Band(assembled.design, low + min(beyond, 0.0), high + max(beyond, 0.0))
-    spread = states.get(REST, states[last]).spread
-    capacitor = spread.shifts.get(CAPACITOR, (0.0, 0.0))[1] if spread is not None else 0.0
-    own = math.hypot(capacitor, 0.5 * own_inductance * assembled.design)
-    return CoilBands(coil.name, bare, assembled, working, own)
+    found = []
+    for coil in estimates.coils:
+        states = coil.states
+        if not states:
+            raise ValueError(f"no state of {coil.name} is known: there is no frequency to test it by")
+        each = {name: _band(coil.name, state) for name, state in states.items()}
+        first, last = next(iter(states)), list(states)[-1]
+        bare, assembled = each.get(FREE, each[first]), each.get(REST, each[last])
+        rest, pressed = states.get(REST), states.get(PRESSED)
+        beyond = 0.5 * (pressed.frequency - rest.frequency) if rest is not None and pressed is not None else 0.0
+        low, high = min(one.low for one in each.values()), max(one.high for one in each.values())
+        working = Band(assembled.design, low + min(beyond, 0.0), high + max(beyond, 0.0))
+        spread = states.get(REST, states[last]).spread
+        capacitor = spread.shifts.get(CAPACITOR, (0.0, 0.0))[1] if spread is not None else 0.0
+        own = math.hypot(capacitor, 0.5 * own_inductance * assembled.design)
+        found.append(CoilBands(coil.name, bare, assembled, working, own))
+    return tuple(found)
 
 
 def _band(coil: str, state: StateEstimate) -> Band:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -16,22 +16,13 @@ from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.states.assembly import (
-    Assembly,
-    NoReflection,
-    Reflection,
-    SolvedReflection,
-    Surroundings,
-    metal_behind,
-)
+from sitscad.estimates.states.assembly import Assembly, Reflection, SolvedReflection, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, TargetChanges, TargetShares
 from sitscad.estimates.states.window import Missing, WindowedReflection, missing_parts
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.physics.metal.half_spaces import Reflector
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
 from sitscad.spec.circuit import Stackup
@@ -76,8 +67,7 @@ def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, s
 def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
     """A circuit without the states that have failed."""
     return replace(
-        circuit,
-        reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+        circuit, reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
         neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
     )
 
@@ -93,22 +83,9 @@ def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
     return found
 
 
-def damped_words(quality: float, capacitor: float) -> str:
-    """Why an overdamped state has no numbers: quality factor and tank capacitor (F)."""
-    return (
-        f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does not "
-        "oscillate"
-    )
-
-
 def coil_circuits(
-    layout: Layout,
-    winding: SolvedWinding,
-    matrix: Array,
-    assembly: Assembly,
-    shares: TargetShares,
-    spared: Mapping[str, Mapping[int, float]],
-    solved: TargetChanges | None = None,
+    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: Assembly, shares: TargetShares,
+    spared: Mapping[str, Mapping[int, float]], solved: TargetChanges | None = None,
 ) -> list[CoilCircuit]:
     """The circuits of all coils in their order; `matrix` (H) is that of the bare windings, `spared` are the squares of
     track that pads and teardrops spare each coil, by layer. What the target changes is `solved`, or by its `shares`.
@@ -126,7 +103,11 @@ def coil_circuits(
     reflections = _reflections(winding, assembly, beside, layout, solved or shares)
     circuits = []
     for coil in layout.coils:
-        leads = _leads(coil, layout, conductivity, spared[coil.name])
+        leads = NO_LEADS
+        if coil.series:
+            leads = _led_out(coil, spec.fpc.stackup, conductivity, tuple(sorted(spared[coil.name].items())))
+        elif coil.undrawn:
+            leads = _led_roughly(coil.undrawn, spec.fpc.stackup, conductivity)
         if coil.undrawn:
             width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
             leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
@@ -144,18 +125,17 @@ def _neighbours(
     active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
 ) -> dict[str, Circuit]:
     """What idle neighbours add to a coil in every state but "free", where the coil is alone."""
+    found = {}
+    for state, reflection in circuits[active].reflections.items():
+        if state == FREE:
+            continue
 
-    def of_state(state: str) -> Circuit:
-        """What idle neighbours add in one state."""
-        reflection = circuits[active].reflections[state]
+        def mutual(i: int, j: int, frequencies: Array, metal: Reflection = reflection) -> ComplexArray:
+            return np.asarray(matrix[i, j] + metal.mutual((i, j), distances[i][j], frequencies))
 
-        def mutual(i: int, j: int, frequencies: Array) -> ComplexArray:
-            return np.asarray(matrix[i, j] + reflection.mutual((i, j), distances[i][j], frequencies))
-
-        own = [lambda at, c=c: c.own(state, at) for c in circuits]
-        return idle_neighbours(active, own, mutual, spec.readout)
-
-    return {state: of_state(state) for state in circuits[active].reflections if state != FREE}
+        own = [partial(circuit.own, state) for circuit in circuits]
+        found[state] = idle_neighbours(active, own, mutual, spec.readout)
+    return found
 
 
 def _distances(layout: Layout) -> list[list[float]]:
@@ -164,68 +144,52 @@ def _distances(layout: Layout) -> list[list[float]]:
 
 
 def _reflections(
-    winding: SolvedWinding,
-    assembly: Assembly,
-    distances: list[float],
-    layout: Layout,
+    winding: SolvedWinding, assembly: Assembly, distances: list[float], layout: Layout,
     target: TargetShares | TargetChanges,
-) -> dict[str, dict[str, Reflection | NoReflection]]:
-    """What metal returns, by coil and state; coils under alike parts of the target have one in common."""
-    names = [coil.name for coil in layout.coils]
+) -> dict[str, dict[str, Reflection]]:
+    """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
+    target have one in common.
+    """
     missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
-    known: dict[tuple[str, tuple[complex, ...], Missing | None], Reflection | NoReflection] = {}
-    found: dict[str, dict[str, Reflection | NoReflection]] = {name: {} for name in names}
+    known: dict[tuple[str, tuple[complex, ...], Missing | None], Reflection] = {}
+    found: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
     for around in assembly.states:
-        spectrum = winding.spectrum
-        nothing = spectrum is None or (around.above is None and around.below is None)
-        for k, name in enumerate(names):
-            key = around.name, target.key(k, name, around.name), missing.get(name)
+        for k, name in enumerate(found):
+            window = missing.get(name)
+            key = around.name, target.key(k, name, around.name), window
             if key not in known:
-                known[key] = (
-                    NoReflection()
-                    if nothing or spectrum is None
-                    else _windowed(spectrum, around, distances, winding, target, k, name, missing.get(name), without)
-                )
+                known[key] = _reflection(around, distances, winding, target, k, name, window)
+                if around.below is not None and window is not None:
+                    whole, none = (
+                        Reflection(winding.spectrum, replace(around, above=None, below=below), distances,
+                                   crowding=winding.crowding)
+                        for below in (around.below, without)
+                    )
+                    known[key] = WindowedReflection(known[key], whole, none, window)
             found[name][around.name] = known[key]
     return found
 
 
-def _windowed(
-    spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
-    target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None, without: Reflector | None,
-) -> Reflection:
-    """The reflection of one coil in one state, with what a window in the jaw leaves of it."""
-    real = _reflection(spectrum, around, distances, winding, target, number, name, missing)
-    if around.below is None or missing is None:
-        return real
-    bare = replace(around, above=None)
-    whole, none = (
-        NoReflection() if below is None else Reflection(
-            spectrum, replace(bare, below=below), distances, crowding=winding.crowding
-        )
-        for below in (around.below, without)
-    )
-    return WindowedReflection(real, whole, none, missing)
-
-
 def _reflection(
-    spectrum: CurrentSpectrum, around: Surroundings, distances: list[float], winding: SolvedWinding,
-    target: TargetShares | TargetChanges, number: int, name: str, missing: Missing | None,
+    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | TargetChanges,
+    number: int, name: str, missing: Missing | None,
 ) -> Reflection:
-    if isinstance(target, TargetShares) or around.name not in target.changes:
-        share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
-        if isinstance(target, TargetShares) and around.above is not None:
-            share = target.of(name, around.name)
-            unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
-            if missing is not None:
-                endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
-                more = float(missing.factor(np.array(share[0] * endless)))
-                share = share[0] * more, share[1] * more
-                unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
-        return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
-    more, lost = target.errors[around.name][number]
-    solved = target.frequencies, target.changes[around.name], target.like
-    return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number, (float(more), float(lost)))
+    spectrum = winding.spectrum
+    if isinstance(target, TargetChanges) and around.name in target.changes:
+        more, lost = target.errors[around.name][number]
+        solved = target.frequencies, target.changes[around.name], target.like
+        return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number,
+                                (float(more), float(lost)))
+    share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
+    if isinstance(target, TargetShares) and around.above is not None:
+        share = target.of(name, around.name)
+        unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
+        if missing is not None:
+            endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
+            more = float(missing.factor(np.array(share[0] * endless)))
+            share = share[0] * more, share[1] * more
+            unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
+    return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
 
 
 def handed_over(
@@ -240,7 +204,7 @@ def handed_over(
     middle = math.sqrt(float(np.prod(solved.frequencies)))
     changes, errors = {}, {}
     for state, whole in solved.changes.items():
-        owns = [one for coil in layout.coils if isinstance(one := by_shares[coil.name][state], Reflection)]
+        owns = [by_shares[coil.name][state] for coil in layout.coils]
         rows = [one.of_target(solved.frequencies)[:, at] for one, at in zip(owns, places, strict=True)]
         shared = np.stack(rows, axis=1)
         less = np.array([one.unsure(middle) for one in owns])
@@ -251,12 +215,6 @@ def handed_over(
 
 FAINT = 0.0015
 """Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
-
-
-def _leads(coil: Coil, layout: Layout, conductivity: float, spared: Mapping[int, float]) -> LeadEstimate:
-    if not coil.series:
-        return _led_roughly(coil.undrawn, layout.spec.fpc.stackup, conductivity) if coil.undrawn else NO_LEADS
-    return _led_out(coil, layout.spec.fpc.stackup, conductivity, tuple(sorted(spared.items())))
 
 
 _led_roughly = lru_cache(maxsize=8)(sketched_leads)

@@ -39,41 +39,50 @@ def driven(
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
-    converter, wanted = spec.device, spec.drive_code
-    codes = (wanted,) * len(coils) if wanted is not None else drive_codes([_swing(coil) for coil in coils], converter)
+    converter = spec.device
+    if spec.drive_code is not None:
+        codes = (spec.drive_code,) * len(coils)
+    else:
+        working = [[s for name, s in c.states.items() if name != FREE] or list(c.states.values()) for c in coils]
+        values = [[state.parallel_resistance for state in states] for states in working]
+        swings = [Swing(min(own), max(own), max(map(_careful, states)))
+                  for own, states in zip(values, working, strict=True)]
+        codes = drive_codes(swings, converter)
     current = converter.drive_current(max(codes))
-    more = spec.device.needed(len(coils)) * (current - readout.drive_current) * _duty(readout, len(coils))
-    supply = None if readout.supply_current is None else readout.supply_current + more
+    # a channel is not driven while the next is switched in
+    idle = readout.switch_time if len(coils) > 1 and readout.dwell_time else None
+    duty = 1.0 if idle is None else 1.0 - idle / readout.dwell_time
+    more = spec.device.needed(len(coils)) * (current - readout.drive_current) * duty
     settings = replace(
         readout,
         drive_code=max(codes),
         drive_codes=codes if len(set(codes)) > 1 else (),
         drive_current=current,
-        supply_current=supply,
+        supply_current=None if readout.supply_current is None else readout.supply_current + more,
     )
-    ratios = [converter.drive_current(code) / readout.drive_current for code in codes]
-    return tuple(_with_drive(coil, ratio) for coil, ratio in zip(coils, ratios, strict=True)), settings
+    louder = []
+    for coil, code in zip(coils, codes, strict=True):
+        ratio = converter.drive_current(code) / readout.drive_current
+        states = {name: replace(
+            state,
+            amplitude=state.amplitude * ratio,
+            coil_amplitude=None if state.coil_amplitude is None else state.coil_amplitude * ratio,
+            spread=None if state.spread is None else replace(state.spread, amplitude=state.spread.amplitude * ratio),
+        ) for name, state in coil.states.items()}
+        louder.append(replace(coil, states=states))
+    return tuple(louder), settings
 
 
 def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
     """The code of every channel: the same one unless only codes of their own keep all coils within 1.2 to 1.8 V."""
-    low = converter.limit("amplitude_optimum_min")
-    common = converter.drive_code(max(swing.careful for swing in swings))
+
+    def reached(codes: Sequence[int]) -> bool:
+        return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
+                   for code, swing in zip(codes, swings, strict=True))
+
+    alike = (converter.drive_code(max(swing.careful for swing in swings)),) * len(swings)
     own = tuple(converter.drive_code(swing.careful) for swing in swings)
-    alike = (common,) * len(swings)
-    if min(_least(alike, swings, converter)) >= low or min(_least(own, swings, converter)) < low:
-        return alike
-    return own
-
-
-def _least(codes: Sequence[int], swings: Sequence[Swing], converter: Converter) -> list[float]:
-    return [converter.amplitude(swing.least, code) for code, swing in zip(codes, swings, strict=True)]
-
-
-def _swing(coil: CoilEstimate) -> Swing:
-    states = [state for name, state in coil.states.items() if name != FREE] or list(coil.states.values())
-    values = [state.parallel_resistance for state in states]
-    return Swing(min(values), max(values), max(_careful(state) for state in states))
+    return own if reached(own) and not reached(alike) else alike
 
 
 def _careful(state: StateEstimate) -> float:
@@ -89,26 +98,3 @@ def bare_board_code(bench: Estimates) -> int | None:
     bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     known = [value for value in bare if math.isfinite(value)]
     return bench.readout.device.drive_code(max(known)) if known else None
-
-
-def _duty(readout: ReadoutEstimate, coils: int) -> float:
-    """The share of the time in which a channel is driven: not while the next is switched in."""
-    if coils == 1 or not readout.dwell_time or readout.switch_time is None:
-        return 1.0
-    return 1.0 - readout.switch_time / readout.dwell_time
-
-
-def _with_drive(coil: CoilEstimate, ratio: float) -> CoilEstimate:
-    """The coil with a drive current so many times as strong."""
-    return replace(coil, states={name: _louder(state, ratio) for name, state in coil.states.items()})
-
-
-def _louder(state: StateEstimate, ratio: float) -> StateEstimate:
-    """A state whose amplitudes are so many times as large."""
-    spread = state.spread
-    return replace(
-        state,
-        amplitude=state.amplitude * ratio,
-        coil_amplitude=None if state.coil_amplitude is None else state.coil_amplitude * ratio,
-        spread=None if spread is None else replace(spread, amplitude=spread.amplitude * ratio),
-    )

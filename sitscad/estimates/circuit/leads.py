@@ -108,8 +108,12 @@ def estimate_leads(
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
     strips: list[Strip] = []
-    facing = _facing(coil)
-    for trace in _leads(coil):
+    ways = _ways(coil)
+    facing = [(trace, *beside) for one, other in (ways, ways[::-1]) for line, trace in one
+              if (beside := _beside(line, other, 5.0 * trace.width)) is not None]
+    for trace in coil.series:
+        if not isinstance(trace, Trace) or trace.role is Role.WINDING:
+            continue
         layer = copper[trace.layer]
         corners = np.array(_distinct(_oriented(coil, trace)))
         if len(corners) < 2:
@@ -120,9 +124,15 @@ def estimate_leads(
     parts = _partial_inductances(tracks) | {"coupling": _coupling(coil, tracks)}
     plating = stackup.plating_thickness or USUAL_PLATING
     barrels, parts["vias"] = 0.0, 0.0
-    for via, length in _vias(coil, copper):
-        barrels += via_resistance(length, via.drill, plating, conductivity)
-        parts["vias"] += via_inductance(length, via.drill)
+    for k, via in enumerate(coil.series):
+        if not isinstance(via, Via):
+            continue
+        before, after = (next((t for t in items if isinstance(t, Trace)), None)
+                         for items in (coil.series[:k][::-1], coil.series[k + 1 :]))
+        if before and after and before.layer != after.layer:
+            length = abs(copper[before.layer].z - copper[after.layer].z)
+            barrels += via_resistance(length, via.drill, plating, conductivity)
+            parts["vias"] += via_inductance(length, via.drill)
     less = math.fsum(squares / (conductivity * copper[number].thickness) for number, squares in spared.items())
     total = math.fsum(strip.resistance for strip in strips) + barrels - less
     inductance = math.fsum(parts.values())
@@ -231,37 +241,18 @@ def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
     return np.column_stack([middle, np.full(len(middle), z)]), sides[of] / parts[of, None]
 
 
-def _leads(coil: Coil) -> list[Trace]:
-    return [item for item in coil.series if isinstance(item, Trace) and item.role is not Role.WINDING]
-
-
-def _vias(coil: Coil, copper: dict[int, CopperLayer]) -> list[tuple[Via, float]]:
-    """The vias of a coil between two layers, each with its height (m)."""
-    found = []
-    for k, item in enumerate(coil.series):
-        if not isinstance(item, Via):
-            continue
-        before = next((t for t in reversed(coil.series[:k]) if isinstance(t, Trace)), None)
-        after = next((t for t in coil.series[k + 1 :] if isinstance(t, Trace)), None)
-        if before and after and before.layer != after.layer:
-            found.append((item, abs(copper[before.layer].z - copper[after.layer].z)))
-    return found
-
-
 def _oriented(coil: Coil, trace: Trace) -> list[Place]:
     """The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what
     precedes.
     """
-    points: list[Place] = list(_chords(trace))
-    index = next(k for k, item in enumerate(coil.series) if item is trace)
-    start, end = points[0], points[-1]
-    if index + 1 < len(coil.series):
-        places = _places(coil.series[index + 1])
-        return points if _near(end, places) <= _near(start, places) else points[::-1]
-    if index > 0:
-        places = _places(coil.series[index - 1])
-        return points if _near(start, places) <= _near(end, places) else points[::-1]
-    return points
+    points, series = list(_chords(trace)), coil.series
+    if len(series) == 1:
+        return points
+    index = next(k for k, item in enumerate(series) if item is trace)
+    goes_on = index + 1 < len(series)
+    places = _places(series[index + 1 if goes_on else index - 1])
+    start, end = (min(math.dist(point, place) for place in places) for point in (points[0], points[-1]))
+    return points if (end <= start if goes_on else start <= end) else points[::-1]
 
 
 def _chords(trace: Trace) -> list[Place]:
@@ -277,10 +268,6 @@ def _chords(trace: Trace) -> list[Place]:
 
 def _places(item: Trace | Via) -> list[Place]:
     return [item.centre] if isinstance(item, Via) else [item.path.start, item.path.end]
-
-
-def _near(point: Place, places: list[Place]) -> float:
-    return min(math.dist(point, place) for place in places)
 
 
 def _distinct(points: Sequence[Place]) -> list[Place]:
@@ -306,18 +293,24 @@ def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trac
     return way_in, way_out
 
 
-def _facing(coil: Coil) -> list[tuple[Trace, float, float, Trace]]:
-    """Traces, the length (m) over which each runs beside the other way, distance across (m), the other's trace."""
-    found = []
-    ways = _ways(coil)
-    for one, other in (ways, ways[::-1]):
-        for line, trace in one:
-            rows = [(_overlap(line, piece), _lateral(line, piece), back) for piece, back in other]
-            rows = [row for row in rows if row[0] > 0.0 and row[1] < 5.0 * trace.width]
-            if rows:
-                length, lateral, back = min(rows, key=lambda row: (row[1], -row[0]))
-                found.append((trace, length, lateral, back))
-    return found
+def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
+    """How long (m) and how far away (m; less than `reach`) the nearest parallel piece runs beside another, and its
+    trace.
+    """
+    (x, y), _ = line
+    length, found = math.dist(*line), []
+    ux, uy = ((end - start) / length for start, end in zip(*line, strict=True))
+    for piece, trace in others:
+        there = math.dist(*piece)
+        vx, vy = ((end - start) / there for start, end in zip(*piece, strict=True))
+        if abs(ux * vy - uy * vx) > 1e-3:
+            continue
+        ends = sorted((px - x) * ux + (py - y) * uy for px, py in piece)
+        overlap = min(ends[1], length) - max(ends[0], 0.0)
+        lateral = abs((piece[0][0] - x) * uy - (piece[0][1] - y) * ux)
+        if overlap > 0.0 and lateral < reach:
+            found.append((overlap, lateral, trace))
+    return min(found, key=lambda row: (row[1], -row[0]), default=None)
 
 
 def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
@@ -337,71 +330,39 @@ def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
 
 
 def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
-    """Capacitance (F) of the leads to each other: each piece in, against the nearest parallel one out."""
-    way_in, way_out = _ways(coil)
-    total = 0.0
+    """Capacitance (F) of the leads to each other: each piece in, against the nearest parallel one out, beside or above
+    it.
+    """
+    (way_in, way_out), total = _ways(coil), 0.0
     for line, trace in way_in:
-        facing = [(_overlap(line, other), _lateral(line, other), other_trace) for other, other_trace in way_out]
-        facing = [row for row in facing if row[0] > 0.0 and row[1] < 10.0 * trace.width]
-        if facing:
-            length, lateral, other_trace = min(facing, key=lambda row: (row[1], -row[0]))
-            total += length * _per_length(trace, other_trace, lateral, stackup)
+        if (beside := _beside(line, way_out, 10.0 * trace.width)) is None:
+            continue
+        length, lateral, other = beside
+        width = min(trace.width, other.width)
+        if trace.layer == other.layer or lateral > width:
+            around = 0.5 * (1.0 + mean_permittivity(stackup))
+            per_metre = coplanar_strips(width, max(lateral - width, 0.2 * width), around)
+        else:
+            # The coverlay counts as the dielectric all round and the copper as thin: together within 6 % (tested).
+            per_metre = stacked_strips(width, *between_layers(stackup, *sorted((trace.layer, other.layer))))
+        total += length * per_metre
     return total
-
-
-def _per_length(one: Trace, other: Trace, lateral: float, stackup: Stackup) -> float:
-    """Capacitance (F/m) of two leads, beside or above each other."""
-    width = min(one.width, other.width)
-    if one.layer == other.layer or lateral > width:
-        return coplanar_strips(width, max(lateral - width, 0.2 * width), 0.5 * (1.0 + mean_permittivity(stackup)))
-    distance, permittivity = between_layers(stackup, *sorted((one.layer, other.layer)))
-    # The coverlay counts as the dielectric all round and the copper as thin: both together stay within 6 % (tested).
-    return stacked_strips(width, distance, permittivity)
 
 
 def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
     """Distance (m) of the facing copper surfaces of two layers and the relative permittivity of what fills it."""
-    layers = [layer for layer in stackup.between(upper, lower)]
+    layers = stackup.between(upper, lower)
     thicknesses = [layer.thickness for layer in layers]
     return math.fsum(thicknesses), series_permittivity(
-        thicknesses, [layer.relative_permittivity or 3.4 for layer in layers]
-    )
+        thicknesses, [layer.relative_permittivity or 3.4 for layer in layers])
 
 
 def mean_permittivity(stackup: Stackup) -> float:
     """Mean relative permittivity of the stack-up's insulating layers, by thickness."""
     layers = [layer for layer in stackup.layers if layer.kind is not LayerKind.COPPER]
     total = math.fsum(layer.thickness for layer in layers)
-    return (
-        math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers) / total if total else 3.4
-    )
-
-
-def _direction(line: Piece) -> tuple[float, float]:
-    (x0, y0), (x1, y1) = line
-    length = math.dist(*line)
-    return (x1 - x0) / length, (y1 - y0) / length
-
-
-def _overlap(one: Piece, other: Piece) -> float:
-    """Length (m) over which two parallel pieces face each other; 0 or less where they do not."""
-    ux, uy = _direction(one)
-    vx, vy = _direction(other)
-    if abs(ux * vy - uy * vx) > 1e-3:
-        return 0.0
-    along = sorted((x - one[0][0]) * ux + (y - one[0][1]) * uy for x, y in other)
-    return min(along[1], math.dist(*one)) - max(along[0], 0.0)
-
-
-def _lateral(one: Piece, other: Piece) -> float:
-    ux, uy = _direction(one)
-    return abs((other[0][0] - one[0][0]) * uy - (other[0][1] - one[0][1]) * ux)
-
-
-def is_connected(coil: Coil) -> bool:
-    """Whether the series circuit's traces meet end to end, vias in between."""
-    places = [_places(item) for item in coil.series]
-    return all(min(math.dist(a, b) for a in one for b in two) < 1e-6 for one, two in pairwise(places))
+    by_thickness = math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers)
+    return by_thickness / total if total else 3.4
 
 
 def missing_leads(layout: Layout) -> str | None:
@@ -412,6 +373,7 @@ def missing_leads(layout: Layout) -> str | None:
             f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
             "numbers at the contacts lack the leads and the tail that are not drawn"
         )
-    if not all(is_connected(coil) for coil in layout.coils):
+    ends = [pair for coil in layout.coils for pair in pairwise(map(_places, coil.series))]
+    if not all(min(math.dist(a, b) for a in one for b in other) < 1e-6 for one, other in ends):
         return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
     return None

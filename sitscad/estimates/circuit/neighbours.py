@@ -42,7 +42,12 @@ def inductance_matrix(self_inductance: float, self_error: float, coils: list[Pla
     known: dict[tuple[float, ...], SideBySide] = {}
     for i in range(count):
         for j in range(i):
-            key = _displacement(coils[i][0], coils[j][0])
+            one, other = coils[i][0], coils[j][0]
+            dx, dy = one.centre.x - other.centre.x, one.centre.y - other.centre.y
+            turns = one.placement.rotation, other.placement.rotation
+            if (dx, dy) < (0.0, 0.0):
+                dx, dy, turns = -dx, -dy, turns[::-1]
+            key = tuple(round(part, 9) for part in (dx, dy, *turns))
             if key not in known:
                 known[key] = side_by_side(coils[i], coils[j])
             matrix[i, j] = matrix[j, i] = known[key].inductance
@@ -84,14 +89,6 @@ def rings_beside_each_other(
         mutual += moments[m] * moments[n] * weber * apart ** (-s - 1.0)
     matrix = np.where(distances > 0.0, MU0 * math.pi * mutual, own)
     return matrix, np.abs(matrix) * np.where(distances > 0.0, ROUGH_MUTUAL, error)
-
-
-def _displacement(one: Coil, other: Coil) -> tuple[float, ...]:
-    dx, dy = one.centre.x - other.centre.x, one.centre.y - other.centre.y
-    a, b = one.placement.rotation, other.placement.rotation
-    if (dx, dy) < (0.0, 0.0):
-        dx, dy, a, b = -dx, -dy, b, a
-    return round(dx, 9), round(dy, 9), round(a, 9), round(b, 9)
 
 
 def side_by_side(one: Placed, other: Placed) -> SideBySide:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
-from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
-from sitscad.readout.converter import ChannelSettings, Converter, Register
+from sitscad.estimates.values import Estimates
+from sitscad.readout.converter import ChannelSettings, Register
 from sitscad.record import record
 from sitscad.spec.sensor import ReadoutSpec
 
@@ -32,19 +31,31 @@ def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
     Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
     addresses.
     """
-    converter, coils = asked.device, estimates.coils
+    converter, coils, readout = asked.device, estimates.coils, estimates.readout
     needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
     if needed > most:
         buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
         raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
-    places = converter.places(len(coils))
+    settings = {name: getattr(readout, name) for name in (
+        "rcount", "settle_count", "input_divider", "reference_divider", "drive_code")}
+    for name, value in settings.items():
+        if value is None:
+            raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    places, found = converter.places(len(coils)), []
     firsts = [k for k, at in enumerate(places) if at.number == 0]
-    groups = [coils[first:end] for first, end in pairwise([*firsts, len(coils)])]
-    return tuple(
-        Device(places[first].bus, places[first].address, tuple(coil.name for coil in group),
-               _registers(converter, group, first, estimates.readout))
-        for first, group in zip(firsts, groups, strict=True)
-    )
+    for first, end in pairwise([*firsts, len(coils)]):
+        group = coils[first:end]
+        frequencies = [state.frequency for coil in group for state in coil.states.values()]
+        if not frequencies:
+            raise ValueError("no sensor frequency is known: the converter cannot be set up")
+        codes = readout.drive_codes[first:end] or (settings["drive_code"],) * len(group)
+        offsets = readout.offsets[first:end] or (0,) * len(group)
+        channels = tuple(ChannelSettings(**settings | {"drive_code": code}, offset=offset)
+                         for code, offset in zip(codes, offsets, strict=True))
+        registers = converter.registers(channels, max(frequencies), high_current=readout.high_current,
+                                        output_gain=readout.output_gain)
+        found.append(Device(places[first].bus, places[first].address, tuple(coil.name for coil in group), registers))
+    return tuple(found)
 
 
 def identity(sensor: str, found: Sequence[Device]) -> int:
@@ -53,33 +64,3 @@ def identity(sensor: str, found: Sequence[Device]) -> int:
     """
     rows = [(one.coils, [(int(row.address), int(row.value)) for row in one.registers]) for one in found]
     return zlib.crc32(repr((sensor, rows)).encode())
-
-
-def _registers(
-    converter: Converter, coils: Sequence[CoilEstimate], first: int, readout: ReadoutEstimate
-) -> tuple[Register, ...]:
-    """What to write for the coils of one converter, the first of them being the number `first` of all."""
-    channel = ChannelSettings(
-        rcount=_known("rcount", readout.rcount),
-        settle_count=_known("settle_count", readout.settle_count),
-        input_divider=_known("input_divider", readout.input_divider),
-        reference_divider=_known("reference_divider", readout.reference_divider),
-        drive_code=_known("drive_code", readout.drive_code),
-    )
-    frequencies = [state.frequency for coil in coils for state in coil.states.values() if state.frequency is not None]
-    if not frequencies:
-        raise ValueError("no sensor frequency is known: the converter cannot be set up")
-    codes = readout.drive_codes[first : first + len(coils)] or (channel.drive_code,) * len(coils)
-    offsets = readout.offsets[first : first + len(coils)] or (0,) * len(coils)
-    channels = tuple(
-        replace(channel, drive_code=code, offset=offset) for code, offset in zip(codes, offsets, strict=True)
-    )
-    return converter.registers(
-        channels, max(frequencies), high_current=readout.high_current, output_gain=readout.output_gain
-    )
-
-
-def _known(name: str, value: int | None) -> int:
-    if value is None:
-        raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
-    return value

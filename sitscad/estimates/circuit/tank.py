@@ -11,7 +11,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.estimates.circuit.leads import LeadEstimate
 from sitscad.estimates.circuit.neighbours import Circuit
-from sitscad.estimates.states.assembly import NoReflection, Reflection
+from sitscad.estimates.states.assembly import Reflection
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
@@ -47,7 +47,7 @@ class CoilCircuit:
     loss: ProximityLoss
     leads: LeadEstimate
     self_capacitance: float
-    reflections: Mapping[str, Reflection | NoReflection]
+    reflections: Mapping[str, Reflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
     curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
@@ -175,9 +175,22 @@ class Tank:
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
         key = state, self.capacitor
-        if key not in circuit.oscillations:
-            circuit.oscillations[key] = self._oscillation(circuit, state)
-        return circuit.oscillations[key]
+        if key in circuit.oscillations:
+            return circuit.oscillations[key]
+        network, delay = self.network(circuit), self.converter.limit("drive_delay")
+        frequency = resonance_frequency(
+            circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
+        )
+        found = oscillate(network, *circuit.terminal(state, frequency), delay)
+        for _ in range(12):
+            if not found.exists:
+                break
+            before = found.frequency
+            found = oscillate(network, *circuit.terminal(state, before), delay, before)
+            if abs(found.frequency - before) <= 1e-9 * before:
+                break
+        circuit.oscillations[key] = found
+        return found
 
     def simple_oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """The same without a cable by SNOSCY9A's formula (see `oscillate`), for choosing among many capacitors."""
@@ -194,21 +207,6 @@ class Tank:
         omega *= math.sqrt(square)
         impedance = resistance + (omega * inductance) ** 2 / resistance
         return Oscillation(omega / (2.0 * math.pi), impedance, quality, 1.0)
-
-    def _oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
-        network, delay = self.network(circuit), self.converter.limit("drive_delay")
-        frequency = resonance_frequency(
-            circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
-        )
-        found = oscillate(network, *circuit.terminal(state, frequency), delay)
-        for _ in range(12):
-            if not found.exists:
-                break
-            before = found.frequency
-            found = oscillate(network, *circuit.terminal(state, before), delay, before)
-            if abs(found.frequency - before) <= 1e-9 * before:
-                break
-        return found
 
 
 def working_states(circuit: CoilCircuit) -> list[str]:
@@ -274,16 +272,12 @@ OVERDAMPED = 1e3
 """Trespass of a state in which the tank does not oscillate: more than any other."""
 
 
-@record
-class _Windows:
-    highest: float
-    lowest_resistance: float
-
-
 def _trespass(
     circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float, is_rough: bool
-) -> tuple[tuple[float, bool], _Windows | None]:
-    """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to."""
+) -> tuple[tuple[float, bool], tuple[float, float] | None]:
+    """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to:
+    the highest frequency (Hz) and the least parallel resistance (ohm).
+    """
     frequencies, resistances, working = [], [], []
     damped = 0
     for circuit in circuits:
@@ -313,18 +307,18 @@ def _trespass(
         + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
     )
     preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
-    return (over + preference, over > 0.0), _Windows(max(frequencies), min(resistances))
+    return (over + preference, over > 0.0), (max(frequencies), min(resistances))
 
 
 def _beyond(value: float, limit: float) -> float:
     return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
 
 
-def _reason(value: float, trespass: tuple[float, bool], windows: _Windows | None, tolerance: float) -> str:
+def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
     """Why a capacitor was chosen, in words."""
     if windows is None:
         return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
-    found = f"up to {show(windows.highest, 'Hz', 3)}, R_P from {show(windows.lowest_resistance, 'ohm', 3)}"
+    found = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
     found += f"; +-{50.0 * tolerance:.2g} % of frequency by its tolerance"
     if trespass[1]:
         return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
@@ -336,55 +330,49 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
 
     The drive code is the strongest below 1.8 V: `drive.driven` makes it careful once the scatter is known.
     """
-    tank = Tank(capacitor, readout)
-    device = readout.device
+    tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
+    divider = device.reference_divider(readout.clock, device.shares(count)[-1])
+    reference = readout.clock / divider
+    unset = ReadoutEstimate(
+        device, capacitor, reason, drive_code=None, drive_current=math.nan, reference_divider=divider,
+        reference_frequency=reference, input_divider=None, rcount=None, settle_count=None, dwell_time=math.nan,
+        scan_rate=math.nan, high_current=False, capacitor_tolerance=device.limit("capacitor_tolerance"),
+        read_back_time=device.read_back_time(count),
+    )
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
-        return _unset(readout, capacitor, reason, len(circuits))
+        return unset
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
     code = device.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
-    channels = device.shares(len(circuits))[0]
-    is_free = len(circuits) == 1 and readout.drive_code is None
-    strong = is_free and _wants_high_current(device, min(working), max(at.parallel_resistance for at in found.values()))
-    divider = device.reference_divider(readout.clock, device.shares(len(circuits))[-1])
-    reference = readout.clock / divider
-    input_divider = max(device.input_divider(at.frequency, reference) for at in found.values())
+    channels = device.shares(count)[0]
+    highest = max(at.parallel_resistance for at in found.values())
+    strong = (
+        count == 1 and readout.drive_code is None
+        and device.limit("parallel_resistance_high_current") <= min(working)
+        and min(working) < device.limit("parallel_resistance_driveable")
+        # with the least high current that TI's texts give, no state may pass the limit for certain
+        and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
+    )
     settle_count = max(device.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
     rcount = device.reference_count(readout.scan_rate, settle_count, reference, channels)
     current = device.drive_current(code, strong)
-    return ReadoutEstimate(
-        device=readout.device,
-        capacitance=capacitor,
-        capacitance_reason=reason,
+    return replace(
+        unset,
         drive_code=code,
         drive_current=current,
-        reference_divider=divider,
-        reference_frequency=reference,
-        input_divider=input_divider,
+        input_divider=max(device.input_divider(at.frequency, reference) for at in found.values()),
         rcount=rcount,
         settle_count=settle_count,
         dwell_time=device.dwell_time(rcount, settle_count, reference),
         scan_rate=1.0 / device.scan_time(rcount, settle_count, reference, channels),
         high_current=strong,
-        capacitor_tolerance=device.limit("capacitor_tolerance"),
         settle_time=device.settle_time(settle_count, reference),
         conversion_time=device.conversion_time(rcount, reference),
         switch_time=device.switch_time(reference),
-        read_back_time=device.read_back_time(len(circuits)),
-        supply_current=device.needed(len(circuits))
-        * device.supply_current(current, rcount, settle_count, reference, channels),
+        supply_current=device.needed(count) * device.supply_current(current, rcount, settle_count, reference, channels),
         conversion_capacitance=tank.conversion_capacitance,
     )
-
-
-def _wants_high_current(converter: Converter, least: float, most: float) -> bool:
-    """Whether the least parallel resistance (ohm) asks for the high-current drive, and the most of all bears it."""
-    # with the least current that TI's texts give, no state may pass the limit for certain
-    swing = converter.amplitude_at(most, converter.high_current_range[0])
-    needs = least < converter.limit("parallel_resistance_driveable")
-    drives = least >= converter.limit("parallel_resistance_high_current")
-    return needs and drives and swing <= converter.limit("amplitude_max")
 
 
 SIGMAS = 2.0
@@ -422,26 +410,3 @@ def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> Coil
         step = conversion.inductance_step(state.inductance + tank.in_series()[0], state.frequency)
         found[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
     return replace(coil, states=found)
-
-
-def _unset(readout: ReadoutSpec, capacitor: float, reason: str, coils: int) -> ReadoutEstimate:
-    """The readout of a converter for which no state of the coils gives settings."""
-    device = readout.device
-    divider = device.reference_divider(readout.clock, device.shares(coils)[-1])
-    return ReadoutEstimate(
-        device=readout.device,
-        capacitance=capacitor,
-        capacitance_reason=reason,
-        drive_code=None,
-        drive_current=math.nan,
-        reference_divider=divider,
-        reference_frequency=readout.clock / divider,
-        input_divider=None,
-        rcount=None,
-        settle_count=None,
-        dwell_time=math.nan,
-        scan_rate=math.nan,
-        high_current=False,
-        capacitor_tolerance=device.limit("capacitor_tolerance"),
-        read_back_time=device.read_back_time(coils),
-    )

@@ -5,7 +5,6 @@ goes on as another, round a corner or narrower.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.geometry.path import Point, Segment
@@ -56,7 +55,9 @@ def _joint(one: Trace, other: Trace) -> float:
         ((a, b) for a in _legs(one) for b in _legs(other)), key=lambda legs: legs[0].start.distance(legs[1].start)
     )
     wide, narrow = max(one.width, other.width), min(one.width, other.width)
-    turn = math.pi - abs(math.remainder(_heading(here) - _heading(there), 2.0 * math.pi))
+    # the directions (rad) in which the legs begin
+    ways = [math.atan2(leg.at(START).y - leg.start.y, leg.at(START).x - leg.start.x) for leg in (here, there)]
+    turn = math.pi - abs(math.remainder(ways[0] - ways[1], 2.0 * math.pi))
     share = min(1.0, here.length / wide, there.length / wide)
     bend = share * bend_squares(round(min(turn, MOST_TURN), 6)) if turn > LEAST_TURN else 0.0
     return bend + step_squares(round(wide / narrow, 6))
@@ -67,43 +68,28 @@ def _legs(trace: Trace) -> tuple[Segment, Segment]:
     return trace.path.segments[0], trace.path.segments[-1].reversed()
 
 
-def _heading(leg: Segment) -> float:
-    """The direction (rad) in which a piece begins."""
-    ahead = leg.at(START)
-    return math.atan2(ahead.y - leg.start.y, ahead.x - leg.start.x)
-
-
 def _end(trace: Trace, at_start: bool, vias: list[Via], pads: list[Pad], drop: Teardrop | None) -> float:
     """Squares of one end of a track beyond its centre line."""
-    leg = _legs(trace)[0 if at_start else 1]
-    width, place = trace.width, leg.start
-    reach = max(_along(drop, leg.start, leg.end)) if drop is not None else 0.0
+    leg, width = _legs(trace)[0 if at_start else 1], trace.width
+    place, reach = leg.start, 0.0
+    if drop is not None:  # how far (m) along the leg the corners of its teardrop lie
+        length = leg.start.distance(leg.end)
+        ux, uy = (leg.end.x - place.x) / length, (leg.end.y - place.y) / length
+        reach = max((s.start.x - place.x) * ux + (s.start.y - place.y) * uy for s in drop.outline.segments)
     via = next((via for via in vias if via.centre.distance(place) < SAME), None)
     if via is not None:
-        return _via_end(via, width, reach)
+        ring, drill = via.pad / width, via.drill / width
+        rest = (reach / width) ** 2 - (ring - 1.0)
+        if reach == 0.0 or rest < 0.0:
+            return pad_squares(round(ring, 6), round(drill, 6))
+        # corners are where the tangents meet the track's circle: (ring - 1) / (4 reach) beyond its centre, in widths
+        far = (reach / width + math.sqrt(rest)) / 2.0
+        return teardrop_squares(round(ring, 6), round(drill, 6), round(far, 6))
     for pad in pads:
         if pad.layer == trace.layer and pad.holds(place):
             inside, across = _depth(pad, leg.start, leg.end)
             return contact_squares(inside / width, across / width, max(0.0, reach - inside) / width)
     return 0.0
-
-
-def _via_end(via: Via, width: float, corner: float) -> float:
-    """The end in a via's pad; `corner` (m) is how far from its centre a teardrop's far corners lie, 0 without one."""
-    pad, drill = via.pad / width, via.drill / width
-    rest = (corner / width) ** 2 - (pad - 1.0)
-    if corner == 0.0 or rest < 0.0:
-        return pad_squares(round(pad, 6), round(drill, 6))
-    # those corners are where the tangents meet the track's circle: (pad - 1) / (4 reach) beyond its centre, in widths
-    reach = (corner / width + math.sqrt(rest)) / 2.0
-    return teardrop_squares(round(pad, 6), round(drill, 6), round(reach, 6))
-
-
-def _along(drop: Teardrop, start: Point, end: Point) -> Iterator[float]:
-    """How far (m) along a leg the corners of its teardrop lie."""
-    length = start.distance(end)
-    ux, uy = (end.x - start.x) / length, (end.y - start.y) / length
-    return ((s.start.x - start.x) * ux + (s.start.y - start.y) * uy for s in drop.outline.segments)
 
 
 def _depth(pad: Pad, start: Point, end: Point) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.pad import compliance, pushed, slopes, soft_pad, straight
+from sitscad.estimates.response.pad import compliance, slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
@@ -74,8 +74,7 @@ class Bench:
         """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another; a straight estimate where it gives
         way.
         """
-        if pad is None:
-            return pushed(self.spec, loads, np.ones(len(loads), dtype=bool))[0]
+        pad = pad or self.pad
         found = pad.pose(loads, is_held=True)
         lost = np.isnan(found[:, 0])
         found[lost] = straight(pad, loads[lost])

@@ -13,12 +13,11 @@ from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.manufacture import Units
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, along
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
-from sitscad.spec.sensor import SensorSpec
 
 WARMER = 10.0
 """Kelvin by which the sensor is warmed to see what copper and other metal do."""
@@ -53,25 +52,21 @@ class Tilts:
     def at(self, angle: float) -> Array:
         """Change of the readings by a tilt (rad) in every one of `WAYS`: (points, ways, coils).
 
-        As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force.
+        As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force. What the
+        pad cannot hold counts as level, and turned.
         """
         if angle not in self.kept:
             count, ways = len(self.poses), len(WAYS)
-            turned = np.log(self.bench.turned(np.concatenate([self.poses, self._tilted(angle)])))
+            wrenches = np.zeros((count * ways, 6))
+            wrenches[:, 2] = -np.repeat(self.loads[:, 0], ways)
+            turns = np.tile(angle * WAYS, (count, 1))
+            tilted = self.bench.pad.pose(wrenches, turns=turns, is_stuck=True)
+            lost = np.isnan(tilted[:, 0])
+            tilted[lost] = np.repeat(self.poses, ways, axis=0)[lost]
+            tilted[lost, 3:] = turns[lost]
+            turned = np.log(self.bench.turned(np.concatenate([self.poses, tilted])))
             self.kept[angle] = turned[count:].reshape(count, ways, -1) - turned[:count, None]
         return self.kept[angle]
-
-    def _tilted(self, angle: float) -> Array:
-        """Poses (points times ways, 6); those that the pad cannot hold are the level ones, turned."""
-        ways = len(WAYS)
-        wrenches = np.zeros((len(self.loads) * ways, 6))
-        wrenches[:, 2] = -np.repeat(self.loads[:, 0], ways)
-        turns = np.tile(angle * WAYS, (len(self.loads), 1))
-        found = self.bench.pad.pose(wrenches, turns=turns, is_stuck=True)
-        lost = np.isnan(found[:, 0])
-        found[lost] = np.repeat(self.poses, ways, axis=0)[lost]
-        found[lost, 3:] = turns[lost]
-        return found
 
 
 @record(eq=False)
@@ -169,12 +164,10 @@ class Disturbed:
         """Errors (N) of every axis by full scale on an axis that the array does not tell apart."""
         found = {}
         for name in (axis for axis in AXES if axis not in self.bench.range.axes):
-            loads = np.tile(self.load, (3, 1))
-            loads[1:, AXES.index(name)] = self.bench.full[name] * np.array([1.0, -1.0])
-            readings = self.bench.readings(self.bench.poses(loads))
+            ends = self.bench.full[name] * np.array([1.0, -1.0])
+            readings = self.bench.readings(self.bench.poses(np.vstack([self.load, along(self.load, name, ends)])))
             found[f"{name} at full scale, which is not measured"] = np.abs(
-                (readings[1:] - readings[0]) @ self.inverse.T
-            ).max(axis=0)
+                (readings[1:] - readings[0]) @ self.inverse.T).max(axis=0)
         return found
 
     def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
@@ -183,7 +176,9 @@ class Disturbed:
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
-        material, normal = pad.material, self.bench.full["normal"]
+        material, normal, device = pad.material, self.bench.full["normal"], self.bench.spec.readout.device
+        clock = device.limit("clock_tolerance") / math.sqrt(3.0)
+        capacitor = 0.5 * device.limit("capacitor_tolerance") / math.sqrt(3.0)
         found = {
             "noise": self.noise,
             "hysteresis": self.hysteresis,
@@ -197,20 +192,12 @@ class Disturbed:
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
-            **self._without_tare(),
-        }
-        untold = np.isinf(self.noise)
-        return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
-
-    def _without_tare(self) -> dict[str, Array]:
-        """What clock and capacitors would do to a map in hertz."""
-        limits = self.bench.spec.readout.device
-        clock = limits.limit("clock_tolerance") / math.sqrt(3.0)
-        capacitor = 0.5 * limits.limit("capacitor_tolerance") / math.sqrt(3.0)
-        return {
+            # what would be off in a map in hertz
             "clock, without a tare": clock * np.abs(self.inverse.sum(axis=1)),
             "capacitors, without a tare": capacitor * np.sqrt(np.sum(self.inverse**2, axis=1)),
         }
+        untold = np.isinf(self.noise)
+        return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
 
     def friction(self, errors: Mapping[str, Array], shear: str) -> dict[str, float]:
         """Errors of shear over normal by cause, at the working point's share of full scale.
@@ -243,14 +230,12 @@ def by_metal(estimates: Estimates, warmer: Estimates, rest: Array) -> Array:
     """Change of the readings at rest (coils; per K) with the temperature of copper and other metal, by the estimates
     at two temperatures.
     """
-    apart = warmer.temperature - estimates.temperature
-    pairs = zip(estimates.coils, warmer.coils, strict=True)
-    known = [
-        math.log(warm.states[REST].frequency / coil.states[REST].frequency) / apart
-        if REST in coil.states and REST in warm.states
-        else math.nan
-        for coil, warm in pairs
-    ]
+    apart, known = warmer.temperature - estimates.temperature, []
+    for coil, warm in zip(estimates.coils, warmer.coils, strict=True):
+        if REST in coil.states and REST in warm.states:
+            known.append(math.log(warm.states[REST].frequency / coil.states[REST].frequency) / apart)
+        else:
+            known.append(math.nan)
     return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)
 
 
@@ -258,28 +243,20 @@ MOVING = 1.0 / 3.0
 """Share of the pad's mass that moves with the target: its lower face stands still (Rayleigh)."""
 
 
-def moving_mass(spec: SensorSpec) -> float | None:
-    """Mass (kg) of target, film over it and a third of the pad under it; None where a density is not known."""
-    target, pad, skin = spec.target, spec.elastomer, spec.encapsulation
+def resonances(bench: Bench, pose: Array) -> dict[str, float]:
+    """Frequency (Hz) at which target and pad swing by themselves along every axis told apart, at a pose (6,) of a level
+    target with nothing on it: sqrt(k / m) / (2 pi), without damping; m is that of target, film over it and a third of
+    the pad under it. Nothing where a density is not known.
+    """
+    target, pad, skin = bench.spec.target, bench.spec.elastomer, bench.spec.encapsulation
     assert target is not None and pad is not None
-    known = {row["material"]: float(row["density"]) for row in rows("densities")}
-    metal = known.get(target.material.name)
+    metal = {row["material"]: float(row["density"]) for row in rows("densities")}.get(target.material.name)
     if metal is None or pad.material.density is None:
-        return None
+        return {}
     area = math.prod(target.size) * target.outline.area
     mass = area * (metal * target.thickness + MOVING * pad.material.density * pad.thickness)
     if skin is not None and skin.material.density is not None:
-        mass += area * skin.material.density * film_thickness(spec)
-    return mass
-
-
-def resonances(bench: Bench, pose: Array) -> dict[str, float]:
-    """Frequency (Hz) at which target and pad swing by themselves along every axis told apart, at a pose (6,) of a level
-    target with nothing on it: sqrt(k / m) / (2 pi), without damping. Nothing where a density is not known.
-    """
-    mass = moving_mass(bench.spec)
-    if mass is None:
-        return {}
+        mass += area * skin.material.density * film_thickness(bench.spec)
     stiffness = np.diag(bench.pad.stiffness(pose[None])[0])[[2, 0, 1]]
     return {name: math.sqrt(max(float(stiffness[AXES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
             for name in bench.range.axes}

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.manufacture import manufacturing_scatter, readings_of, together
 from sitscad.estimates.performance.points import Felt
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import along
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
@@ -57,18 +56,18 @@ def curves(felt: Felt, quick: Felt | None) -> Curves:
                   tuple(_range(felt, name) for name in shears), held_shear(spec))
 
 
-def _loads(bench: Bench, axis: str, normal: float) -> Array:
-    loads = np.zeros((STEPS, 3))
-    loads[:, 0] = normal
-    first = 0.0 if axis == "normal" else -1.0
-    loads[:, AXES.index(axis)] = np.linspace(first, 1.0, STEPS) * bench.full[axis]
-    return loads
-
-
 def _curve(felt: Felt, quick: Felt | None, axis: str, normal: float) -> Curve:
-    loads = _loads(felt.bench, axis, normal)
-    inductance = _inductance(felt.estimates, felt.working.read(loads))
-    return Curve(axis, normal, loads[:, AXES.index(axis)], inductance, 2.0 * inductance * _scatter(quick, felt, loads))
+    forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * felt.bench.full[axis]
+    loads = along((normal, 0.0, 0.0), axis, forces)
+    inductance, sigma = _inductance(felt.estimates, felt.working.read(loads)), np.zeros(1)
+    if quick is not None:  # of the readings, by manufacture
+        nominal = quick.bench.readings(quick.bench.poses(loads))
+        sigma = together([
+            [one - nominal for one in ways]
+            for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
+            for ways in readings_of(quick.bench, cause, loads)
+        ])
+    return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)
 
 
 def _inductance(estimates: Estimates, readings: Array) -> Array:
@@ -77,26 +76,9 @@ def _inductance(estimates: Estimates, readings: Array) -> Array:
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))
 
 
-def _scatter(quick: Felt | None, felt: Felt, loads: Array) -> Array:
-    """One sigma of the readings (n, coils) by manufacture."""
-    if quick is None:
-        return np.zeros((len(loads), len(felt.estimates.coils)))
-    nominal = quick.bench.readings(quick.bench.poses(loads))
-    apart = [
-        [one - nominal for one in ways]
-        for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
-        for ways in readings_of(quick.bench, cause, loads)
-    ]
-    return together(apart)
-
-
 def _range(felt: Felt, axis: str) -> tuple[str, Array, Array, Array]:
     # Normal and shear forces (N) of the grid, and the inductances over it.
-    bench = felt.bench
-    normal = np.linspace(0.0, bench.full["normal"], LINES)
-    shear = np.linspace(-1.0, 1.0, LINES) * bench.full[axis]
-    loads = np.zeros((LINES, LINES, 3))
-    loads[:, :, 0] = normal[:, None]
-    loads[:, :, AXES.index(axis)] = shear[None, :]
-    readings = felt.working.read(loads.reshape(-1, 3))
-    return axis, normal, shear, _inductance(felt.estimates, readings).reshape(LINES, LINES, -1)
+    normal = np.linspace(0.0, felt.bench.full["normal"], LINES)
+    shear = np.linspace(-1.0, 1.0, LINES) * felt.bench.full[axis]
+    loads = np.concatenate([along((float(force), 0.0, 0.0), axis, shear) for force in normal])
+    return axis, normal, shear, _inductance(felt.estimates, felt.working.read(loads)).reshape(LINES, LINES, -1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.values import AXES, Loads
+from sitscad.estimates.performance.values import Loads, along
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
@@ -155,19 +155,20 @@ class SolvedRange:
         """Two loads in the range that give one reading by another bench, which is asked about those only that read
         nearly alike by this one; None where none are found.
         """
-        full, names = self.bench.range.full_scales, self.bench.range.axes
-        pairs = islice(chain(self._unseen(), _alike(self.forward, full, names)), POLISHED)
+        ranged = self.bench.range
+        pairs = islice(chain(self._unseen(), _alike(self.forward, ranged.full_scales, ranged.axes)), POLISHED)
         nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
         found = (judge._polished(*pair, ALIKE) for pair in nearly)
-        return next(((self._load(one), self._load(other)) for one, other in filter(None, found)), None)
+        loads = (ranged.loads(np.array(pair)) for pair in found if pair is not None)
+        return next(((_load(one), _load(other)) for one, other in loads), None)
 
     def _unseen(self) -> Iterator[tuple[Array, Array]]:
         """Two places (in full scales) on either side of where the readings tell least, along what they do not tell
         there: where they turn back, or nearly so.
         """
         names, coils = self.bench.range.axes, self.readings.shape[1]
-        count, lowest = GRID[len(names)], _lowest(names)
+        count, lowest = GRID[len(names)], self.bench.range.lowest
         span = np.maximum(np.ptp(self.readings, axis=0), 1e-300)
         table = (self.readings / span).reshape((count,) * len(names) + (coils,))
         slopes = [np.gradient(table, (1.0 - low) / (count - 1), axis=k) for k, low in enumerate(lowest)]
@@ -182,10 +183,11 @@ class SolvedRange:
         """Two places (in full scales) whose readings differ by less than `alike` of their span by the bench itself, the
         second moved by steps of Gauss-Newton from where it was thought to be; None where the steps lead to none.
         """
-        span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), _lowest(self.bench.range.axes)
+        span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(POLISHING):
             aside = NEARBY * np.where(other > 0.5, -1.0, 1.0)  # into the range from wherever the steps have led
-            read = self._readings(np.vstack([one, other, other + np.diag(aside)])) / span
+            loads = self.bench.range.loads(np.vstack([one, other, other + np.diag(aside)]))
+            read = self.bench.readings(self.bench.poses(loads)) / span
             lacking = read[0] - read[1]
             if np.linalg.norm(lacking) < alike:
                 return (one, other) if np.linalg.norm(other - one) > APART else None
@@ -194,45 +196,30 @@ class SolvedRange:
             other = np.clip(other + np.clip(step, -0.2, 0.2), lowest, 1.0)
         return None
 
-    def _readings(self, places: Array) -> Array:
-        """Readings (n, coils) at places (n, axes told apart) in full scales."""
-        loads = np.zeros((len(places), 3))
-        loads[:, self.bench.range.columns] = places * self.bench.range.full_scales
-        return self.bench.readings(self.bench.poses(loads))
 
-    def _load(self, place: Array) -> Loads:
-        """The load (N) of a place in full scales."""
-        load = np.zeros(3)
-        load[self.bench.range.columns] = place * self.bench.range.full_scales
-        x, y, z = map(float, load)
-        return x, y, z
+def _load(load: Array) -> Loads:
+    normal, x, y = map(float, load)
+    return normal, x, y
 
 
 def solved_range(bench: Bench) -> SolvedRange:
     """The loads that are required of a bench, and what they read."""
     axes = len(bench.range.axes)
-    fit, judged = (_grid(bench, count[axes], inside) for count, inside in ((GRID, 1.0), (HELD_OUT, 0.93)))
+
+    def grid(count: int, inside: float) -> Array:
+        lines = [np.linspace(low, 1.0, count) * inside for low in bench.range.lowest]
+        return bench.range.loads(list(product(*lines)))
+
+    fit, judged = grid(GRID[axes], 1.0), grid(HELD_OUT[axes], 0.93)
     readings = bench.readings(bench.poses(np.concatenate([fit, judged])))
     return SolvedRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
 
 
-def _grid(bench: Bench, count: int, inside: float) -> Array:
-    """Loads (n, 3), all of them `inside` the range by that factor."""
-    lines = [np.linspace(low, 1.0, count) * inside * full
-             for low, full in zip(_lowest(bench.range.axes), bench.range.full_scales, strict=True)]
-    loads = np.zeros((count ** len(lines), 3))
-    loads[:, bench.range.columns] = list(product(*lines))
-    return loads
-
-
-def _lowest(names: tuple[str, ...]) -> Array:
-    """Where the working range begins on every axis, in full scales."""
-    return np.array([0.0 if name == "normal" else -1.0 for name in names])
-
-
 def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator[tuple[Array, Array]]:
-    """Two places (in full scales) of one reading by the polynomials: the likeliest of a grid, brought together."""
-    lowest = _lowest(names)
+    """Two places (in full scales) of one reading by the polynomials: the likeliest of a grid, the second moved by steps
+    of Gauss-Newton until it reads the same, where these lead to such a place apart from the first.
+    """
+    lowest = np.array([0.0 if name == "normal" else -1.0 for name in names])
     count = {1: 41, 2: 13, 3: 7}[len(names)]
     places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
     values = forward(places * full)
@@ -242,23 +229,15 @@ def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator
     ratio = np.where(away > APART, between / np.maximum(away, 1e-9), np.inf)
     for flat in np.argsort(ratio, axis=None)[:TRIED]:
         one, other = np.unravel_index(flat, ratio.shape)
-        found = _same_reading(forward, full, places[one], places[other], lowest, span)
-        if found is not None:
-            yield places[one], found
-
-
-def _same_reading(
-    forward: Polynomial, full: Array, fixed: Array, start: Array, lowest: Array, span: Array
-) -> Array | None:
-    """A place beside `start`, apart from `fixed`, that reads the same; None where the steps lead to none."""
-    wanted, here = forward(fixed[None] * full)[0], start.copy()
-    for _ in range(20):
-        lacking = (wanted - forward(here[None] * full)[0]) / span
-        slope = forward.slope(here[None] * full)[0] * full / span[:, None]
-        step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
-        here = np.clip(here + np.clip(step, -0.2, 0.2), lowest, 1.0)
-    left = float(np.linalg.norm((wanted - forward(here[None] * full)[0]) / span))
-    return here if left < SAME and float(np.linalg.norm(here - fixed)) > APART else None
+        wanted, here = forward(places[one][None] * full)[0], places[other].copy()
+        for _ in range(20):
+            lacking = (wanted - forward(here[None] * full)[0]) / span
+            slope = forward.slope(here[None] * full)[0] * full / span[:, None]
+            step = np.linalg.lstsq(slope, lacking, rcond=1e-6)[0]
+            here = np.clip(here + np.clip(step, -0.2, 0.2), lowest, 1.0)
+        left = float(np.linalg.norm((wanted - forward(here[None] * full)[0]) / span))
+        if left < SAME and float(np.linalg.norm(here - places[one])) > APART:
+            yield places[one], here
 
 
 def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
@@ -268,9 +247,8 @@ def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[dict[
     bench, names = working.bench, working.bench.range.axes
     found: tuple[dict[str, dict[str, float]], ...] = ({a: {} for a in names}, {a: {} for a in names})
     for b in names:
-        loads = np.tile(load, (6, 1))
-        ends = (0.0, 1.0) if b == "normal" else (-1.0, 1.0)
-        loads[1:, AXES.index(b)] = np.linspace(*ends, 5) * bench.full[b]
+        forces = np.linspace(0.0 if b == "normal" else -1.0, 1.0, 5) * bench.full[b]
+        loads = np.vstack([load, along(load, b, forces)])
         readings = bench.readings(bench.poses(loads))
         for maps, read in zip(found, (working.map(readings), readings @ straight.T), strict=True):
             error = np.abs((read - read[0]) - (loads - loads[0])[:, bench.range.columns]).max(axis=0)

@@ -63,16 +63,14 @@ def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatt
 
 def _places(spec: SensorSpec) -> list[Scatter]:
     """How the place where the target is glued scatters."""
-    target = spec.target
+    target, assembly = spec.target, spec.assembly
     if target is None:
         return []
-    found, placed = [], placement(spec)
-    for name in (OFFSET_X, OFFSET_Y):
-        found.append(_even(name, placed.band, "m", placed))
-    across = min(target.size)
+    placed, across = placement(spec), min(target.size)
+    found = [_even(name, placed.band, "m", placed) for name in (OFFSET_X, OFFSET_Y)]
     found.append(_even(YAW, 2.0 * placed.band / across, "rad", placed, f"of both ends, {1e3 * across:.3g} mm apart: "))
-    glue = _glue(spec)
-    if glue is not None:
+    if assembly.glue_tolerance:
+        glue = Band(assembly.glue_tolerance, WRITTEN if assembly.adhesive is None else assembly.adhesive.source)
         lines = lines_below_target(spec)
         band = math.sqrt(lines) * glue.band
         found.append(_even(GLUE, band, "m", glue, f"{lines} line{'s' if lines > 1 else ''}: "))
@@ -80,13 +78,6 @@ def _places(spec: SensorSpec) -> list[Scatter]:
             found.append(_even(name, band / length, "rad", glue, f"lines thicker by it at one of two edges "
                                                                  f"{1e3 * length:.3g} mm apart: "))
     return found
-
-
-def _glue(spec: SensorSpec) -> Band | None:
-    assembly = spec.assembly
-    if not assembly.glue_tolerance:
-        return None
-    return Band(assembly.glue_tolerance, assembly.adhesive.source if assembly.adhesive is not None else WRITTEN)
 
 
 def _pad(spec: SensorSpec) -> list[Scatter]:
@@ -167,37 +158,29 @@ class Units:
 def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
     """One unit for every cause of manufacture that moves what is read after a tare; clocks cancel in it."""
     bench = working.bench
-    loads = _loads(bench)
+    # nothing, half and full on the normal axis, to both sides on the others
+    lines = [(0.0, 0.5, 1.0) if name == "normal" else (-1.0, 1.0) for name in bench.range.axes]
+    loads = bench.range.loads(list(product(*lines)))
     true = loads[:, bench.range.columns]
+    scaled = true / bench.range.full_scales
+
+    def calibrated(error: Array) -> Array:
+        """What is left once the straight part of the errors is taken away."""
+        return np.asarray(error - scaled @ np.linalg.lstsq(scaled, error, rcond=None)[0])
+
     before: dict[str, Array] = {}
     after: dict[str, Array] = {}
     for cause in causes:
         ways = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
         if ways:
             before[cause.name] = together(ways)
-            after[cause.name] = together(
-                [[_calibrated(error, true, bench.range.full_scales) for error in each] for each in ways]
-            )
+            after[cause.name] = together([[calibrated(error) for error in each] for each in ways])
     return Units(loads, before, after)
 
 
 def together(ways: Sequence[Sequence[Array]]) -> Array:
     """One sigma of what differs independently (outer), each one way or the other (inner)."""
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in ways)))
-
-
-def _calibrated(error: Array, true: Array, full: Array) -> Array:
-    # What is left once the straight part of the errors is taken away.
-    scaled = true / full
-    return np.asarray(error - scaled @ np.linalg.lstsq(scaled, error, rcond=None)[0])
-
-
-def _loads(bench: Bench) -> Array:
-    # Nothing, half and full on the normal axis, to both sides on the others.
-    lines = [(0.0, 0.5, 1.0) if name == "normal" else (-1.0, 1.0) for name in bench.range.axes]
-    loads = np.zeros((len(list(product(*lines))), 3))
-    loads[:, bench.range.columns] = list(product(*lines)) * bench.range.full_scales
-    return loads
 
 
 def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]:

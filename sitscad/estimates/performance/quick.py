@@ -9,7 +9,6 @@ tilt are within a quarter. A tilt that a contact may have is asked of the respon
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -75,18 +74,8 @@ class TankLaw:
 def tank_law(spec: SensorSpec, estimates: Estimates) -> TankLaw:
     """The law of all coils' tanks, which have a state at rest."""
     states = [coil.states[REST] for coil in estimates.coils]
-    return TankLaw(
-        inductance=np.array([state.inductance for state in states]),
-        resistance=np.array([state.resistance for state in states]),
-        frequency=np.array([state.frequency for state in states]),
-        delay=spec.readout.device.limit("drive_delay"),
-    )
-
-
-def pressed_place(estimates: Estimates) -> float | None:
-    """The place along z (m) of the target in the state pressed; None without that state."""
-    poses = [state.pose for state in estimates.states if state.name == PRESSED]
-    return poses[0].z if poses and poses[0] is not None else None
+    inductance, resistance, frequency = np.array([(s.inductance, s.resistance, s.frequency) for s in states]).T
+    return TankLaw(inductance, resistance, frequency, spec.readout.device.limit("drive_delay"))
 
 
 def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
@@ -157,7 +146,7 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
     heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, count)
     sides = chebyshev_points(-reach * pad.thickness, reach * pad.thickness, places)
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
-    law, pressed = tank_law(spec, estimates), pressed_place(estimates)
+    law, pressed = tank_law(spec, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
     effect = target_effects(
         layout, moves, over, float(law.frequency.mean()), estimates.is_solved, estimates.is_rough)
@@ -195,36 +184,6 @@ def _pull(estimates: Estimates) -> Array:
     return found
 
 
-@record(eq=False)
-class QuickTilts:
-    """What a turn adds to a quick method's frequencies, by the response's own solution of the target at one frequency.
-
-    `level` gives frequencies (Hz; n, coils) at level poses; `law` how the tanks follow what the target changes of L and
-    R, and `pressed` (m) the place along z of the state pressed, if there is one, whose changes it is held to.
-    """
-
-    layout: Layout
-    estimates: Estimates
-    spec: SensorSpec
-    level: Callable[[Array], Array]
-    law: TankLaw
-    pressed: float | None
-
-    def frequencies(self, poses: Array) -> Array:
-        """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
-        level, states = poses.copy(), np.zeros((2, 6))
-        level[:, 3:] = 0.0
-        states[1, 2] = self.pressed or 0.0
-        change = self._changes(np.concatenate([states, poses, level]))
-        change = change[1:] - change[0]
-        said = self.law.logarithms(change[1:] * held(self.estimates, change[0]))
-        return np.asarray(self.level(level) * np.exp(said[: len(poses)] - said[len(poses) :]))
-
-    def _changes(self, poses: Array) -> ComplexArray:
-        """What the target changes of the coils' inductances (H; n, coils), the crowding of their currents left out."""
-        return own_changes(replace(self.layout, spec=self.spec), poses, float(self.law.frequency.mean()))
-
-
 def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     """What the rules ask of a sensor; None where target, pad, the state at rest or the tank are missing."""
     if not can_feel(layout.spec, estimates):
@@ -232,10 +191,20 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
-    known = chart(layout, estimates)
+    level = chart(layout, estimates).frequencies
     if estimates.is_rough:
-        read = known.frequencies
-        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), read, read))
-    tilts = QuickTilts(layout, estimates, spec, known.frequencies, tank_law(spec, estimates), pressed_place(estimates))
-    bench = Bench(spec, estimates, required_range(spec), known.frequencies, tilts.frequencies)
-    return Felt(layout, estimates, bench)
+        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), level, level))
+    law, pressed, warm = tank_law(spec, estimates), estimates.pressed_place, replace(layout, spec=spec)
+
+    def tilted(poses: Array) -> Array:
+        """What a turn adds, by the response's own solution of the target at one frequency, crowding left out; held to
+        the change of the state pressed.
+        """
+        flat, states = poses.copy(), np.zeros((2, 6))
+        flat[:, 3:], states[1, 2] = 0.0, pressed or 0.0
+        change = own_changes(warm, np.concatenate([states, poses, flat]), float(law.frequency.mean()))
+        change = change[1:] - change[0]
+        said = law.logarithms(change[1:] * held(estimates, change[0]))
+        return np.asarray(level(flat) * np.exp(said[: len(poses)] - said[len(poses) :]))
+
+    return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), level, tilted))

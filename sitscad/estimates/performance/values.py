@@ -6,12 +6,22 @@ import math
 from collections.abc import Mapping
 from dataclasses import field
 
+import numpy as np
+
+from sitscad.arrays import Array
 from sitscad.record import record
 
 AXES = ("normal", "shear_x", "shear_y")
 
 Loads = tuple[float, float, float]
 Table = Mapping[str, Mapping[str, float]]
+
+
+def along(load: Array | Loads, axis: str, forces: Array) -> Array:
+    """A load (3; N) with (n,) forces on one axis: (n, 3)."""
+    found = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
+    found[:, AXES.index(axis)] = forces
+    return found
 
 
 PASSING = ("before", "without")
@@ -91,19 +101,25 @@ class Performance:
 
     def document(self) -> dict[str, object]:
         """As the contract's JSON has it."""
-        twins = None if self.ambiguous is None else [_by_axis(load) for load in self.ambiguous]
+
+        def by_axis(load: Loads) -> dict[str, float]:
+            return dict(zip(AXES, load, strict=True))
+
+        def plain(table: Table) -> dict[str, dict[str, float]]:
+            return {name: dict(row) for name, row in table.items()}
+
         return {
             "at": self.at,
-            "load_N": _by_axis(self.load),
+            "load_N": by_axis(self.load),
             "axes": {name: axis.document() for name, axis in self.axes.items()},
-            "crosstalk": _plain(self.crosstalk),
-            "straight_crosstalk": _plain(self.straight_crosstalk),
-            "tilt_error_N_per_rad": _plain(self.tilt_slope),
+            "crosstalk": plain(self.crosstalk),
+            "straight_crosstalk": plain(self.straight_crosstalk),
+            "tilt_error_N_per_rad": plain(self.tilt_slope),
             "tilt_rad": self.tilt,
-            "tilt_error_N": _plain(self.tilt_error),
-            "contact_error_N_per_mm": _plain(self.contact_error),
+            "tilt_error_N": plain(self.tilt_error),
+            "contact_error_N_per_mm": plain(self.contact_error),
             "temperature_error_N_per_K": dict(self.temperature_error),
-            "temperature_causes_N_per_K": _plain(self.temperature_causes),
+            "temperature_causes_N_per_K": plain(self.temperature_causes),
             "friction_error": None if self.friction_error is None else _finite(self.friction_error),
             "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
@@ -111,11 +127,11 @@ class Performance:
             "resonance_Hz": dict(self.resonance),
             "condition_number": self.condition_number,
             "invertible": self.invertible,
-            "ambiguous_N": twins,
+            "ambiguous_N": None if self.ambiguous is None else [by_axis(load) for load in self.ambiguous],
             "overload_N": self.overload,
             "free_overload_N": self.free_overload,
             "map_degree": self.map_degree,
-            "production": _plain(self.production),
+            "production": plain(self.production),
             "notes": list(self.notes),
         }
 
@@ -123,14 +139,6 @@ class Performance:
 def _finite(value: float) -> float | None:
     """A figure; None of one that is infinite, as of the noise on an axis that no reading tells."""
     return value if math.isfinite(value) else None
-
-
-def _by_axis(load: Loads) -> dict[str, float]:
-    return dict(zip(AXES, load, strict=True))
-
-
-def _plain(table: Table) -> dict[str, dict[str, float]]:
-    return {name: dict(row) for name, row in table.items()}
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:

@@ -23,7 +23,6 @@ from sitscad.estimates.response.pad import (
     straight,
 )
 from sitscad.estimates.response.values import Response, joined
-from sitscad.mechanics.grasper import tip_force
 from sitscad.record import record
 from sitscad.spec.sensor import LoadCase, SensorSpec
 
@@ -60,6 +59,32 @@ def load_cases(spec: SensorSpec, names: Sequence[str]) -> tuple[LoadCase, ...]:
     if not wanted:
         raise NoResponse("the spec's section `loads` names no load case")
     return tuple(known[name] for name in wanted)
+
+
+def tip_force(tension: float, lever_angle: float, lever: float, link: float, reach: float) -> float:
+    """Force (N) that each jaw exerts, square to its face, `reach` (m) from the pivot, under a pull on the shaft (N),
+    without friction: F_IN LA sin(theta + theta0 + beta) / (2 L_j cos beta), beta being `link_angle`.
+
+    Each jaw turns about a common pivot on the shaft's axis and ends, behind the pivot, in lever A; links B join both
+    levers to a pin that the shaft pulls along the axis. By virtual work the pin's travel times the pull is the work of
+    both jaws; docs/mechanism.md derives it and says why it is not what is printed as equation 3.1 of Jones's thesis.
+    Raises ValueError where link B does not
+    reach the axis, or for a reach that is not positive.
+    """
+    if not reach > 0.0:
+        raise ValueError("a jaw presses at a positive distance from its pivot")
+    beta = link_angle(lever_angle, lever, link)
+    return tension * lever * math.sin(lever_angle + beta) / (2.0 * reach * math.cos(beta))
+
+
+def link_angle(lever_angle: float, lever: float, link: float) -> float:
+    """Angle (rad) of link B to the axis, of the angle (rad) of lever A to it: asin(LA sin(theta + theta0) / LB), the
+    law of sines. Raises ValueError where link B does not reach the axis.
+    """
+    sine = lever * math.sin(lever_angle) / link
+    if not abs(sine) < 1.0:
+        raise ValueError("link B does not reach the axis")
+    return math.asin(sine)
 
 
 def push_of(case: LoadCase) -> Push:

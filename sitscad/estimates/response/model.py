@@ -12,17 +12,17 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.response.pad import NoResponse, holding, pushed
+from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_by_elements
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import LOSSY, Plate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
-from sitscad.estimates.response.terminals import Curves, Terminals, at_frequencies, curves, oscillating
+from sitscad.estimates.response.terminals import Curves, at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
 from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import rests_on_pad
-from sitscad.estimates.steps import Wound, given, wind
+from sitscad.estimates.steps import BAND, Wound, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
@@ -37,9 +37,6 @@ from sitscad.spec.sensor import SensorSpec
 
 Progress = Callable[[int, int], None]
 
-
-BAND = 0.9, 1.15
-"""Frequencies for which the target is solved: this part of the lowest and of the highest that any state has."""
 
 AT_ONCE = 250
 """Poses that are worked out together where none may be interpolated."""
@@ -75,12 +72,12 @@ class ResponseModel:
     @cached_property
     def wound(self) -> Wound:
         """The winding and what is around it at rest."""
-        return wind(given(self.layout, None), None, None)
+        return wind(self.layout)
 
     @property
     def spec(self) -> SensorSpec:
         """The spec, its metals at the required temperature."""
-        return self.wound.given.spec
+        return self.wound.spec
 
     @cached_property
     def behind(self) -> Reflector | None:
@@ -110,6 +107,14 @@ class ResponseModel:
         """What lies between every coil's contacts and the converter's pins."""
         return tuple(self.tank.network(circuit) for circuit in self._circuits(self.wound.winding))
 
+    @cached_property
+    def _volts(self) -> Array:
+        # Every coil's amplitude (V) by its parallel resistance (ohm)
+        readout, converter = self.estimates.readout, self.spec.readout.device
+        codes = [readout.code_of(k) for k in range(len(self.layout.coils))]
+        return np.array([math.nan if code is None else converter.amplitude(1.0, code, readout.high_current)
+                         for code in codes])
+
     def respond(
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
         progress: Progress | None = None, within: Array | None = None,
@@ -126,31 +131,47 @@ class ResponseModel:
         placed = Placed.of(self.spec, self.rest, poses)
         served = placed if within is None else Placed.of(self.spec, self.rest, np.vstack([poses, within]))
         cover = served.cover(self.spec, self.layout.coils)
+        scale, usual = self.wound.winding.inductance, math.sqrt(self.band[0] * self.band[1])
+
+        def changes_by(near: _Near) -> Changes:
+            def exact(some: Array) -> tuple[ComplexArray, ComplexArray]:
+                there = Placed.of(self.spec, self.rest, some)
+                return near.plate.changes(there.turns, there.places)
+
+            by_plate = Exact(near.plate.frequencies, exact, endless_like(self.spec))
+            return mapped(by_plate, poses, scale, tolerance, progress)
+
         at_tank = self._near(cover, self.band)
-        changes = mapped(self._exact(at_tank), poses, self._scale, tolerance, progress)
-        terminals = self._terminals(at_tank, placed, changes)
+        changes = changes_by(at_tank)
+        known = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
+        start = np.array([known.get(coil.name, usual) for coil in self.layout.coils])
+        terminals = oscillating(self._impedances(at_tank, placed, changes), self.networks, self.tank,
+                                np.tile(start, (len(poses), 1)))
         near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = terminals.inductance, terminals.resistance
         if frequency is not None:
             near = self._near(cover, (frequency, 1.05 * frequency))
-            shown = mapped(self._exact(near), poses, self._scale, tolerance, progress)
+            shown = changes_by(near)
             taken_at = np.full_like(taken_at, frequency)
             whole = self._impedances(near, placed, shown)
             inductance, resistance = at_frequencies(whole, taken_at, self.tank)
-        filled = np.where(np.isfinite(taken_at), taken_at, math.sqrt(self.band[0] * self.band[1]))
+        filled = np.where(np.isfinite(taken_at), taken_at, usual)
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
         mirror += cover.error
         size = np.abs(shown.total).max(axis=0)
-        errors = stated_errors(cover.part(self.spec), change, size, self._scale, placed.lowest, shown.error, mirror, at)
-        strain, held = self._strain(poses), holding(self.spec, poses)
+        errors = stated_errors(cover.part(self.spec), change, size, scale, placed.lowest, shown.error, mirror, at)
+        pad, held = self.spec.elastomer, holding(self.spec, poses)
+        strain = None if pad is None else -poses[:, 2] / pad.thickness
+        conversion, ran = self.estimates.readout.conversion, terminals.frequency
+        counts = np.full_like(ran, np.nan) if conversion is None else conversion.read(ran)
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
             resistance=resistance, target_change=change, target_change_error=errors, target_resistance=lost,
-            taken_at=taken_at, frequency=terminals.frequency, counts=self._counts(terminals.frequency),
-            parallel_resistance=terminals.parallel_resistance, amplitude=self._amplitudes(terminals),
+            taken_at=taken_at, frequency=ran, counts=counts,
+            parallel_resistance=terminals.parallel_resistance, amplitude=terminals.parallel_resistance * self._volts,
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
-            notes=tuple(_notes(placed, terminals, strain, self._beyond(poses))),
+            notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran)),
         )
 
     def under(
@@ -158,11 +179,11 @@ class ResponseModel:
         tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
     ) -> Response:
         """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it is
-        left out) or free; poses by the pad's law, or by finite elements (see `elements.pushed_by_elements`).
+        left out) or free; poses by the pad's law, or by finite elements (see `pad.pushed_by_elements`).
         """
         loads = np.asarray(loads, dtype=float).reshape(-1, 3)
         level = np.ones(len(loads), dtype=bool) if held is None else held
-        poses, said = (_by_elements if by_elements else pushed)(self.spec, loads, level)
+        poses, said = (pushed_by_elements if by_elements else pushed)(self.spec, loads, level)
         found = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)
@@ -192,42 +213,6 @@ class ResponseModel:
         """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
         return Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
-    @property
-    def _scale(self) -> float:
-        return self.wound.winding.inductance
-
-    def _strain(self, poses: Array) -> Array | None:
-        pad = self.spec.elastomer
-        return None if pad is None else -poses[:, 2] / pad.thickness
-
-    def _beyond(self, poses: Array) -> tuple[tuple[str, ...], ...]:
-        """By pose how it lies beyond what the pad's law was held against, on which force and pose hang."""
-        pad = self.spec.elastomer
-        if pad is None or not rests_on_pad(self.spec):
-            return ((),) * len(poses)
-        aside = np.hypot(poses[:, 0], poses[:, 1]) > (1.0 + 1e-6) * HELD_SHEAR * pad.thickness
-        tilted = np.hypot(poses[:, 3], poses[:, 4]) > (1.0 + 1e-6) * HELD_TILT
-        return tuple((SHEARED,) * bool(far) + (TILTED,) * bool(steep) for far, steep in zip(aside, tilted, strict=True))
-
-    def _counts(self, frequency: Array) -> Array:
-        conversion = self.estimates.readout.conversion
-        return np.full_like(frequency, np.nan) if conversion is None else conversion.read(frequency)
-
-    def _amplitudes(self, terminals: Terminals) -> Array:
-        readout, converter = self.estimates.readout, self.spec.readout.device
-        codes = [readout.code_of(k) for k in range(len(self.layout.coils))]
-        currents = [math.nan if code is None else converter.drive_current(code, readout.high_current) for code in codes]
-        volts = [converter.amplitude_at(1.0, current) for current in currents]
-        return terminals.parallel_resistance * np.array(volts)
-
-    def _terminals(self, near: _Near, placed: Placed, changes: Changes) -> Terminals:
-        """What the converter sees of all coils in every pose, at the frequency at which each oscillates."""
-        found = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
-        usual = math.sqrt(self.band[0] * self.band[1])
-        start = np.array([found.get(coil.name, usual) for coil in self.layout.coils])
-        impedances = self._impedances(near, placed, changes)
-        return oscillating(impedances, self.networks, self.tank, np.tile(start, (len(placed.places), 1)))
-
     def _impedances(self, near: _Near, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
         """All coils between their contacts at (n,) frequencies, one a pose."""
         heights = placed.heights(np.array([coil.placement.centre for coil in self.layout.coils]))
@@ -241,48 +226,33 @@ class ResponseModel:
 
         return whole
 
-    def _exact(self, near: _Near) -> Exact:
-        """The changes by the plate, worked out pose by pose."""
-        plate = near.plate
-
-        def exact(poses: Array) -> tuple[ComplexArray, ComplexArray]:
-            placed = Placed.of(self.spec, self.rest, poses)
-            return plate.changes(placed.turns, placed.places)
-
-        return Exact(plate.frequencies, exact, endless_like(self.spec))
-
     def _near(self, cover: Cover, band: tuple[float, float]) -> _Near:
-        """What holds for all poses of a cover, solved at most once."""
-        key = (cover, band)
-        if key not in self.solved:
-            self.solved[key] = self._solve(cover, band)
-        return self.solved[key]
+        """Plate, bare coils and crowding for the target in all poses of `cover`, solved at most once."""
+        if (cover, band) in self.solved:
+            return self.solved[cover, band]
+        spec, coils, lowest, target = self.spec, self.layout.coils, cover.lowest, self.spec.target
+        assert target is not None
+        metal = target.material
+        sheet = Sheet(metal.conductivity, metal.relative_permeability, target.thickness)
 
-    def _solve(self, cover: Cover, band: tuple[float, float]) -> _Near:
-        """Plate, bare coils and crowding for the target in the poses of `cover`."""
-        spec, coils, lowest = self.spec, self.layout.coils, cover.lowest
+        def endless(height: float) -> Reflector:
+            return Reflector(max(height, LEAST_HEIGHT), (sheet,))
+
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
-        near = replace(self.wound.given.assembly, states=(nothing, replace(nothing, above=self._endless(lowest))))
+        near = replace(self.wound.assembly, states=(nothing, replace(nothing, above=endless(lowest))))
         winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
         bare = curves(*band, lambda at: self._bare(winding, replace(near, states=(nothing,)), at))
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
-        crowding = curves(*band, lambda at: np.stack([self._crowding(winding, at, z) for z in heights], axis=1), 4)
-        plate = plate_over_jaw(self.wound.given.layout, band, cover, self.finer)
-        return _Near(plate, bare, np.log(heights), crowding)
+        crowding = curves(*band, lambda at: np.stack(
+            [self._crowding(winding, at, endless(z)) for z in heights], axis=1), 4)
+        plate = plate_over_jaw(self.wound.layout, band, cover, self.finer)
+        return self.solved.setdefault((cover, band), _Near(plate, bare, np.log(heights), crowding))
 
-    def _endless(self, height: float) -> Reflector:
-        target = self.spec.target
-        assert target is not None
-        metal = target.material
-        sheet = Sheet(metal.conductivity, metal.relative_permeability, target.thickness)
-        return Reflector(max(height, LEAST_HEIGHT), (sheet,))
-
-    def _crowding(self, winding: SolvedWinding, frequencies: Array, height: float) -> ComplexArray:
-        """What an endless target at a height (m) changes of the crowding of the currents, over its whole change."""
+    def _crowding(self, winding: SolvedWinding, frequencies: Array, above: Reflector) -> ComplexArray:
+        """What an endless target changes of the crowding of the currents, over its whole change."""
         if winding.crowding is None or winding.spectrum is None:
             return np.zeros(frequencies.size, dtype=complex)
-        above = self._endless(height)
         crowded = winding.crowding.changes(frequencies, above, self.behind)
         crowded = crowded - winding.crowding.changes(frequencies, None, self.behind)
         whole = reflected_inductances(winding.spectrum, frequencies, above, self.behind, (0.0,))
@@ -304,9 +274,9 @@ class ResponseModel:
         return found
 
     def _circuits(self, winding: SolvedWinding, assembly: Assembly | None = None) -> Sequence[CoilCircuit]:
-        start = self.wound.given
-        around = start.assembly if assembly is None else assembly
-        return coil_circuits(start.layout, winding, self.wound.matrix, around, TargetShares({}, {}, ()), start.spared)
+        wound = self.wound
+        return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()),
+                             wound.spared)
 
 
 def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
@@ -320,13 +290,6 @@ def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
                 weight = weight * (x - other) / (place - other)
         found += weight * values[:, i : i + 1]
     return found
-
-
-def _by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Array, tuple[str, ...]]:
-    """Poses and notes by finite elements, whose solver is loaded for nothing else."""
-    from sitscad.estimates.response.elements import pushed_by_elements
-
-    return pushed_by_elements(spec, loads, held)
 
 
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
@@ -346,19 +309,22 @@ TILTED = "the target is tilted by more than 5 degrees: what the pad's law says o
 
 
 def _notes(
-    placed: Placed, terminals: Terminals, strain: Array | None, beyond: Sequence[tuple[str, ...]]
+    spec: SensorSpec, poses: Array, lowest: Array, strain: Array | None, frequency: Array
 ) -> list[tuple[str, ...]]:
     """By pose what is to be known of it: contact, a pad pressed, sheared or tilted too far, a tank that stops."""
-    lost = ~np.isfinite(terminals.frequency)
-    found = []
-    for k, lowest in enumerate(placed.lowest):
+    pad, found = spec.elastomer if rests_on_pad(spec) else None, []
+    for k, pose in enumerate(poses):
         notes = []
-        if lowest < 0.0:
-            notes.append(f"contact: the target's lowest point would be {-1e3 * lowest:.3g} mm inside the board")
+        if lowest[k] < 0.0:
+            notes.append(f"contact: the target's lowest point would be {-1e3 * lowest[k]:.3g} mm inside the board")
         if strain is not None and strain[k] > STRAIN_LIMIT:
             notes.append(f"the pad would be pressed by {100.0 * strain[k]:.0f} % of its thickness")
-        notes.extend(beyond[k])
-        if lost[k].any():
+        # beyond what the pad's law was held against, on which force and pose hang
+        if pad is not None and np.hypot(*pose[:2]) > (1.0 + 1e-6) * HELD_SHEAR * pad.thickness:
+            notes.append(SHEARED)
+        if pad is not None and np.hypot(*pose[3:5]) > (1.0 + 1e-6) * HELD_TILT:
+            notes.append(TILTED)
+        if not np.all(np.isfinite(frequency[k])):
             notes.append("the tank does not oscillate")
         found.append(tuple(notes))
     return found

@@ -114,12 +114,12 @@ def _interpolated(
     moved = [axis for axis in range(6) if high[axis] - low[axis] > 1e-12]
     if not moved:
         return None
-    grid = _grid(exact, low, high, moved)
+    decay = _decay(exact, low, high)
+    grid = _grid(exact, low, high, moved, decay)
     if math.prod(len(points) for points in grid) > 0.6 * len(poses):
         return None
     nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
     nodes[:, moved] = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, len(moved))
-    decay = _decay(exact, low, high)
     values = _packed(_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
     tensor = values.reshape(*map(len, grid), -1)
 
@@ -133,8 +133,10 @@ def _interpolated(
     error = 2.0 * float(apart.max())
     if error > tolerance:
         return None
-    shape = _all(exact, poses[:1], None)[0].shape
-    total, lossless = _unpacked(through(poses), len(exact.frequencies), shape[-1])
+    frequencies, coils, flat = len(exact.frequencies), exact.solve(poses[:1])[0].shape[-1], through(poses)
+    half = flat.shape[1] // 2  # as packed
+    both = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
+    total, lossless = np.moveaxis(both, 0, 2)
     return Changes(exact.frequencies, total, lossless, error, exact.like)
 
 
@@ -143,13 +145,6 @@ def _packed(changes: tuple[ComplexArray, ComplexArray]) -> Array:
     both = np.stack(changes)
     flat = np.moveaxis(both, 2, 0).reshape(both.shape[2], -1)
     return np.concatenate([flat.real, flat.imag], axis=1)
-
-
-def _unpacked(flat: Array, frequencies: int, coils: int) -> tuple[ComplexArray, ComplexArray]:
-    half = flat.shape[1] // 2
-    both = (flat[:, :half] + 1j * flat[:, half:]).reshape(-1, 2, frequencies, coils, coils)
-    total, lossless = np.moveaxis(both, 0, 2)
-    return total, lossless
 
 
 def _decay(exact: Exact, low: Array, high: Array) -> float:
@@ -162,10 +157,9 @@ def _decay(exact: Exact, low: Array, high: Array) -> float:
     return float(math.log(size[0] / size[1]) / (high[2] - low[2]))
 
 
-def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int]) -> list[Array]:
+def _grid(exact: Exact, low: Array, high: Array, moved: Sequence[int], decay: float) -> list[Array]:
     """Points along each moved axis: as many as two lines need, through the middle and where the target is nearest."""
     found = []
-    decay = _decay(exact, low, high)
     for axis in moved:
         lines = np.tile(0.5 * (low + high), (3, LINE, 1))
         lines[1:, :, 2] = low[2]

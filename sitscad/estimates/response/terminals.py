@@ -121,8 +121,13 @@ def tank_frequencies(network: Network, inductance: Array, resistance: Array, del
     """`physics.resonator.oscillate` for (n,) coils: frequency (Hz) and parallel resistance (ohm), NaN where there is no
     oscillation. The secant rule on arg Y + omega delay, from the plain resonance.
     """
-    if len(inductance) <= FEW:
-        return _one_by_one(network, inductance, resistance, delay)
+    if len(inductance) <= FEW:  # each by itself: arrays of so few numbers cost more
+        found = np.full((2, len(inductance)), np.nan)
+        for k, (own, lost) in enumerate(zip(inductance.tolist(), resistance.tolist(), strict=True)):
+            with suppress(ValueError, ZeroDivisionError, OverflowError):  # no tank has such numbers
+                tank = oscillate(network, own, lost, delay)
+                found[:, k] = tank.frequency, tank.parallel_resistance
+        return found[0], found[1]
     whole = network.coil_side + network.converter_side + network.capacitor
     in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)
     plain = 1.0 / np.sqrt(in_tank * whole)
@@ -146,13 +151,3 @@ def tank_frequencies(network: Network, inductance: Array, resistance: Array, del
     y, _ = network.admittance(after, inductance, resistance)  # type: ignore[arg-type]
     exists = (np.abs(high) <= 1e-6) & (after >= LOWEST_SHARE * plain)
     return np.where(exists, after / (2.0 * math.pi), np.nan), np.where(exists, 1.0 / y.real, np.nan)
-
-
-def _one_by_one(network: Network, inductance: Array, resistance: Array, delay: float) -> tuple[Array, Array]:
-    """The same of a few coils, each by itself: arrays of so few numbers cost more."""
-    found = np.full((2, len(inductance)), np.nan)
-    for k, (own, lost) in enumerate(zip(inductance.tolist(), resistance.tolist(), strict=True)):
-        with suppress(ValueError, ZeroDivisionError, OverflowError):  # no tank has such numbers
-            tank = oscillate(network, own, lost, delay)
-            found[:, k] = tank.frequency, tank.parallel_resistance
-    return found[0], found[1]

@@ -84,23 +84,17 @@ class Response:
 
     def point_document(self, number: int) -> dict[str, object]:
         """One pose as the contract's JSON has it."""
-        found: dict[str, object] = {
-            "pose": dict(zip(POSE_NAMES, (self.poses[number] + 0.0).tolist(), strict=True)),
-            "force_N": _vector(self.force, number),
-            "moment_Nm": _vector(self.moment, number),
-        }
+        found: dict[str, object] = {"strain": None}
+        if self.cases and self.cases[number]:
+            found["case"] = self.cases[number]
+        found["pose"] = dict(zip(POSE_NAMES, (self.poses[number] + 0.0).tolist(), strict=True))
+        for name, held in (("force_N", self.force), ("moment_Nm", self.moment)):
+            found[name] = None if held is None or not np.all(np.isfinite(held[number])) else _plain(held[number])
         for name, value in self.arrays().items():
             if name not in ("pose", "force_N", "moment_Nm"):
                 found[name] = _plain(value[number])
         found["counts"] = [None if math.isnan(x) else int(x) for x in self.counts[number]]
-        if self.cases and self.cases[number]:
-            found = {"case": self.cases[number]} | found
-        return {"strain": None} | found | {"notes": list(self.notes[number])}
-
-
-def _vector(values: Array | None, number: int) -> object:
-    known = values is not None and bool(np.all(np.isfinite(values[number])))
-    return _plain(values[number]) if known and values is not None else None
+        return found | {"notes": list(self.notes[number])}
 
 
 def _plain(value: Array | float) -> object:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
 
@@ -50,6 +51,17 @@ class WorkingRange:
     def columns(self) -> list[int]:
         """Where the axes stand in a load."""
         return [AXES.index(name) for name in self.axes]
+
+    @property
+    def lowest(self) -> Array:
+        """Where the axes begin, in full scales."""
+        return np.array([0.0 if name == "normal" else -1.0 for name in self.axes])
+
+    def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
+        """Loads (n, 3; N) at places (n, axes) in full scales."""
+        found = np.zeros((len(places), 3))
+        found[:, self.columns] = np.asarray(places) * self.full_scales
+        return found
 
     @property
     def corners(self) -> Array:

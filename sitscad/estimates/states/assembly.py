@@ -13,6 +13,7 @@ from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.states.pressing import (
     BESIDE_PAD,
     GLUE,
+    LEAST,
     PAD,
     PressingScatter,
     pressed,
@@ -77,35 +78,33 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     none when left out; roughly, the pressed pad's scatter by straight lines.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
-    around, gaps = [Surroundings(State(FREE))], {}
+    around, left = [Surroundings(State(FREE))], {}
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
+
+    def between(state: str, cause: str, less: float, more: float) -> None:
+        ranges[state, cause] = _at_gap(spec, state, less, behind), _at_gap(spec, state, more, behind)
+
     if over is not None or behind is not None:
         around.append(_around(spec, State(REST, REST_POSE), behind))
     if over is not None:
-        gaps[REST] = over.lower + target_lines(spec)
+        left[REST] = over.lower
     if over is not None and spec.elastomer is not None and sigmas.get(PAD):
-        thin, thick = _pads(spec.elastomer.thickness, sigmas[PAD])
-        ranges[REST, PAD] = (_at_gap(spec, REST, thin, behind), _at_gap(spec, REST, thick, behind))
+        thickness = spec.elastomer.thickness
+        between(REST, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
     compression = scatter = None
     if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
         around.append(_at_gap(spec, PRESSED, compression.gap, behind))
-        gaps[PRESSED] = compression.gap + target_lines(spec)
+        left[PRESSED] = compression.gap
         cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
         scatter = scatter_of(cases)
         for cause, (less, more) in cases.items():
-            ranges[PRESSED, cause] = (
-                _at_gap(spec, PRESSED, less.gap, behind),
-                _at_gap(spec, PRESSED, more.gap, behind),
-            )
-    for name in (REST, PRESSED):
-        if name in gaps and sigmas.get(GLUE):
-            # what is left of the pad, and the glue, together
-            gap = gaps[name] - target_lines(spec)
-            ranges[name, GLUE] = (
-                _at_gap(spec, name, gap - sigmas[GLUE], behind),
-                _at_gap(spec, name, gap + sigmas[GLUE], behind),
-            )
+            between(PRESSED, cause, less.gap, more.gap)
+    gaps = {name: gap + target_lines(spec) for name, gap in left.items()}
+    if sigmas.get(GLUE):
+        for name, gap in gaps.items():  # what is left of the pad, and the glue, together
+            gap -= target_lines(spec)
+            between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)
     return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
@@ -135,21 +134,21 @@ def _around(spec: SensorSpec, state: State, behind: Reflector | None) -> Surroun
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
     """The spec with its metals' conductivities at a temperature (degrees Celsius) in place of those at 20 C."""
+
+    def warm(metal: Conductor) -> Conductor:
+        at = conductivity_at(temperature, metal.conductivity, metal.temperature_coefficient)
+        return replace(metal, conductivity=at)
+
     parts: dict[str, Any] = {}
     if spec.target is not None:
-        parts["target"] = replace(spec.target, material=_warm(spec.target.material, temperature))
+        parts["target"] = replace(spec.target, material=warm(spec.target.material))
     if spec.shield is not None:
-        parts["shield"] = replace(spec.shield, material=_warm(spec.shield.material, temperature))
+        parts["shield"] = replace(spec.shield, material=warm(spec.shield.material))
     if spec.mount is not None and spec.mount.metal is not None:
-        jaw, warm = spec.mount.jaw, _warm(spec.mount.metal, temperature)
-        behind = {"backing": warm} if jaw is None else {"jaw": replace(jaw, material=warm)}
+        jaw, metal = spec.mount.jaw, warm(spec.mount.metal)
+        behind = {"backing": metal} if jaw is None else {"jaw": replace(jaw, material=metal)}
         parts["mount"] = replace(spec.mount, **behind)
     return replace(spec, **parts) if parts and temperature != 20.0 else spec
-
-
-def _warm(material: Conductor, temperature: float) -> Conductor:
-    warm = conductivity_at(temperature, material.conductivity, material.temperature_coefficient)
-    return replace(material, conductivity=warm)
 
 
 def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
@@ -173,11 +172,6 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
 
 CONTACT = 1e-9
 """Gaps (m) below this are none."""
-
-
-def _pads(thickness: float, sigma: float) -> tuple[float, float]:
-    # Thicknesses (m) of the elastomer one sigma less and more, never nothing.
-    return max(0.05 * thickness, thickness - sigma), thickness + sigma
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
@@ -212,7 +206,8 @@ SCREENED_AT = 6e6
 
 
 class Reflection:
-    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept.
+    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept. Nothing
+    changes without metal, where there need be no spectrum.
 
     `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share`
     says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`), and
@@ -221,14 +216,9 @@ class Reflection:
     """
 
     def __init__(
-        self,
-        spectrum: CurrentSpectrum,
-        around: Surroundings,
-        distances: Sequence[float] = (),
-        share: tuple[float, float] = (1.0, 1.0),
-        crowding: CrowdingNearMetal | None = None,
-        unsure: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        is_rough: bool = False,
+        self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float] = (),
+        share: tuple[float, float] = (1.0, 1.0), crowding: CrowdingNearMetal | None = None,
+        unsure: tuple[float, float, float] = (0.0, 0.0, 0.0), is_rough: bool = False,
     ) -> None:
         self._is_rough = is_rough
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
@@ -247,10 +237,11 @@ class Reflection:
     def crowding(self, frequencies: Array) -> ComplexArray:
         """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
         above, below = self._around.above, self._around.below
-        if self._crowding is None:
+        if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
-        full, share = self._crowding.changes(frequencies, above, below), self.shares(frequencies)
-        if above is None or np.all(share == 1.0):
+        full = self._crowding.changes(frequencies, above, below)
+        share = self.shares(frequencies) if above is not None else np.ones(1)
+        if np.all(share == 1.0):
             return full
         bare = self._crowding.changes(frequencies, None, below)
         return np.asarray(bare + share * (full - bare))
@@ -279,8 +270,9 @@ class Reflection:
 
     def endless_change(self, frequency: float) -> complex:
         """What an endless target would change of it (H, complex)."""
-        at = np.array([self._looked_at(frequency)])
-        return 0j if self._around.above is None else complex(self._of_target(at)[0, 0])
+        if self._around.above is None:
+            return 0j
+        return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
 
     def _looked_at(self, frequency: float) -> float:
         """The frequency (Hz) for which the target's effect is worked out: for screening one for all."""
@@ -321,23 +313,25 @@ class Reflection:
         return np.asarray(found if lost == share else found + 1j * (lost - share) * self._own_loss(frequencies))
 
     def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        found = reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
+        found = self._returned(frequencies, above, below)
         if self._crowding is not None:
             found[:, 0] += self._crowding.changes(frequencies, above, below)
         return found
 
+    def _returned(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        # The same without crowding
+        if self._spectrum is None or (above is None and below is None):
+            return np.zeros((len(frequencies), len(self._distances)), dtype=np.complex128)
+        return reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
+
     def _of_target(self, frequencies: Array) -> ComplexArray:
         # What an endless target changes (H, complex) at (n,) frequencies, by distance, without crowding.
         above, below = self._around.above, self._around.below
-        full, bare = (
-            reflected_inductances(self._spectrum, frequencies, one, below, self._distances) for one in (above, None)
-        )
-        return np.asarray(full - bare)
+        return np.asarray(self._returned(frequencies, above, below) - self._returned(frequencies, None, below))
 
     def _own_loss(self, frequencies: Array) -> Array:
         # The imaginary part of it (H) that is lost in the target itself.
-        above, below = self._around.above, mirror(self._around.below)
-        return reflected_inductances(self._spectrum, frequencies, above, below, self._distances).imag
+        return self._returned(frequencies, self._around.above, mirror(self._around.below)).imag
 
 
 class SolvedReflection(Reflection):
@@ -348,14 +342,9 @@ class SolvedReflection(Reflection):
     """
 
     def __init__(
-        self,
-        spectrum: CurrentSpectrum,
-        around: Surroundings,
-        distances: Sequence[float],
-        crowding: CrowdingNearMetal | None,
-        solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
-        number: int,
-        errors: tuple[float, float],
+        self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float],
+        crowding: CrowdingNearMetal | None, solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
+        number: int, errors: tuple[float, float],
     ) -> None:
         super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)
         self._solved_at, self._changes, self._like = solved
@@ -399,39 +388,3 @@ class SolvedReflection(Reflection):
 
 BEYOND = 1.0
 """How far outside of the frequencies that a target was solved at, in parts of what lies between, its share goes on."""
-
-
-class NoReflection:
-    """The coil alone: nothing changes."""
-
-    def __call__(self, frequencies: Array) -> tuple[Array, Array]:
-        """No change of inductance and resistance."""
-        return np.zeros(len(frequencies)), np.zeros(len(frequencies))
-
-    def crowding(self, frequencies: Array) -> ComplexArray:
-        """No change of the winding's own eddy currents."""
-        return np.zeros(len(frequencies), dtype=np.complex128)
-
-    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
-        """No change of the mutual inductance."""
-        return np.zeros(len(frequencies), dtype=np.complex128)
-
-    def factors(self, frequency: float) -> tuple[complex, complex]:
-        """There is nothing of which a part could be there."""
-        return 1.0, 1.0
-
-    def target_change(self, frequency: float) -> complex:
-        """There is no target."""
-        return 0j
-
-    def endless_change(self, frequency: float) -> complex:
-        """There is no target."""
-        return 0j
-
-    def unsure(self, frequency: float) -> tuple[float, float]:
-        """Nothing is off."""
-        return 0.0, 0.0
-
-    def window(self, frequency: float) -> tuple[float, float]:
-        """Nothing is off."""
-        return 0.0, 0.0

@@ -62,11 +62,6 @@ class TargetShares:
         """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
         return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
 
-    @property
-    def is_usual(self) -> bool:
-        """Whether shares are right to their stated errors."""
-        return self.strangeness <= 1.0
-
     def widened(self, part: float) -> TargetShares:
         """The same of a target of whose effect a part should be solved and takes too long for that."""
         if not part:
@@ -114,10 +109,6 @@ class TargetChanges:
     like: Callable[[Array], ComplexArray]
     part: float = 1.0
 
-    def holds_at(self, low: float, high: float) -> bool:
-        """Whether it was solved for tanks between two frequencies (Hz)."""
-        return bool(self.frequencies[0] <= low and high <= self.frequencies[1])
-
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """What is alike for coils of which the target changes alike."""
         if state not in self.changes:
@@ -157,15 +148,15 @@ def target_shares(
         for placement, row in zip(spec.array.placements, member, strict=True):
             shares[placement.name, name] = float(one.shares[row])
             losses[placement.name, name] = float(one.losses[row])
-    names, error = [name for name, _, _ in covered], max(f.error for f in found) + _elongated(spec.coil)
-    errors = error, max(f.loss_error for f in found)
+    shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
+    errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
+    names = [name for name, _, _ in covered]
     notes = [] if is_rough else _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
-    is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
-    strange = max(OPAQUE * _skin_depth(spec.target) / spec.target.thickness, _strangeness(spec, spec.target, states))
-    covering = -_uncovered(spec, spec.target) / max(spec.coil.size)
-    if any(around.below is not None for around in states):
-        covering = -math.inf
-    return TargetShares(shares, losses, tuple(notes), *errors, strange, is_thin, covering)
+    opaque = OPAQUE * _skin_depth(spec.target) / spec.target.thickness
+    is_bare = all(around.below is None for around in states)
+    covering = -_uncovered(spec, spec.target) / max(spec.coil.size) if is_bare else -math.inf
+    return TargetShares(shares, losses, tuple(notes), *errors, max(opaque, _strangeness(spec, spec.target, states)),
+                        spec.target.thickness < OPAQUE * _skin_depth(spec.target), covering)
 
 
 ROUGHER, LOSS_ROUGHER = 0.03, 0.3
@@ -303,7 +294,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
     """
     if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
-    like = _likeness(target, rings, gap)
+    like = like_a_conductor(target, float(rings.radii.mean()) + gap)
     magnet = Plate(target.size, target.thickness, target.outline.is_round)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
@@ -328,30 +319,27 @@ LOSS_OF_MAGNETS = 0.5
 """Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
 
 
-def _likeness(target: Target, rings: CoaxialRings, gap: float) -> float:
-    return like_a_conductor(target, float(rings.radii.mean()) + gap)
-
-
 def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
-    return _likeness(target, rings, gap) >= 1.0 - PURE
-
-
-def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
-    """The shares of the change of inductance of a conducting target; arguments as of `_of_conductor`."""
-    plate, depth = _plate(target)
-    kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
-    return np.asarray(kept / _resisted(target, rings)[0])
+    return like_a_conductor(target, float(rings.radii.mean()) + gap) >= 1.0 - PURE
 
 
 def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
     """The shares of a conducting target, whose faces count half a skin depth deeper."""
     plate, depth = _plate(target)
-    kept, lost = _kept(target, rings, places, gap, floor), plate_loss_share(plate, rings, places, gap + depth, floor)
+    lost = plate_loss_share(plate, rings, places, gap + depth, floor)
     error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
     thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
     loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
     resisted, unsure = _resisted(target, rings)
+    kept = _kept(target, rings, places, gap, floor)
     return SheetShares(kept, lost / resisted, error + unsure, loss_error + unsure, False)
+
+
+def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
+    # Of them those of the change of inductance alone
+    plate, depth = _plate(target)
+    kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
+    return np.asarray(kept / _resisted(target, rings)[0])
 
 
 RESISTED, LEAKY = 0.3, 0.06
@@ -406,26 +394,19 @@ ELONGATED, OVAL = 0.06, 0.02
 racetracks (up to 17.6 x 3.8 mm right to 1.5 %, rectangles of 16 x 4 mm to 5.6 %: tests/estimates/test_response.py)."""
 
 
-def _elongated(coil: CoilSpec) -> float:
-    return (ELONGATED if coil.outline.sides else OVAL) * (1.0 - min(coil.size) / max(coil.size))
-
-
 def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
     """A coil as coaxial rings that enclose each turn's area; a layer's last, broken turn counts as its fraction."""
-    layers = [_layer_rings(coil, turns) for turns in coil.layer_turns]
-    radii, turns = (np.concatenate(parts) for parts in zip(*layers, strict=True))
-    return CoaxialRings(radii, np.repeat(np.asarray(heights, dtype=float), [r.size for r, _ in layers]), turns)
-
-
-def _layer_rings(coil: CoilSpec, count: float) -> tuple[Array, Array]:
-    """Radii (m) and turns of the rings of a layer of so many turns."""
-    turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
-    middle = np.array([coil.outline.shifts_inwards(turn) for turn in turns])
-    inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
-    sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
-    corner = coil.outline.corner_radius(coil.size, coil.corner_radius)
-    cut = (4.0 - math.pi) * np.minimum(corner - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
-    return np.sqrt((coil.outline.area * sides.prod(axis=1) - cut) / math.pi), turns
+    found = []
+    for count, height in zip(coil.layer_turns, heights, strict=True):
+        turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
+        middle = np.array([coil.outline.shifts_inwards(turn) for turn in turns])
+        inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
+        sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
+        corner = coil.outline.corner_radius(coil.size, coil.corner_radius)
+        cut = (4.0 - math.pi) * np.minimum(corner - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
+        radii = np.sqrt((coil.outline.area * sides.prod(axis=1) - cut) / math.pi)
+        found.append((radii, np.full(turns.size, float(height)), turns))
+    return CoaxialRings(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 LEAST_CONDUCTIVITY = 1e-3
@@ -445,16 +426,21 @@ def _plate(target: Target) -> tuple[Plate, float]:
 
 
 def _notes(
-    spec: SensorSpec,
-    states: Sequence[str],
-    shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]],
-    errors: tuple[float, float],
+    spec: SensorSpec, states: Sequence[str],
+    shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
     """What a finite target's shares are, in words; nothing where it is as good as endless."""
     if min(shares[0].values()) > 0.995:
         return []
-    said, lost = (", ".join(_range(part, state) for state in states) for part in shares)
+
+    def among_coils(part: Mapping[tuple[str, str], float], state: str) -> str:
+        values = [share for (_, where), share in part.items() if where == state]
+        low, high = min(values), max(values)
+        share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
+        return f"{share} % {in_words(state)}"
+
+    said, lost = (", ".join(among_coils(part, state) for state in states) for part in shares)
     whose = "a finite magnetic plate (its poles need room)" if magnetic else "a finite plate"
     notes = [
         f"the target counts as {whose}. Compared with an endless sheet of the same material and thickness at the same "
@@ -468,10 +454,3 @@ def _notes(
             same += ", as long as it is wide, and the target as one shorter by as much"
         notes.append(f"for that share a {spec.coil.shape} coil counts as a round one {same}")
     return notes
-
-
-def _range(shares: Mapping[tuple[str, str], float], state: str) -> str:
-    values = [share for (_, where), share in shares.items() if where == state]
-    low, high = min(values), max(values)
-    share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
-    return f"{share} % {in_words(state)}"

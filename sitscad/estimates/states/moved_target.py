@@ -15,7 +15,6 @@ from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
 from sitscad.physics.metal.half_spaces import reflected_inductances
-from sitscad.scene.state import REST
 from sitscad.spec.places import footprint, gathered
 from sitscad.spec.sensor import SensorSpec
 
@@ -25,38 +24,14 @@ Move = tuple[float, float]
 def moved_changes(
     layout: Layout, moves: Sequence[Move], frequency: float, is_solved: bool = False
 ) -> Mapping[str, tuple[float, ...]]:
-    """By coil, the change of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest; none
-    without a target.
-
-    As in the states themselves (`Estimates.is_solved`) the target is solved, or its effect is that of an endless plate
-    times the share that the finite one has at the coil's place (`finite_target`); what crowding of the current adds is
-    left out.
+    """By coil, the change of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest, by
+    `target_effects`; none without a target.
     """
-    spec = warmed(layout.spec, layout.spec.requirements.temperature)
-    if is_solved and spec.target is not None:
-        still, *found = _solved_effects(spec, layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
-        moved = [(one - still).real for one in found]
-        return {p.name: tuple(float(one[k]) for one in moved) for k, p in enumerate(spec.array.placements)}
-    spec, rest = gathered(spec), at_rest(spec)
-    if rest is None:
+    if at_rest(layout.spec) is None:
         return {}
-    heights = [winding.z for winding in layout.coils[0].windings]
-    shares = shares_of_change(_seen_from(spec, [(0.0, 0.0), *moves]), heights, [rest])
-    above, below = rest.above, rest.below
-    assert above is not None
-    nearest = above.distance - max(heights)
-    if below is not None:
-        nearest = min(nearest, below.distance + min(heights))
-    geometry = winding_geometry(spec.coil, replace(layout.coils[0], series=()))
-    spectrum = reflected_by(geometry, max(nearest, LEAST_DISTANCE))
-    at = np.array([frequency])
-    whole, bare = (reflected_inductances(spectrum, at, plate, below, (0.0,))[0, 0].real for plate in (above, None))
-    found = {}
-    for p in spec.array.placements:
-        own = [shares[_name(p.name, k), REST] * (whole - bare) for k in range(len(moves) + 1)]
-        still, *moved = through_window(layout, p.name, np.array(own)).tolist()
-        found[p.name] = tuple(one - still for one in moved)
-    return found
+    still, *found = target_effects(layout, [(0.0, 0.0), *moves], [0.0], frequency, is_solved)[0].real
+    return {p.name: tuple(float(one[k] - still[k]) for one in found)
+            for k, p in enumerate(layout.spec.array.placements)}
 
 
 def target_effects(
@@ -64,12 +39,20 @@ def target_effects(
     is_rough: bool = False,
 ) -> ComplexArray:
     """What the target changes of every coil's inductance (H, complex) when it has moved by (x, y) and by a height (m)
-    from rest: (heights, moves, coils). As in `moved_changes`, the loss in the target only where it is solved; every
-    height is solved for all moves at once.
+    from rest: (heights, moves, coils).
+
+    As in the states themselves (`Estimates.is_solved`) the target is solved, or its effect is that of an endless plate
+    times the share that the finite one has at the coil's place (`finite_target`), its loss left out, and so is what
+    crowding of the current adds. Every height is solved for all moves at once.
     """
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     if is_solved:
-        return _solved_effects(spec, layout, moves, heights, frequency)
+        from sitscad.estimates.states.solved_target import own_changes  # a solver, loaded for nothing else
+
+        poses = np.zeros((len(heights), len(moves), 6))
+        poses[:, :, :2], poses[:, :, 2] = np.array(moves), np.array(heights)[:, None]
+        solved = own_changes(replace(layout, spec=spec), poses.reshape(-1, 6), frequency)
+        return solved.reshape(len(heights), len(moves), -1)
     spec, rest = gathered(spec), at_rest(spec)
     assert rest is not None
     over = rest.above
@@ -92,22 +75,10 @@ def target_effects(
     for k, around in enumerate(raised):
         whole = reflected_inductances(spectrum, at, around.above, rest.below, (0.0,))[0, 0].real - bare
         for m in range(len(moves)):
-            found[k, m] = [whole * shares[_name(p.name, m), str(k)] for p in spec.array.placements]
+            found[k, m] = [whole * shares[f"{p.name} {m}", str(k)] for p in spec.array.placements]
     for place, p in enumerate(spec.array.placements):
         found[:, :, place] = through_window(layout, p.name, found[:, :, place].real)
     return found
-
-
-def _solved_effects(
-    spec: SensorSpec, layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float
-) -> ComplexArray:
-    """`target_effects` by the response's own solution of the target, which is loaded for nothing else."""
-    from sitscad.estimates.states.solved_target import own_changes
-
-    poses = np.zeros((len(heights), len(moves), 6))
-    poses[:, :, :2], poses[:, :, 2] = np.array(moves), np.array(heights)[:, None]
-    warm = replace(layout, spec=spec)
-    return own_changes(warm, poses.reshape(-1, 6), frequency).reshape(len(heights), len(moves), -1)
 
 
 def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:
@@ -119,14 +90,10 @@ def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:
     array = replace(
         spec.array,
         placements=tuple(
-            replace(p, name=_name(p.name, k), centre=(p.centre[0] - dx, p.centre[1] - dy))
+            replace(p, name=f"{p.name} {k}", centre=(p.centre[0] - dx, p.centre[1] - dy))
             for k, (dx, dy) in enumerate(moves)
             for p in spec.array.placements
         ),
     )
     centre, (x, y) = footprint(spec, target).centre, array.middle
     return replace(spec, array=array, target=replace(target, offset=(centre.x - x, centre.y - y)))
-
-
-def _name(coil: str, move: int) -> str:
-    return f"{coil} {move}"

@@ -8,7 +8,7 @@ from dataclasses import field, replace
 from functools import lru_cache
 
 from sitscad.geometry.convex import Footprint, centroid
-from sitscad.geometry.path import Path, bounding_box, enclosed_area
+from sitscad.geometry.path import bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.record import record
 from sitscad.scene.bodies import elastomer, target
@@ -127,41 +127,36 @@ def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face,
     shared = over.common(below)
     if shared is None:
         return whole.grown(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
-    area, middle = enclosed_area(shared), centroid(shared)
-    faces = [_face(shared.rotated(-turn), area) for turn in dict.fromkeys((over.rotation, 0.0))]
-    return max(faces, key=lambda face: face[0])[1], middle.distance(over.centre)
-
-
-def _face(outline: Path, area: float) -> tuple[float, Face]:
-    """How much (0 to 1) an outline fills of its bounding box, and a face as round as that with its area (m2)."""
-    x0, y0, x1, y1 = bounding_box([outline])
-    filled = area / ((x1 - x0) * (y1 - y0))
-    face = Face(x1 - x0, y1 - y0, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
-    scale = math.sqrt(area / face.area)
-    return filled, Face(scale * face.width_x, scale * face.width_y, face.round)
+    area, beside, faces = enclosed_area(shared), centroid(shared).distance(over.centre), []
+    for turn in dict.fromkeys((over.rotation, 0.0)):  # as round as what is shared fills its bounding box
+        x0, y0, x1, y1 = bounding_box([shared.rotated(-turn)])
+        filled = area / ((x1 - x0) * (y1 - y0))
+        face = Face(x1 - x0, y1 - y0, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
+        scale = math.sqrt(area / face.area)
+        faces.append((filled, Face(scale * face.width_x, scale * face.width_y, face.round)))
+    return max(faces, key=lambda face: face[0])[1], beside
 
 
 def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:
     """The pressed pad one sigma to either side, by cause; of PART from the stated strain to two sigma less."""
     assert spec.elastomer is not None
-    material = spec.elastomer.material
-    modulus = material.shear_modulus_sigma
-    found = {MODULUS: (pressed(spec, modulus=1.0 - modulus), pressed(spec, modulus=1.0 + modulus))}
-    around = surround(spec)
-    face, rubber = loaded_face(spec)[0], (material.shear_modulus, material.ogden_exponent)
-    formula = model_sigma(face, spec.elastomer.thickness, around or Surround(), *rubber)
+    material, around = spec.elastomer.material, surround(spec)
+    rubber = material.shear_modulus, material.ogden_exponent
+    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness, around or Surround(), *rubber)
+
+    def modulus(sigma: float) -> tuple[Compression, Compression]:
+        return pressed(spec, modulus=1.0 - sigma), pressed(spec, modulus=1.0 + sigma)
+
+    found = {MODULUS: modulus(material.shear_modulus_sigma)}
     if around is not None and around.film:
-        of_film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
-        found[FILM] = pressed(spec, film=1.0 - of_film), pressed(spec, film=1.0 + of_film)
-    found[BLOCK] = pressed(spec, modulus=1.0 - formula), pressed(spec, modulus=1.0 + formula)
-    if sigmas.get(PAD):
-        found[PAD] = pressed(spec, thicker=-sigmas[PAD]), pressed(spec, thicker=sigmas[PAD])
-    if sigmas.get(PAD_SIZE):
-        found[PAD_SIZE] = pressed(spec, wider=-sigmas[PAD_SIZE]), pressed(spec, wider=sigmas[PAD_SIZE])
-    stated = pressed(spec)
-    if stated.doubt > 0.0:
-        found[PART] = stated, _stiffer(stated, spec.elastomer.thickness)
-    return found
+        film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
+        found[FILM] = pressed(spec, film=1.0 - film), pressed(spec, film=1.0 + film)
+    found[BLOCK] = modulus(formula)
+    if pad := sigmas.get(PAD):
+        found[PAD] = pressed(spec, thicker=-pad), pressed(spec, thicker=pad)
+    if size := sigmas.get(PAD_SIZE):
+        found[PAD_SIZE] = pressed(spec, wider=-size), pressed(spec, wider=size)
+    return found | _of_part(pressed(spec), spec.elastomer.thickness)
 
 
 def straight_cases(
@@ -175,49 +170,37 @@ def straight_cases(
     rubber = material.shear_modulus, material.ogden_exponent
     formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness, around, *rubber)
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
+
+    def straight(one: Compression, part: float) -> tuple[Compression, Compression]:
+        """Part of the way from what is stated to one case, and as far to the other side."""
+        ways = {name: part * (getattr(one, name) - getattr(stated, name))
+                for name in ("strain", "gap", "apparent_modulus")}
+        less, more = ({name: getattr(stated, name) + side * way for name, way in ways.items()} for side in (1, -1))
+        return replace(stated, **less), replace(stated, **more)
+
     softer = pressed(spec, modulus=1.0 - modulus)
-    found = {MODULUS: _straight(stated, softer, material.shear_modulus_sigma / modulus),
-             BLOCK: _straight(stated, softer, formula / modulus)}
+    found = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
+             BLOCK: straight(softer, formula / modulus)}
     if sigmas.get(PAD):
-        found[PAD] = _straight(stated, pressed(spec, thicker=-sigmas[PAD]), 1.0)
-    if stated.doubt > 0.0:
-        found[PART] = stated, _stiffer(stated, spec.elastomer.thickness)
-    return found
-
-
-def _straight(stated: Compression, one: Compression, part: float) -> tuple[Compression, Compression]:
-    """Part of the way from what is stated to one case, and as far to the other side."""
-
-    def at(amount: float) -> Compression:
-        moved = {name: getattr(stated, name) + amount * (getattr(one, name) - getattr(stated, name))
-                 for name in ("strain", "gap", "apparent_modulus")}
-        return replace(stated, **moved)
-
-    return at(part), at(-part)
-
-
-def pressing_scatter(spec: SensorSpec, sigmas: Mapping[str, float]) -> PressingScatter | None:
-    """The scatter of the pressed pad, causes being independent; None without a pad or a force."""
-    if spec.elastomer is None or not spec.requirements.normal_force:
-        return None
-    return scatter_of(pressed_cases(spec, sigmas))
+        found[PAD] = straight(pressed(spec, thicker=-sigmas[PAD]), 1.0)
+    return found | _of_part(stated, spec.elastomer.thickness)
 
 
 def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
-    """The scatter of a pressed pad with these cases."""
-    strain = {cause: abs(a.strain - b.strain) / SIGMAS_APART for cause, (a, b) in cases.items()}
-    return PressingScatter(
-        strain=math.hypot(*strain.values()),
-        gap=math.hypot(*(abs(a.gap - b.gap) / SIGMAS_APART for a, b in cases.values())),
-        apparent_modulus=math.hypot(
-            *(abs(a.apparent_modulus - b.apparent_modulus) / SIGMAS_APART for a, b in cases.values())
-        ),
-        cause=max(strain, key=lambda cause: strain[cause]),
-        shares=strain,
+    """The scatter of a pressed pad with these cases, which are independent of each other."""
+    strain, gap, modulus = (
+        {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}
+        for name in ("strain", "gap", "apparent_modulus")
     )
+    of_strain, of_gap, of_modulus = (math.hypot(*each.values()) for each in (strain, gap, modulus))
+    return PressingScatter(of_strain, of_gap, of_modulus, max(strain, key=lambda cause: strain[cause]), strain)
 
 
-def _stiffer(stated: Compression, thickness: float) -> Compression:
-    """A pad that gives way by two sigma of the doubt less; the modulus remains that of the loaded part alone."""
+def _of_part(stated: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
+    """Where there is a doubt, also a pad that gives way by two sigma of it less; the modulus remains that of the loaded
+    part alone.
+    """
+    if not stated.doubt > 0.0:
+        return {}
     strain = max(stated.strain - SIGMAS_APART * stated.doubt, LEAST * stated.strain)
-    return replace(stated, strain=strain, gap=thickness * (1.0 - strain))
+    return {PART: (stated, replace(stated, strain=strain, gap=thickness * (1.0 - strain)))}

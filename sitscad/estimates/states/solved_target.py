@@ -76,10 +76,8 @@ def solved_target(
     errors = np.stack([more, (LOSS + behind) * own + poles], axis=-1)
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(
-        np.array(band),
-        {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
-        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)},
-        endless_like(spec),
+        np.array(band), {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
+        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)}, endless_like(spec),
     )
 
 

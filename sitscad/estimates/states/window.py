@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.states.assembly import LOSSLESS, NoReflection, Reflection, metal_behind
+from sitscad.estimates.states.assembly import LOSSLESS, Reflection, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
 from sitscad.layout.board import Coil, Layout
@@ -133,7 +133,10 @@ def _missing(
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
     spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(away - top for away in roofs)]))
     depth = min(skin_depth(FREQUENCY, metal.conductivity, metal.relative_permeability), 0.25 * min(size))
-    seen = _Seen(spectrum, tracks, Opening(size, _depth(jaw, size[1])), floor, echo)
+    drawn = section(jaw)  # its back is round
+    inside = math.sqrt(max(drawn.radius**2 - 0.25 * size[1] ** 2, 0.0))
+    deep = max(drawn.height - drawn.radius + inside, 0.1 * drawn.height)
+    seen = _Seen(spectrum, tracks, Opening(size, deep), floor, echo)
     (less, low), (more, high) = (seen.effects(None, 0.5 * depth + by) for by in (-STEP * nearest, STEP * nearest))
     part, lost = min(0.5 * (less / low + more / high), 1.0), min((more - less) / (high - low), 1.0)
     part, lost = round(part, DIGITS), round(lost, DIGITS)
@@ -151,13 +154,6 @@ def _missing(
     growth, moving = (growths[0] - bend, bend), (error + SMALL) * abs(growths[0]) + BENT * abs(bend)
     first, second, moving = (round(seen_part * one, DIGITS) for one in (*growth, moving))
     return replace(found, growth=(first, second), scale=scale, moving=moving)
-
-
-def _depth(jaw: Jaw, wide: float) -> float:
-    """How deep (m) the metal is where a window so wide (m) ends beside the jaw's middle; its back is round."""
-    drawn = section(jaw)
-    inside = max(drawn.radius**2 - 0.25 * wide**2, 0.0)
-    return max(drawn.height - drawn.radius + math.sqrt(inside), 0.1 * drawn.height)
 
 
 def receded(opening: Opening, recess: float) -> Opening:
@@ -202,10 +198,10 @@ class WindowedReflection(Reflection):
     there without it `none`.
     """
 
-    def __init__(
-        self, real: Reflection, whole: Reflection | NoReflection, none: Reflection | NoReflection, missing: Missing
-    ) -> None:
+    def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: Missing) -> None:
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
+        for name in ("shares", "factors", "target_change", "of_target", "endless_change", "unsure"):
+            setattr(self, name, getattr(real, name))
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
@@ -214,39 +210,14 @@ class WindowedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        real, whole, none = (
-            one.mutual(pair, distance, frequencies) for one in (self._real, self._whole, self._none)
-        )
-        return np.asarray(real + self._missing.inductance * (none - whole))
+        whole, none = (one.mutual(pair, distance, frequencies) for one in (self._whole, self._none))
+        return np.asarray(
+            self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
         """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
         real, whole, none = (one.crowding(frequencies) for one in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
-
-    def shares(self, frequencies: Array) -> ComplexArray:
-        """How much of an endless target's effect the real one has at (n,) frequencies (Hz)."""
-        return self._real.shares(frequencies)
-
-    def factors(self, frequency: float) -> tuple[complex, complex]:
-        """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
-        return self._real.factors(frequency)
-
-    def target_change(self, frequency: float) -> complex:
-        """What the target alone changes of the winding's inductance (H, complex), its current even."""
-        return self._real.target_change(frequency)
-
-    def of_target(self, frequencies: Array) -> ComplexArray:
-        """As of `Reflection`: what the target changes by its shares."""
-        return self._real.of_target(frequencies)
-
-    def endless_change(self, frequency: float) -> complex:
-        """What an endless target would change of it (H, complex)."""
-        return self._real.endless_change(frequency)
-
-    def unsure(self, frequency: float) -> tuple[float, float]:
-        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
-        return self._real.unsure(frequency)
 
     def window(self, frequency: float) -> tuple[float, float]:
         """How far off inductance (H) and resistance (ohm) may be for the window, at most, both one way."""

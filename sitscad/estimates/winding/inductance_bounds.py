@@ -93,12 +93,26 @@ def error_bound(method: str, crowding: Crowding) -> float:
     Raises KeyError where the table has no such method for the outline.
     """
     features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
-    products = [
-        math.exp(math.fsum(powers[name] * value for name, value in features.items()))
-        for powers in (_table()[outline, method, stack] for outline in _outlines(crowding))
-    ]
-    margin = 1.0 if _is_fitted(crowding) else UNFITTED
+    table, fitted = _bounds()
+    outlines, margin = [ROUNDED], 1.0
+    if not crowding.corner_radius:
+        outlines = [outline_key(sides, crowding.is_long) for sides in nearest_sides(fitted, crowding.sides)]
+        margin = 1.0 if crowding.sides in fitted else UNFITTED
+    products = [math.exp(math.fsum(table[outline, method, stack][name] * value for name, value in features.items()))
+                for outline in outlines]
     return margin * max(*products, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+
+
+@cache
+def _bounds() -> tuple[dict[tuple[OutlineKey, str, str], dict[str, float]], frozenset[int]]:
+    """The fitted bounds by outline, method and stack, and the sides of the sharp polygons among them."""
+    table = {
+        ((row["sides"], row["long"], row["rounded"]), row["method"], row["stack"]): {
+            name: float(value or 0.0) for name, value in row.items() if name not in NAMES
+        }
+        for row in rows("inductance_bounds")
+    }
+    return table, frozenset(int(sides) for (sides, _, rounded), _, _ in table if rounded == "no")
 
 
 UNFITTED = 5.0
@@ -114,32 +128,6 @@ ROUNDED: OutlineKey = ("any", "any", "yes")
 def outline_key(sides: int, is_long: bool) -> OutlineKey:
     """How the table writes an outline with sharp corners or none."""
     return str(sides), "yes" if is_long else "no", "no"
-
-
-def _outlines(crowding: Crowding) -> list[OutlineKey]:
-    if crowding.corner_radius:
-        return [ROUNDED]
-    return [outline_key(sides, crowding.is_long) for sides in nearest_sides(_fitted_sides(), crowding.sides)]
-
-
-def _is_fitted(crowding: Crowding) -> bool:
-    return bool(crowding.corner_radius) or crowding.sides in _fitted_sides()
-
-
-@cache
-def _fitted_sides() -> frozenset[int]:
-    return frozenset(int(sides) for (sides, _, rounded), _, _ in _table() if rounded == "no")
-
-
-@cache
-def _table() -> dict[tuple[OutlineKey, str, str], dict[str, float]]:
-    """The fitted bounds by outline, method and stack."""
-    return {
-        ((row["sides"], row["long"], row["rounded"]), row["method"], row["stack"]): {
-            name: float(value or 0.0) for name, value in row.items() if name not in NAMES
-        }
-        for row in rows("inductance_bounds")
-    }
 
 
 NAMES = ("sides", "long", "rounded", "method", "stack", "status", "source")

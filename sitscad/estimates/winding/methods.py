@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.estimates.values import CrossCheck
 from sitscad.estimates.winding.inductance_bounds import FEW_TURNS, Crowding, error_bound
-from sitscad.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.geometry.shapes import Outline
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.inductance.rings import mean_ring_inductance, ring_winding_inductance
@@ -108,21 +108,17 @@ def mitred_path(path: Path, width: float) -> Path:
         if isinstance(arc, Line) or arc.radius >= 0.5 * width or abs(arc.sweep) > MOST_TURN:
             continue
         before, after = segments[k - 1] if k else arc, segments[k + 1] if k + 1 < len(segments) else arc
-        corner = _where_tangents_meet(arc, before)
+        # the corner that the arc rounds is where the tangents at its ends meet
+        if isinstance(before, Line):
+            onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
+            dx, dy = before.end.x - before.start.x, before.end.y - before.start.y
+        else:
+            onwards = math.tan(0.5 * arc.sweep)  # in radii
+            dx, dy = -(arc.start.y - arc.centre.y), arc.start.x - arc.centre.x
+        corner = Point(arc.start.x + onwards * dx, arc.start.y + onwards * dy)
         low, high = k - isinstance(before, Line), k + 1 + isinstance(after, Line)
         segments[low:high] = [Line(segments[low].start, corner), Line(corner, segments[high - 1].end)]
     return Path(tuple(segments))
-
-
-def _where_tangents_meet(arc: Arc, before: Segment) -> Point:
-    """The corner that an arc rounds: where the tangents at its ends meet."""
-    if isinstance(before, Line):
-        onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
-        return Point(arc.start.x + onwards * (before.end.x - before.start.x),
-                     arc.start.y + onwards * (before.end.y - before.start.y))
-    onwards = math.tan(0.5 * arc.sweep)  # in radii
-    return Point(arc.start.x - onwards * (arc.start.y - arc.centre.y),
-                 arc.start.y + onwards * (arc.start.x - arc.centre.x))
 
 
 def _pieces(path: Path) -> list[Side | Bend]:
@@ -181,99 +177,59 @@ class Method:
     is_cross_check: bool = False
 
 
-def _spirals(geometry: WindingGeometry) -> float:
-    # the ends of few turns weigh more, and their points are few
-    resolution = Resolution(12, 8, 2) if geometry.fewest_turns >= FEW_TURNS else Resolution(16, 12, 4)
-    return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
-
-
-def _spirals_coarse(geometry: WindingGeometry) -> float:
-    return float(spiral_inductance_matrix(list(geometry.spirals), Resolution(10, 7, 1)).sum())
-
-
-def _rings(geometry: WindingGeometry) -> float:
-    return ring_winding_inductance(geometry.spirals)
-
-
-def _mean_rings(geometry: WindingGeometry) -> float:
-    return mean_ring_inductance(geometry.spirals)
-
-
-def _mean_ring_error(geometry: WindingGeometry) -> float:
-    return 0.012 + 0.2 / geometry.fewest_turns**2
-
-
-def _strands(*counts: int) -> Callable[[WindingGeometry], float]:
-    def solve(geometry: WindingGeometry) -> float:
-        return winding_inductance(geometry.drawn, (counts[0], counts[1]))
-
-    return solve
-
-
 def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     """What the bounds of the methods' errors go by; for so many turns a layer where the layers' differ."""
     spec, layers = geometry.spec, geometry.spirals or geometry.drawn
-    thickness = max(layer.thickness for layer in layers)
-    heights = tuple(layer.z for layer in layers)
+    heights, thickness = tuple(layer.z for layer in layers), max(layer.thickness for layer in layers)
+    # tighter corners are sharp in the copper (`mitred_path`)
+    corner = spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
     return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
-                    min(spec.size), heights, _rounding(spec), spec.outline.sides, spec.outline.is_long)
+                    min(spec.size), heights, corner, spec.outline.sides, spec.outline.is_long)
 
 
-def _rounding(spec: CoilSpec) -> float:
-    # The corner radius (m), 0 where the copper has sharp corners (`mitred_path`).
-    return spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
+def _bound(method: str, fewest: float = 0.0, below: float = 0.0) -> Callable[[WindingGeometry], float]:
+    """The method's stated error; another `below` the fewest turns that it is for."""
 
-
-def _bound(method: str) -> Callable[[WindingGeometry], float]:
     def error(geometry: WindingGeometry) -> float:
-        distinct = sorted(set(geometry.spec.layer_turns))
-        return max(error_bound(method, crowding(geometry, turns)) for turns in distinct)
+        if geometry.fewest_turns < fewest:
+            return below
+        return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
 
     return error
 
 
-def _ring_error(geometry: WindingGeometry) -> float:
-    return _bound("rings")(geometry) if geometry.fewest_turns >= 5.0 else 0.05
+def _neumann(resolution: Resolution, of_few_turns: Resolution | None = None) -> Callable[[WindingGeometry], float]:
+    """Neumann's integral over spirals; the ends of few turns weigh more, and their points are few."""
 
-
-def _always(geometry: WindingGeometry) -> bool:
-    return True
-
-
-def _formula(name: str) -> Callable[[WindingGeometry], float | None]:
-    """The inductance (H) by one of the closed formulas, as a function of the winding; None where it does not hold."""
-    functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
-
-    def solve(geometry: WindingGeometry) -> float | None:
-        """The formula's inductance (H) of a stack: that of one layer times the layers squared."""
-        if (
-            geometry.spec.has_unequal_turns
-            or geometry.fewest_turns < 1.0
-            or geometry.outline.inner_diameter <= 0.0
-            or geometry.outline.fill <= 0.0
-        ):
-            return None
-        single = functions[name](geometry.spec.outline.sides, geometry.outline)
-        return None if single is None else single * len(geometry.spec.layers) ** 2
+    def solve(geometry: WindingGeometry) -> float:
+        finer = of_few_turns if geometry.fewest_turns < FEW_TURNS else None
+        return float(spiral_inductance_matrix(list(geometry.spirals), finer or resolution).sum())
 
     return solve
 
 
-def _formula_error(one_layer: float) -> Callable[[WindingGeometry], float]:
-    # The worst of 300 random designs of one layer, by the volume integral, and a fifth more; 35 % for stacks.
-    return lambda geometry: one_layer if len(geometry.spec.layers) == 1 else 0.35
+def _formula(name: str, of_one_layer: float) -> Method:
+    """One of Mohan's closed formulas; its error is the worst of 300 random designs of one layer, by the volume
+    integral, and a fifth more, and 35 % for stacks.
+    """
+    functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
 
+    def solve(geometry: WindingGeometry) -> float | None:
+        """The formula's inductance (H) of a stack: that of one layer times the layers squared; None where it does not
+        hold.
+        """
+        outline = geometry.outline
+        is_open = outline.inner_diameter > 0.0 and outline.fill > 0.0
+        if geometry.spec.has_unequal_turns or geometry.fewest_turns < 1.0 or not is_open:
+            return None
+        single = functions[name](geometry.spec.outline.sides, outline)
+        return None if single is None else single * len(geometry.spec.layers) ** 2
 
-def _formula_valid(geometry: WindingGeometry) -> bool:
-    return geometry.outline.is_covered and len(geometry.spec.layers) == 1
-
-
-def _round(outline: Outline) -> bool:
-    return outline.is_round
-
-
-def _straight(outline: Outline) -> bool:
-    return not outline.is_round
+    return Method(
+        name, tabulated, solve, lambda g: of_one_layer if len(g.spec.layers) == 1 else 0.35,
+        lambda g: g.outline.is_covered and len(g.spec.layers) == 1,
+        "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled", 1e-5,
+        "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999", True)
 
 
 def tabulated(outline: Outline) -> bool:
@@ -281,31 +237,29 @@ def tabulated(outline: Outline) -> bool:
     return outline.sides in COEFFICIENTS and not outline.is_long
 
 
-_MOHAN = "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999"
-_ONE_LAYER = "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled"
-
 METHODS: tuple[Method, ...] = (
-    Method("spiral-neumann", _round, _spirals, _bound("spiral-neumann"), _always,
-           "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
+    Method("spiral-neumann", lambda shape: shape.is_round, _neumann(Resolution(12, 8, 2), Resolution(16, 12, 4)),
+           _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
-    Method("spiral-filament", _round, _spirals_coarse, _bound("spiral-filament"), _always,
-           "tracks narrow against the inner radius", 2e-3, "the same with one filament a track"),
-    Method("rings", _round, _rings, _ring_error, lambda g: g.fewest_turns >= 5.0,
-           "five turns or more", 2e-2, "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
-    Method("mean-rings", _round, _mean_rings, _mean_ring_error, _always,
+    Method("spiral-filament", lambda shape: shape.is_round, _neumann(Resolution(10, 7, 1)),
+           _bound("spiral-filament"), lambda g: True, "tracks narrow against the inner radius", 2e-3,
+           "the same with one filament a track"),
+    Method("rings", lambda shape: shape.is_round, lambda g: ring_winding_inductance(g.spirals),
+           _bound("rings", fewest=5.0, below=0.05), lambda g: g.fewest_turns >= 5.0, "five turns or more", 2e-2,
+           "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
+    Method("mean-rings", lambda shape: shape.is_round, lambda g: mean_ring_inductance(g.spirals),
+           lambda g: 0.012 + 0.2 / g.fewest_turns**2, lambda g: True,
            "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
            "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
-    Method("strands", _straight, _strands(2, 3), _bound("strands"), _always,
-           "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
+    Method("strands", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (2, 3)),
+           _bound("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
-    Method("filaments", _straight, _strands(1, 1), _bound("filaments"), _always,
-           "the same, tracks narrow against the inner side", 4e-3, "the same with one filament a track"),
-    Method("current-sheet", tabulated, _formula("current-sheet"), _formula_error(0.15), _formula_valid,
-           _ONE_LAYER, 1e-5, _MOHAN, True),
-    Method("modified-wheeler", tabulated, _formula("modified-wheeler"), _formula_error(0.15), _formula_valid,
-           _ONE_LAYER, 1e-5, _MOHAN, True),
-    Method("monomial", tabulated, _formula("monomial"), _formula_error(0.18), _formula_valid,
-           _ONE_LAYER, 1e-5, _MOHAN, True),
+    Method("filaments", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (1, 1)),
+           _bound("filaments"), lambda g: True, "the same, tracks narrow against the inner side", 4e-3,
+           "the same with one filament a track"),
+    _formula("current-sheet", 0.15),
+    _formula("modified-wheeler", 0.15),
+    _formula("monomial", 0.18),
 )
 """Every way to the winding's inductance; a new one is a row."""
 

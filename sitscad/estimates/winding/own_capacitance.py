@@ -8,11 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.layout.board import Coil
 from sitscad.physics.capacitance import Slab, strip_layers, turn_capacitance, winding_capacitance, winding_voltages
 from sitscad.physics.constants import EPSILON0
-from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
@@ -34,18 +33,6 @@ only some have: as many for any number of turns, so that a millionth more of the
 times as many (1.5 to 30 turns, one to eight layers)."""
 
 
-@record(eq=False)
-class _Part:
-    """The places between two numbers of turns from the outside, where the same layers have turns.
-
-    ``lengths`` (m) are of a whole turn at each place, each of which stands for ``share`` turns.
-    """
-
-    present: tuple[int, ...]
-    lengths: Array
-    share: float
-
-
 ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 5e-6
 """The same for screening, within 2 %; and how fine (m) widths and pitches are told apart there, within 4 %."""
 
@@ -57,18 +44,24 @@ def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> fl
     the voltage follows the flux that each turn links. Further inside than a layer has turns, the others see each other
     through what takes its place. Elastomer and metal around the board are not in it: see `added_by_metal`.
     """
-    parts = _parts(coil, spec, ROUGH_PLACES if is_rough else PLACES)
-    voltages = _voltages(parts, coil, spec)
-    layers = [winding.layer for winding in coil.windings]
-    total, first = 0.0, 0
-    grain = ROUGH_GRAIN if is_rough else 0.0
-    for part in parts:
-        size = part.lengths.size
-        areas = part.lengths * spec.coil.pitch * part.share
-        here = voltages[list(part.present), first : first + size]
-        total += winding_capacitance(_per_area(spec, [layers[k] for k in part.present], grain), here, areas)
-        first += size
-    return total + _between_turns(parts, voltages, coil, spec)
+    lengths, shares, present = _turns(coil, spec, ROUGH_PLACES if is_rough else PLACES)
+    voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
+    width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * spec.coil.outer_diameter
+    if is_rough:  # strips are solved once for designs of about one width and pitch
+        width, pitch, reach = (round(width / ROUGH_GRAIN) * ROUGH_GRAIN, round(pitch / ROUGH_GRAIN) * ROUGH_GRAIN,
+                               round(reach, 3))
+    total, between, counts = 0.0, 0.0, present.sum(axis=0)
+    for count in dict.fromkeys(counts.tolist()):
+        here, have = counts == count, np.flatnonzero(present[:, counts == count][:, 0])
+        layers = [coil.windings[k].layer for k in have]
+        order = np.argsort(np.argsort(layers))
+        per_area = _strips(tuple(slabs(spec.fpc.stackup, layers)), width, pitch, reach)[np.ix_(order, order)]
+        total += winding_capacitance(per_area, voltages[np.ix_(have, here)], areas[here])
+    beside = beside_copper(spec.fpc.stackup, coil.windings[0].layer)
+    for own, own_voltages in zip(present, voltages, strict=True):
+        between += turn_capacitance(lengths[own], own_voltages[own], shares[own], spec.coil.trace_width,
+                                    spec.coil.trace_spacing, coil.windings[0].thickness, beside)
+    return total + between
 
 
 def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: float | None) -> float:
@@ -80,17 +73,12 @@ def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: floa
     they are small against the distances, and what one turn gives to the metal its neighbour takes (validated with
     charged rings).
     """
-    parts = _parts(coil, spec)
-    voltages = _voltages(parts, coil, spec)
-    areas = np.concatenate([part.lengths * spec.coil.pitch * part.share for part in parts])
+    lengths, shares, present = _turns(coil, spec, PLACES)
+    voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
     heights = np.array([winding.z for winding in coil.windings])
-    squares = (voltages**2) @ areas
-    total = 0.0
-    if gap is not None:
-        top = int(np.argmax(heights))
-        total += squares[top] / (gap - heights[top])
+    squares, top, bottom = (voltages**2) @ areas, int(np.argmax(heights)), int(np.argmin(heights))
+    total = 0.0 if gap is None else squares[top] / (gap - heights[top])
     if behind is not None:
-        bottom = int(np.argmin(heights))
         total += squares[bottom] / (behind + spec.fpc.stackup.thickness + heights[bottom])
     return float(EPSILON0 * FILLING * total)
 
@@ -111,19 +99,20 @@ def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: fl
     ]
 
 
-def _parts(coil: Coil, spec: SensorSpec, places: tuple[int, int] = PLACES) -> list[_Part]:
-    """The winding in parts that the same layers have, from the outside in, with the lengths of their turns (m)."""
-    turns = spec.coil.layer_turns
-    found: list[_Part] = []
-    low = 0.0
-    for high in sorted(set(turns)):
+def _turns(coil: Coil, spec: SensorSpec, places: tuple[int, int]) -> tuple[Array, Array, Flags]:
+    """Places along the turns, from the outside in: the length (m) of a whole turn there, how many turns it stands for,
+    and which layers have turns there, (layers, places).
+    """
+    turns, low = np.array(spec.coil.layer_turns), 0.0
+    found: list[tuple[Array, Array, Flags]] = []
+    for high in sorted(set(spec.coil.layer_turns)):
         count = places[1] if found else places[0]
         share = (high - low) / count
-        present = tuple(k for k, number in enumerate(turns) if number >= high)
         middles: Array = low + share * (np.arange(count, dtype=np.float64) + 0.5)
-        found.append(_Part(present, turn_lengths(coil, spec, middles), share))
+        found.append((turn_lengths(coil, spec, middles), np.full(count, share), np.tile(turns[:, None] >= high, count)))
         low = high
-    return found
+    lengths, shares, present = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
+    return lengths, shares, present
 
 
 def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
@@ -135,46 +124,16 @@ def turn_lengths(coil: Coil, spec: SensorSpec, places: Array) -> Array:
     return np.asarray(np.maximum(mean - spec.coil.outline.shrinks * inside, 0.05 * mean))
 
 
-def _voltages(parts: list[_Part], coil: Coil, spec: SensorSpec) -> Array:
+def _voltages(lengths: Array, shares: Array, present: Flags, coil: Coil, spec: SensorSpec) -> Array:
     """Voltages of the layers at all places from the outside in; turns that a layer has not count as its inner end."""
-    lengths = np.concatenate([part.lengths for part in parts])
     radii = np.maximum(lengths / (2.0 * math.pi), 0.5 * spec.coil.trace_width)
-    turns = np.concatenate([
-        np.outer([k in part.present for k in range(len(coil.windings))], np.full(part.lengths.size, part.share))
-        for part in parts
-    ], axis=1)
+    turns = present * shares
     size = 0.2235 * (spec.coil.pitch * turns.max(axis=0) + coil.windings[0].thickness)
     heights, inward = [w.z for w in coil.windings], [w.inward for w in coil.windings]
     return winding_voltages(radii, heights, inward, size, turns)
 
 
-def _per_area(spec: SensorSpec, layers: list[int], grain: float) -> Array:
-    # Capacitance matrix per area (F/m2) of these layers, in the order of winding; widths and pitches of one grain (m)
-    # as one, where there is one.
-    order = np.argsort(np.argsort(layers))
-    width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * spec.coil.outer_diameter
-    if grain:
-        width, pitch, reach = round(width / grain) * grain, round(pitch / grain) * grain, round(reach, 3)
-    matrix = _strips(tuple(slabs(spec.fpc.stackup, layers)), width, pitch, reach)
-    return np.asarray(matrix[np.ix_(order, order)])
-
-
 _strips = lru_cache(maxsize=64)(strip_layers)
-
-
-def _between_turns(parts: list[_Part], voltages: Array, coil: Coil, spec: SensorSpec) -> float:
-    """Capacitance (F) between neighbouring turns, all layers together."""
-    lengths = np.concatenate([part.lengths for part in parts])
-    shares = np.concatenate([np.full(part.lengths.size, part.share) for part in parts])
-    beside = beside_copper(spec.fpc.stackup, coil.windings[0].layer)
-    total = 0.0
-    for k in range(len(coil.windings)):
-        count = sum(part.lengths.size for part in parts if k in part.present)
-        total += turn_capacitance(
-            lengths[:count], voltages[k, :count], shares[:count], spec.coil.trace_width, spec.coil.trace_spacing,
-            coil.windings[0].thickness, beside,
-        )
-    return total
 
 
 def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:

@@ -111,21 +111,20 @@ class ResistanceBound:
 def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
                      tolerance: float) -> ResistanceBound:
     """The bound of `losses.winding_losses` with that tolerance of R (3e-2 or 1e-2)."""
-    fine = tolerance < 0.02
-    share = MODEL + (_round(spirals, conductivity, tolerance) if spirals else _bent(spec, len(coil.windings)))
+    if spirals:
+        length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
+        cuts = suited_resolution(spirals, conductivity, tolerance).cuts
+        bent = ONE_CUT if cuts == 1 else missed_crossings(spirals, cuts) + ENDS * spirals[0].width / length
+    elif not spec.outline.sides:
+        bent = LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
+    elif spec.corner_radius >= 0.5 * spec.trace_width:
+        bent = ROUNDED
+    elif len(coil.windings) == 1:
+        bent = ALONE
+    else:
+        bent = CROSSING[nearest_sides(CROSSING, spec.outline.sides)[0]][0 if min(spec.layer_turns) < FEW else 1]
     thickness = max(winding.thickness for winding in coil.windings)
-    return ResistanceBound(share, MODES[fine], spec.trace_width, thickness, conductivity)
-
-
-def state_error(bound: ResistanceBound, circuit: CoilCircuit, state: StateEstimate, metal: float) -> float:
-    """Relative error, at most, of the resistance between the contacts in a state: the winding's, a share of the leads',
-    and `metal` where there is some (`near_metal_error`).
-    """
-    frequency = state.frequency
-    winding = circuit.winding_resistance(frequency)
-    leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
-    own = bound.relative(winding / circuit.resistance, frequency)
-    return (own * winding + LEADS * leads) / state.resistance + metal
+    return ResistanceBound(MODEL + bent, MODES[tolerance < 0.02], spec.trace_width, thickness, conductivity)
 
 
 def near_metal_error(spec: CoilSpec, nearest: float) -> float:
@@ -139,26 +138,6 @@ def near_metal_error(spec: CoilSpec, nearest: float) -> float:
 def _faded(reach: float) -> float:
     """1 up to a reach of 1, 0 from FADED on, and straight between."""
     return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
-
-
-def _round(spirals: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> float:
-    length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
-    cuts = suited_resolution(spirals, conductivity, tolerance).cuts
-    if cuts == 1:
-        return ONE_CUT
-    return missed_crossings(spirals, cuts) + ENDS * spirals[0].width / length
-
-
-def _bent(spec: CoilSpec, layers: int) -> float:
-    """The bound's share for how the tracks bend, relative."""
-    if not spec.outline.sides:
-        return LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
-    if spec.corner_radius >= 0.5 * spec.trace_width:
-        return ROUNDED
-    if layers == 1:
-        return ALONE
-    few, many = CROSSING[nearest_sides(CROSSING, spec.outline.sides)[0]]
-    return few if min(spec.layer_turns) < FEW else many
 
 
 @record(eq=False)
@@ -183,10 +162,15 @@ class SolvedWinding:
     is_rough: bool = False
 
     def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
-        """Relative error bound of the resistance at a coil's contacts in a state, the target's share in it."""
+        """Relative error bound of the resistance at a coil's contacts in a state: the winding's, a share of the leads',
+        that of metal about, and the target's share in it.
+        """
+        winding = circuit.winding_resistance(state.frequency)
+        leads = circuit.leads.resistance_at(state.frequency, circuit.conductivity)
+        own = self.bound.relative(winding / circuit.resistance, state.frequency)
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
         lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
-        return state_error(self.bound, circuit, state, metal) + lost / state.resistance
+        return (own * winding + LEADS * leads) / state.resistance + metal + lost / state.resistance
 
     @property
     def inductance_error(self) -> float:
@@ -198,20 +182,25 @@ def solve_winding(
     spec: CoilSpec, first: Coil, assembly: Assembly, conductivity: float, method: str | None, tolerance: float | None
 ) -> SolvedWinding:
     """The winding of the first of alike coils, its copper of a conductivity (S/m); see `sitscad.estimates.estimate`."""
-    bare = replace(first, series=())
+    bare, rough = replace(first, series=()), is_rough(tolerance)
     geometry, chosen, inductance = _solved(spec, bare, method, tolerance)
-    loss = _loss(spec, bare, conductivity, tolerance)
-    nearest = _nearest(geometry, assembly)
-    spirals = equivalent_spirals(geometry, first)
-    crowding = (
-        None
-        if nearest is None
-        else losses_near_metal(spirals, conductivity, _no_nearer(nearest), tolerance, bool(geometry.spirals))
-    )
-    spectrum = None if nearest is None else _spectrum(geometry, _no_nearer(nearest), is_rough(tolerance))
+    heights = [layer.z for layer in geometry.spirals or geometry.drawn]
+    # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
+    small = (PAD, PAD_SIZE, GLUE)
+    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
+    states = [*assembly.states, *ranges]
+    metal = [s.above.distance - max(heights) for s in states if s.above]
+    metal += [s.below.distance + min(heights) for s in states if s.below]
+    spirals, nearest, crowding, spectrum = equivalent_spirals(geometry, first), None, None, None
+    if metal:
+        nearest = max(min(metal), LEAST_DISTANCE)
+        # up to a fifth less, the same for many: waves are found once for boards with metal about there
+        known = float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
+        crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
+        spectrum = _spectrum(geometry, known, rough)
     bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
-    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity, loss, nearest, crowding, spectrum, bound,
-                         is_rough(tolerance))
+    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
+                         _loss(spec, bare, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
 
 
 @lru_cache(maxsize=4)
@@ -229,11 +218,6 @@ def _solved(
 @lru_cache(maxsize=4)
 def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | None) -> ProximityLoss:
     return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
-
-
-def _no_nearer(distance: float) -> float:
-    """A distance (m) up to a fifth less, the same for many: waves are found once for boards with metal about there."""
-    return float(NO_NEARER ** math.floor(math.log(distance, NO_NEARER) + 1e-9))
 
 
 NO_NEARER = 1.2
@@ -259,18 +243,6 @@ def beside_each_other(
 @lru_cache(maxsize=2)
 def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -> tuple[Array, Array]:
     return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
-
-
-def _nearest(geometry: WindingGeometry, assembly: Assembly) -> float | None:
-    """Least distance (m) of metal from any layer's mid-plane in any state; None without metal."""
-    heights = [layer.z for layer in geometry.spirals or geometry.drawn]
-    # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
-    small = (PAD, PAD_SIZE, GLUE)
-    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
-    states = [*assembly.states, *ranges]
-    above = [s.above.distance - max(heights) for s in states if s.above]
-    below = [s.below.distance + min(heights) for s in states if s.below]
-    return max(min([*above, *below]), LEAST_DISTANCE) if above or below else None
 
 
 LEAST_DISTANCE = 10e-6
