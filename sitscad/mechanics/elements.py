@@ -17,7 +17,7 @@ function of them it is smooth in I1 and I2, and two even exponents are polynomia
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -124,11 +124,6 @@ class Pad:
                 if stride < 1e-3:
                     raise ArithmeticError(f"no equilibrium found on the way to {tuple(pose)}")
         return self._held()
-
-    def along(self, poses: Sequence[Sequence[float]]) -> Iterator[Held]:
-        """What holds the plate (N, N m) at each of some poses (x, z in m, ry in rad), one after the other."""
-        for pose in poses:
-            yield self.move(pose)
 
     def _settle(self, pose: np.ndarray) -> bool:
         """Whether Newton's method finds the state at a pose (thicknesses, rad) from the last one, from where the

@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.circuit.leads import NO_LEADS, LeadEstimate, estimate_leads, led_round, sketched_leads
+from sitscad.estimates.circuit.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.states.assembly import Assembly, Reflection, SolvedReflection, Surroundings, metal_behind
@@ -22,10 +22,9 @@ from sitscad.estimates.states.window import Missing, WindowedReflection, missing
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Layout
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.scene.state import FREE
-from sitscad.spec.circuit import Stackup
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -217,12 +216,7 @@ FAINT = 0.0015
 """Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
 
 
-_led_roughly = lru_cache(maxsize=8)(sketched_leads)
-
-
-@lru_cache(maxsize=8)
-def _led_out(coil: Coil, stackup: Stackup, conductivity: float, spared: tuple[tuple[int, float], ...]) -> LeadEstimate:
-    return estimate_leads(coil, stackup, conductivity, dict(spared))
+_led_out, _led_roughly = lru_cache(maxsize=8)(estimate_leads), lru_cache(maxsize=8)(sketched_leads)
 
 
 def self_resonance(circuit: CoilCircuit) -> float:

@@ -93,17 +93,16 @@ def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
 
 NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
 
-NOTHING_SPARED: Mapping[int, float] = {}
 
 PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
 
 
 def estimate_leads(
-    coil: Coil, stackup: Stackup, conductivity: float, spared: Mapping[int, float] = NOTHING_SPARED
+    coil: Coil, stackup: Stackup, conductivity: float, spared: tuple[tuple[int, float], ...] = ()
 ) -> LeadEstimate:
     """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding.
 
-    `spared` are the squares by layer that its tracks' wide ends take away (see `track_ends.spared_squares`).
+    `spared` are layers with the squares that the tracks' wide ends take away (see `track_ends.spared_squares`).
     """
     copper = {layer.number: layer for layer in stackup.copper}
     tracks: list[tuple[Role, PolylineTrack]] = []
@@ -133,7 +132,7 @@ def estimate_leads(
             length = abs(copper[before.layer].z - copper[after.layer].z)
             barrels += via_resistance(length, via.drill, plating, conductivity)
             parts["vias"] += via_inductance(length, via.drill)
-    less = math.fsum(squares / (conductivity * copper[number].thickness) for number, squares in spared.items())
+    less = math.fsum(squares / (conductivity * copper[number].thickness) for number, squares in spared)
     total = math.fsum(strip.resistance for strip in strips) + barrels - less
     inductance = math.fsum(parts.values())
     return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, less)

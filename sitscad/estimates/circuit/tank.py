@@ -138,11 +138,6 @@ class Tank:
         """What the converter can do."""
         return self.readout.device
 
-    @property
-    def is_at_coil(self) -> bool:
-        """Whether the capacitor stands at the contacts, before the cable."""
-        return self.readout.capacitor_at == "coil"
-
     def capacitance(self, circuit: CoilCircuit) -> float:
         """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
         return self.conversion_capacitance + circuit.self_capacitance
@@ -155,8 +150,8 @@ class Tank:
 
     def in_series(self) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
-        cable = self.readout.cable
-        return (0.0, 0.0) if cable is None or self.is_at_coil else (cable.inductance, cable.resistance)
+        cable = self.readout.cable if self.readout.capacitor_at != "coil" else None
+        return (0.0, 0.0) if cable is None else (cable.inductance, cable.resistance)
 
     def network(self, circuit: CoilCircuit) -> Network:
         """The two-port between contacts and pins: half of the cable's capacitance at either end (pi section)."""
@@ -166,7 +161,7 @@ class Tank:
             coil_side=circuit.self_capacitance + half,
             converter_side=self.converter.limit("pin_capacitance") + half,
             capacitor=self.capacitor,
-            capacitor_at_coil=self.is_at_coil,
+            capacitor_at_coil=self.readout.capacitor_at == "coil",
             capacitor_resistance=self.converter.limit("capacitor_resistance"),
             inductance=cable.inductance if cable else 0.0,
             resistance=cable.resistance if cable else 0.0,

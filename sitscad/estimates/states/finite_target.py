@@ -261,14 +261,6 @@ def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
     ]
 
 
-def _places(spec: SensorSpec, target: Target) -> tuple[Array, Index]:
-    """The distinct places (n, 2; m) of coils seen from the target, mirrored ones as one; and which is each coil's."""
-    plate = footprint(spec, target)
-    places = np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements])
-    distinct, member = np.unique(np.round(np.abs(places), 9), axis=0, return_inverse=True)
-    return distinct, member.ravel()
-
-
 PURE, UNSURE = 1e-3, 0.01
 """How little a target may be like a magnet (0: a perfect conductor) or a conductor to count as the other; and from how
 much on it counts as one that is neither, with the errors of those."""
@@ -373,20 +365,24 @@ def like_a_conductor(target: Target, distance: float) -> float:
 def _shortened(
     spec: SensorSpec, target: Target, heights: Sequence[float]
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
-    """Rings, target and places that stand for an elongated coil: one as long as it is wide, the target shorter by what
-    the coil is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all
-    along. As they are for other coils.
+    """Rings and target that stand for an elongated coil: one as long as it is wide, the target shorter by what the coil
+    is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all along; as
+    they are for other coils. The distinct places (n, 2; m) of coils seen from the target, and which is each coil's.
     """
     coil, (x, y) = spec.coil, spec.coil.size
     long, short = max(x, y), min(x, y)
-    turn = target.rotation - spec.array.placements[0].rotation
+    plate, turn = footprint(spec, target), target.rotation - spec.array.placements[0].rotation
+    # mirrored ones as one
+    seen = np.abs(np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements]))
+    distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
+    places = distinct, member.ravel()
     side = (int(y > x) + round(2.0 * turn / math.pi)) % 2
     if long - short < 1e-9 or target.outline.is_round:
-        return equivalent_rings(coil, heights), target, _places(spec, target)
+        return equivalent_rings(coil, heights), target, places
     size = list(target.size)
     size[side] = size[side] - (long - short) if size[side] > long else size[side] * short / long
     shorter, less = replace(coil, size=(short, short)), replace(target, size=(size[0], size[1]))
-    return equivalent_rings(shorter, heights), less, _places(spec, target)
+    return equivalent_rings(shorter, heights), less, places
 
 
 ELONGATED, OVAL = 0.06, 0.02

@@ -178,6 +178,9 @@ class SolvedWinding:
         return self.method.error(self.geometry)
 
 
+_spectrum = lru_cache(maxsize=4)(reflected_by)
+
+
 def solve_winding(
     spec: CoilSpec, first: Coil, assembly: Assembly, conductivity: float, method: str | None, tolerance: float | None
 ) -> SolvedWinding:
@@ -222,11 +225,6 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
 
 NO_NEARER = 1.2
 """Ratio of those distances."""
-
-
-@lru_cache(maxsize=4)
-def _spectrum(geometry: WindingGeometry, nearest: float, is_rough: bool) -> CurrentSpectrum:
-    return reflected_by(geometry, nearest, is_rough)
 
 
 def beside_each_other(
