@@ -87,7 +87,15 @@ class Felt:
     @cached_property
     def points(self) -> tuple[Disturbed, ...]:
         """Rest, half and full load, what metal does left out."""
-        return disturbed(self.bench, np.zeros(len(self.bench.rest)))
+        bench, loads, found = self.bench, working_loads(self.bench), []
+        poses = bench.poses(loads)
+        slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
+        for k, (_, share) in enumerate(POINTS):
+            # newtons per reading, (axes, coils), by least squares weighted with the noise
+            by_load = (slopes[k] @ bench.compliance(poses[k]))[:, bench.range.columns]
+            inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
+            found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], inverse, cold, tilts, k))
+        return tuple(found)
 
     @cached_property
     def warmed(self) -> tuple[Disturbed, ...]:
@@ -144,19 +152,6 @@ def performance(
         return ()
     alike = twins()
     return tuple(_at(at, point, felt, model, alike) for (at, _), point in zip(POINTS, felt.warmed, strict=True))
-
-
-def disturbed(bench: Bench, metal: Array) -> tuple[Disturbed, ...]:
-    """The working points of a bench; `metal` is what its metals' warmth does to readings at rest (per K; coils)."""
-    loads = working_loads(bench)
-    poses = bench.poses(loads)
-    slopes, tilts, found = bench.slopes(poses), Tilts(bench, loads, poses), []
-    for k, (_, share) in enumerate(POINTS):
-        # newtons per reading, (axes, coils), by least squares weighted with the noise
-        by_load = (slopes[k] @ bench.compliance(poses[k]))[:, bench.range.columns]
-        inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-        found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], inverse, metal, tilts, k))
-    return tuple(found)
 
 
 def working_loads(bench: Bench) -> Array:

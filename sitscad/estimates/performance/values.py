@@ -105,21 +105,18 @@ class Performance:
         def by_axis(load: Loads) -> dict[str, float]:
             return dict(zip(AXES, load, strict=True))
 
-        def plain(table: Table) -> dict[str, dict[str, float]]:
-            return {name: dict(row) for name, row in table.items()}
-
         return {
             "at": self.at,
             "load_N": by_axis(self.load),
             "axes": {name: axis.document() for name, axis in self.axes.items()},
-            "crosstalk": plain(self.crosstalk),
-            "straight_crosstalk": plain(self.straight_crosstalk),
-            "tilt_error_N_per_rad": plain(self.tilt_slope),
+            "crosstalk": self.crosstalk,
+            "straight_crosstalk": self.straight_crosstalk,
+            "tilt_error_N_per_rad": self.tilt_slope,
             "tilt_rad": self.tilt,
-            "tilt_error_N": plain(self.tilt_error),
-            "contact_error_N_per_mm": plain(self.contact_error),
+            "tilt_error_N": self.tilt_error,
+            "contact_error_N_per_mm": self.contact_error,
             "temperature_error_N_per_K": dict(self.temperature_error),
-            "temperature_causes_N_per_K": plain(self.temperature_causes),
+            "temperature_causes_N_per_K": self.temperature_causes,
             "friction_error": None if self.friction_error is None else _finite(self.friction_error),
             "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
@@ -131,7 +128,7 @@ class Performance:
             "overload_N": self.overload,
             "free_overload_N": self.free_overload,
             "map_degree": self.map_degree,
-            "production": plain(self.production),
+            "production": self.production,
             "notes": list(self.notes),
         }
 
