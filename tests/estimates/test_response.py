@@ -94,7 +94,7 @@ def test_a_large_target_is_an_endless_sheet():
     found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
     wound = design.response.wound
     for change, height in zip(found.target_change, (1.06 * MM, 0.46 * MM), strict=True):
-        sheet = Reflector(height, (Plate(wound.given.spec.target.material.conductivity, 1.0, 0.2 * MM),))
+        sheet = Reflector(height, (Plate(wound.spec.target.material.conductivity, 1.0, 0.2 * MM),))
         endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
         own, mutual = endless.real
         scale = 0.01 * wound.winding.inductance

@@ -64,7 +64,7 @@ def test_an_endless_sheet_over_any_jaw(behind):
     design, at = over_a_jaw(behind, 15), 5e6
     found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)
     wound, jaw = design.response.wound, design.response.behind
-    metal = wound.given.spec.target.material.conductivity
+    metal = wound.spec.target.material.conductivity
     rest = float(design.response.rest[2])
     for k, height in enumerate((rest, rest - 0.7e-3)):
         with_it, without = (
