@@ -46,19 +46,19 @@ def test_only_long_sides_are_cut_for_their_coupling_with_the_leads():
 def test_a_board_with_metal_a_little_elsewhere_finds_its_waves_and_modes_done(monkeypatch):
     """A pad thinner by some per cent, or a thicker target, made all of them anew: seconds for every hint that is
     tried, and another few for the spread of the pad's thickness."""
-    waves, modes, led_out = [], [], []
-    monkeypatch.setattr(solved, "reflected_by", counted(waves, solved.reflected_by))
+    modes = []
     monkeypatch.setattr(near_metal, "_reduced", counted(modes, near_metal._reduced))
-    monkeypatch.setattr(coils, "estimate_leads", counted(led_out, coils.estimate_leads))
+    for kept in (solved._spectrum, coils._led_out):
+        kept.cache_clear()
     layout = lay_out(load_text(MOUNTED, "cost.yaml"))
     estimate(layout)
     before = len(modes)
-    assert (len(waves), len(led_out)) == (1, 2)
+    assert [kept.cache_info().misses for kept in (solved._spectrum, coils._led_out)] == [1, 2]
     spec = layout.spec
     target, elastomer = spec.target, spec.elastomer
     estimate(replace(layout, spec=replace(spec, target=replace(target, thickness=0.3e-3))))
     estimate(replace(layout, spec=replace(spec, elastomer=replace(elastomer, thickness=0.97e-3))))
-    assert (len(waves), len(led_out)) == (1, 2)
+    assert [kept.cache_info().misses for kept in (solved._spectrum, coils._led_out)] == [1, 2]
     assert len(modes) <= 1.5 * before
 
 
