@@ -1,6 +1,6 @@
 """What a cell reads of its neighbours: through their targets and through their coils, in parts of its own full signal.
 
-The pads of cells stand apart, so that no force goes from one to the next but through the board, which is held.
+Where the pads of cells stand apart, no force goes from one to the next but through the board, which is held.
 """
 
 from __future__ import annotations
@@ -15,26 +15,40 @@ from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import REST
-from sitscad.spec.places import cell_specs
+from sitscad.spec.places import cell_specs, footprint, webs
+from sitscad.spec.sensor import SensorSpec
 
 AROUND = 1.5
 """Neighbours that count: as far as so many times the distance of the nearest, those across a corner among them."""
 
 
+WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
+"""What goes through a web of width w and length g, as thick as the pads (h) of side b: with one target pressed, the
+mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way of its edge at most 1.2 instead of
+0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it: square pads 4 to 10 times as wide as
+thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py)."""
+
+WEB_STIFFENS = 0.25
+"""A web makes its pad stiffer by at most so many times its width over the pad's (by the same elements, 0.1 to 0.22)."""
+
+
 @record
 class CellCrosstalk:
     """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
-    what the ``targets`` of all around one cell do, and what neighbouring ``coils`` that wait grounded do, all at most.
+    what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
+    through ``webs`` to its own target, all at most; ``stiffer`` is by what share of its stiffness webs hold a pad.
     """
 
     target: float
     targets: float
     coils: float
+    webs: float = 0.0
+    stiffer: float = 0.0
 
     @property
     def total(self) -> float:
         """All of it at once."""
-        return self.targets + self.coils
+        return self.targets + self.coils + self.webs
 
 
 def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
@@ -71,7 +85,26 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
     coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
     return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         float(coupled.sum(axis=1).max()))
+                         float(coupled.sum(axis=1).max()), *through_webs(spec))
+
+
+def through_webs(spec: SensorSpec) -> tuple[float, float]:
+    """What the webs of one cell carry to its target at most, all neighbours pressed, and by how much they stiffen its
+    pad; a group feels the target's tilt, a coil in its middle does not.
+    """
+    pad, strips = spec.elastomer, webs(spec)
+    if pad is None or not strips or spec.cells is None or spec.cells.web is None:
+        return 0.0, 0.0
+    width, found = spec.cells.web / min(pad.size), []
+    felt = width * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
+    for middle in (footprint(cell, pad).centre for cell in cell_specs(spec)):
+        ends = [[abs(place - here) for place, here in zip(one.centre, middle, strict=True)] for one in strips]
+        lengths = [one.size[axis] for one, end in zip(strips, ends, strict=True) for axis in (0, 1)
+                   if end[1 - axis] < 1e-9 and end[axis] < 0.51 * (pad.size[axis] + one.size[axis])]
+        found.append((math.fsum(felt * math.exp(-WEB_DECAY * length / pad.thickness) for length in lengths),
+                      WEB_STIFFENS * width * len(lengths)))
+    most, stiffer = (max(column) for column in zip(*found, strict=True))
+    return most, stiffer
 
 
 def weakest_cell(estimates: Estimates, coils: int) -> int:

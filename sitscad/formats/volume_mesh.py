@@ -229,7 +229,8 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """
     if not of_role(solids, BodyRole.ELASTOMER):
         return {}
-    others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1)  # alike pads are meshed once
+    # alike pads are meshed once, without webs
+    others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
     made = elastomer_meshes(tuple(solid for solid in solids if solid.name not in others), _pad_of(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 

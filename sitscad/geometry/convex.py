@@ -5,8 +5,8 @@ of them have in common and how far one hangs over; and the parts of any path ins
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterable, Iterator
+from itertools import pairwise, product
 
 from sitscad.geometry.path import (
     TWO_PI,
@@ -308,3 +308,32 @@ def _clipped(
         return None
     at = [(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])) for t in (low, high)]
     return (a if low == 0.0 else at[0]), (b if high == 1.0 else at[1])
+
+
+def joined_boxes(boxes: Iterable[Box]) -> tuple[Path, ...]:
+    """The outlines of what upright rectangles cover together: counter-clockwise outside, clockwise round a hole."""
+    found = [tuple(round(value, 12) for value in box) for box in boxes]
+    xs, ys = (sorted({box[k] for box in found for k in ends}) for ends in ((0, 2), (1, 3)))
+    filled = {
+        (i, j) for i, j in product(range(len(xs) - 1), range(len(ys) - 1))
+        if any(b[0] <= xs[i] and xs[i + 1] <= b[2] and b[1] <= ys[j] and ys[j + 1] <= b[3] for b in found)
+    }
+    after: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for i, j in sorted(filled):
+        sides = (((i, j), (i + 1, j), (i, j - 1)), ((i + 1, j), (i + 1, j + 1), (i + 1, j)),
+                 ((i + 1, j + 1), (i, j + 1), (i, j + 1)), ((i, j + 1), (i, j), (i - 1, j)))
+        for start, end, beyond_it in sides:
+            if beyond_it not in filled:
+                after.setdefault(start, []).append(end)
+    paths = []
+    while after:
+        ring = [min(after)]
+        while ends := after.get(ring[-1]):
+            ring.append(ends.pop())
+            if not ends:
+                del after[ring[-2]]
+        places = ring[:-1]
+        turns = [b for a, b, c in zip(places[-1:] + places[:-1], places, places[1:] + places[:1], strict=True)
+                 if (b[0] - a[0]) * (c[1] - b[1]) != (b[1] - a[1]) * (c[0] - b[0])]
+        paths.append(closed_polygon([Point(xs[i], ys[j]) for i, j in turns]))
+    return tuple(paths)

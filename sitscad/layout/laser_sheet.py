@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from enum import StrEnum
 
-from sitscad.geometry.convex import Footprint
+from sitscad.geometry.convex import Box, Footprint, joined_boxes
 from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.materials import Cutting
-from sitscad.spec.places import cell_placements, footprint, place_in_words
+from sitscad.spec.places import cell_placements, cell_specs, footprint, place_in_words, webs
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 
@@ -129,7 +130,8 @@ class LaserSheet:
 @record
 class CutPart:
     """A part that is cut out of a sheet: its name, material, shape and nominal size [x, y], thickness and kerf (m), the
-    place where it lies over or under the coils, what is said of that, and how many of it one sensor has.
+    place where it lies over or under the coils, what is said of that, and how many of it one sensor has; `boxes` where
+    it is one piece of several rectangles, its size that of all.
     """
 
     part: str
@@ -141,10 +143,42 @@ class CutPart:
     place: Footprint
     words: str = ""
     count: int = 1
+    boxes: tuple[Box, ...] = ()
+
+    def contours(self, layer: CutLayer, grown: float, centre: Point) -> Iterator[Contour]:
+        """Its outline about a place, larger by so much on each side (m), and those of its holes."""
+        if not self.boxes:
+            yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
+            return
+        dx, dy = centre.x - self.place.centre.x, centre.y - self.place.centre.y
+        boxes = ((b[0] - grown, b[1] - grown, b[2] + grown, b[3] + grown) for b in self.boxes)
+        paths = (path.mapped(lambda p: p.shifted(dx, dy)) for path in joined_boxes(boxes))
+        for path in sorted(paths, key=enclosed_area):  # holes are cut before the piece comes loose
+            is_hole = layer is CutLayer.CUT_OUTER and enclosed_area(path) < 0.0
+            yield Contour(CutLayer.CUT_INNER if is_hole else layer, path)
+
+
+def joined_part(spec: SensorSpec) -> CutPart | None:
+    """The pads of cells as the one piece that webs make of them; None where there are none."""
+    pad, strips = spec.elastomer, webs(spec)
+    if pad is None or not strips:
+        return None
+    pads = [footprint(cell, pad) for cell in cell_specs(spec)]
+    boxes = tuple(one.box for one in (*pads, *strips))
+    x0, y0, x1, y1 = (end(box[k] for box in boxes) for k, end in enumerate((min, min, max, max)))
+    place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
+    assert spec.cells is not None and spec.cells.web is not None
+    x, y = (in_mm(side) for side in pad.size)
+    words = f"{len(pads)} pads of {x} x {y} mm, joined by webs {in_mm(spec.cells.web)} mm wide"
+    return CutPart("elastomer", pad.material.name, "rectangle", place.size, pad.thickness, pad.kerf, place, words, 1,
+                   boxes)
 
 
 def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
     """Elastomer and target, those that the spec has."""
+    joined = joined_part(spec)
+    if joined is not None:
+        return (joined, *(part for part in cut_parts(replace(spec, elastomer=None)) if part.part == "target"))
     return tuple(
         CutPart(
             name, plate.material.name, plate.shape, plate.size, plate.thickness, plate.kerf, footprint(spec, plate),
@@ -226,10 +260,10 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
     contours = (
         *_label(coupon, kerf),
         plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
-        *(plate(CutLayer.CUT_OUTER, shape, (size[0] + kerf, size[1] + kerf), each) for each in centres),
+        *(contour for each in centres for contour in part.contours(CutLayer.CUT_OUTER, kerf / 2, each)),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
-        plate(CutLayer.REF, shape, size, centre),
-        *_marks(layout, part.place, centre, width, height),
+        *part.contours(CutLayer.REF, 0.0, centre),
+        *_marks(layout, part, centre, width, height),
     )
     return LaserSheet(part.part, part.material, shape, size, part.thickness, kerf, width, height, contours, notes, nest)
 
@@ -266,7 +300,7 @@ def _texts(layout: Layout, part: CutPart) -> tuple[str, ...]:
     return (
         f"{layout.spec.name} {part.part}",
         *([layout.spec.issue.words] if layout.spec.issue.rows else []),
-        f"{part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
+        f"{'over all' if part.boxes else part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
         part.material,
         *([part.words] if part.words else []),
         *compensation,
@@ -282,11 +316,12 @@ def _order(is_engraved: bool) -> Iterator[str]:
         yield f"{i}. {LOOKS[layer].colour}: {LOOKS[layer].work} (layer {layer})"
 
 
-def _marks(layout: Layout, here: Footprint, centre: Point, width: float, height: float) -> Iterator[Contour]:
+def _marks(layout: Layout, part: CutPart, centre: Point, width: float, height: float) -> Iterator[Contour]:
     """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
     by.
     """
-    beside = (here.place_of(Point(*p.centre)) for p in cell_placements(layout.spec)[0])
+    over = layout.spec.array.placements if part.boxes else cell_placements(layout.spec)[0]
+    beside = (part.place.place_of(Point(*p.centre)) for p in over)
     marks = (centre.shifted(x, y) for x, y in beside)
     under = [mark for mark in marks if 0.0 < mark.x < width and 0.0 < mark.y < height]
     inset = MARGIN / 2

@@ -15,6 +15,7 @@ from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
 from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
@@ -148,7 +149,8 @@ def _glued(layout: Layout, part: str, under: str, height: Toleranced | None) -> 
     assembly = layout.spec.assembly
     line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
     measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
-    wells = len(cell_placements(layout.spec))
+    is_one = part == "elastomer" and joined_part(layout.spec) is not None
+    wells = 1 if is_one else len(cell_placements(layout.spec))
     drop = f"drop the {part} into the well" if wells == 1 else f"drop one {part} into each of the {wells} wells"
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "

@@ -10,7 +10,7 @@ from sitscad.data import rows
 from sitscad.drawing.frame import FORCED
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet
+from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
 from sitscad.papers.order_codes import order_of
 from sitscad.scene.stack import sheets
 from sitscad.units import in_mm, parse_quantity
@@ -71,7 +71,12 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     nest, name = sheet.nest, f"laser/{layout.spec.name}-{sheet.name}"
     yield f"{name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
-    yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
+    joined, web = joined_part(layout.spec) if sheet.part == "elastomer" else None, []
+    if joined is not None and layout.spec.cells is not None and layout.spec.cells.web is not None:
+        web = [layout.spec.cells.web]
+        yield f"   part       {joined.words}, finished"
+    else:
+        yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
     yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
     yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
     # The least feature (m) that a laser which cuts it leaves; None where nothing is known
@@ -80,7 +85,7 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     least = max(found) if found else None
     if least is not None:
         beside = [layout.spec.cutting.gap] if nest.count > 1 else []
-        narrow = max(0.0, min(*sheet.size, *beside) - sheet.kerf)
+        narrow = max(0.0, min(*sheet.size, *beside, *web) - sheet.kerf)
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
 

@@ -19,6 +19,7 @@ from sitscad.fabrication.notes import stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.mounting import cures_badly
 from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
@@ -177,7 +178,11 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
             taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
             note += ", sealed first (mount/assembly.txt)" if cures_badly(layout) else ""
-        item = Item("elastomer", cells, pad.shape, name, size, note + _bought_as(name) + _place(pad))
+        count, shape, joined = cells, pad.shape, joined_part(spec)
+        if joined is not None:
+            count, shape, note = 1, "joined pads", f"{joined.words}; {note}"
+            size = _plate_size("rectangle", joined.size, pad.thickness)
+        item = Item("elastomer", count, shape, name, size, note + _bought_as(name) + _place(pad))
         yield _ordered(item, order_of("elastomer", name))
     if spec.target is not None:
         target = spec.target

@@ -20,6 +20,7 @@ skin that senses. Its walls lean by the draft; at their upper end the skin is as
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -36,6 +37,8 @@ from sitscad.scene.bodies import (
     board_heights,
     elastomer,
     elastomers,
+    joined,
+    joints,
     targets,
     top_height,
 )
@@ -73,42 +76,68 @@ def pour(layout: Layout) -> Pour | None:
     body = elastomer(layout.spec)
     if body is None:
         return None
-    x, y = body.footprint.size
-    area = math.pi * x * y / 4 if body.footprint.is_round else x * y
-    volume = area * body.thickness
-    return Pour(CAVITIES, volume, SPILL * CAVITIES * volume)
+    pieces = [body] if not joints(layout.spec) else [*elastomers(layout.spec), *joints(layout.spec)]
+    volume, cavities = sum(_area(one, 0.0) * one.thickness for one in pieces), _cavities(layout)
+    return Pour(cavities, volume, SPILL * cavities * volume)
+
+
+def _cavities(layout: Layout) -> int:
+    """How many pads are cast at a time, or pieces of all pads where webs join them."""
+    return 1 if joints(layout.spec) else CAVITIES
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
     """Tray and lid, each lying as it is printed, beside the sensor's place; none without an elastomer."""
-    pad = elastomer(layout.spec)
+    pad = joined(layout.spec) or elastomer(layout.spec)
     if pad is None:
         return ()
+    cavities = _cavities(layout)
     # The diameter (m) of the lid's vents: as small as the process that prints it makes holes
     mount = layout.spec.mount
-    tray = prism(_plan(pad), -pad.thickness - FLOOR, 0.0)
-    for centre in _centres(pad):
+    tray = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0)
+    for centre in _centres(pad, cavities):
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
         bd = require("build123d")
         lean = math.tan(DRAFT) * pad.thickness / 2
-        ends = [
-            face(Region(_outline(pad, centre, room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
-            for room, height in ((-lean, -pad.thickness), (lean, 0.0))
-        ]
-        tray = one_solid(tray - bd.Solid.make_loft(ends, ruled=True), "mould")
+        for piece, at in _pieces(layout, pad, centre):
+            ends = [
+                face(Region(_outline(piece, at, room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
+                for room, height in ((-lean, -pad.thickness), (lean, 0.0))
+            ]
+            tray = one_solid(tray - bd.Solid.make_loft(ends, ruled=True), "mould")
         # A ditch round the cavity, half as deep, behind a rim
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
         tray = one_solid(tray - prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3), "mould")
     # A flat plate with vents over the grooves, where they leave no mark on a pad
     size = max(VENT, print_limit(mount.process if mount is not None else "resin", "hole").value)
-    lid = prism(_plan(pad), 0.0, LID)
-    for centre in _centres(pad):
+    lid = prism(_plan(pad, cavities), 0.0, LID)
+    for centre in _centres(pad, cavities):
         beside = _size(pad)[1] / 2 + RIM + GROOVE / 2
         for side in (-1.0, 1.0):
             vent = circle(Point(centre.x, centre.y + side * beside), size / 2)
             lid = one_solid(lid - prism(vent, -1e-3, LID + 1e-3), "mould")
     pieces = (("mould-tray", tray), ("mould-lid", lid))
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
+
+
+def _pieces(layout: Layout, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
+    """What is cast together about a point, each with its middle: the pad alone, or all pads with their webs, which
+    reach into these.
+    """
+    spec = layout.spec
+    if not joints(spec):
+        yield pad, centre
+        return
+    here = pad.footprint.centre
+    for body in elastomers(spec):
+        yield body, centre.shifted(body.footprint.centre.x - here.x, body.footprint.centre.y - here.y)
+    for body in joints(spec):
+        (x, y), (middle_x, middle_y) = body.footprint.size, body.footprint.centre
+        along = elastomers(spec)[0].footprint.size
+        is_row = any(abs(one.footprint.centre.y - middle_y) < 1e-9 for one in elastomers(spec))
+        longer = (x + along[0], y) if is_row else (x, y + along[1])
+        web = replace(body, plan=replace(body.footprint, size=longer))
+        yield web, centre.shifted(middle_x - here.x, middle_y - here.y)
 
 
 def _size(pad: Body) -> tuple[float, float]:
@@ -120,12 +149,12 @@ def _pitch(pad: Body) -> float:
     return _size(pad)[0] + 2 * (RIM + GROOVE) + RIM
 
 
-def _centres(pad: Body) -> list[Point]:
-    return [Point((i - (CAVITIES - 1) / 2) * _pitch(pad), 0.0) for i in range(CAVITIES)]
+def _centres(pad: Body, cavities: int) -> list[Point]:
+    return [Point((i - (cavities - 1) / 2) * _pitch(pad), 0.0) for i in range(cavities)]
 
 
-def _plan(pad: Body) -> Path:
-    half_x = CAVITIES * _pitch(pad) / 2 + BORDER
+def _plan(pad: Body, cavities: int) -> Path:
+    half_x = cavities * _pitch(pad) / 2 + BORDER
     half_y = _size(pad)[1] / 2 + RIM + GROOVE + BORDER
     return rectangle(-half_x, -half_y, half_x, half_y, 2e-3)
 
@@ -154,7 +183,9 @@ Box = tuple[float, float, float, float]
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
     """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
-    rows = [row for row in (elastomers(layout.spec), targets(layout.spec)) if row]
+    whole = joined(layout.spec)
+    pads = elastomers(layout.spec) if whole is None else (whole,)
+    rows = [row for row in (pads, targets(layout.spec)) if row]
     if not rows:
         return ()
     plan, bd = plate_plan(layout, 0.0), require("build123d")

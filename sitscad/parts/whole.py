@@ -339,9 +339,9 @@ def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
 
 
 def _kind(name: str) -> str:
-    """A piece's name without the number of its cell."""
+    """A piece's name without the number of its cell; a web is of its pads."""
     kind, _, number = name.rpartition("-")
-    return kind if number.isdecimal() else name
+    return kind.removesuffix("-web") if number.isdecimal() else name
 
 
 def _lifts(layout: Layout) -> dict[str, float]:

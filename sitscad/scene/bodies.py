@@ -13,9 +13,10 @@ from enum import StrEnum
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Path, Region
+from sitscad.layout.laser_sheet import joined_part
 from sitscad.record import record
 from sitscad.spec.materials import Conductor
-from sitscad.spec.places import cell_specs, footprint
+from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
 
 Heights = tuple[float, float]
@@ -44,7 +45,7 @@ class BodyRole(StrEnum):
 class Body:
     """A piece in its place: its plan (what it covers, from above), the heights (m) of its lower and its upper face, and
     what it is made of; `metal` where that conducts or is magnetic; ``cell`` is the number of the cell that it is of,
-    from 1, or 0.
+    from 1, or 0, and ``web`` that of a strip that joins the pads of two.
 
     A jaw's plan is that of its face, and its heights are those of the face and of the lowest point of its back.
     """
@@ -56,10 +57,13 @@ class Body:
     material: str
     metal: Conductor | None = None
     cell: int = 0
+    web: int = 0
 
     @property
     def name(self) -> str:
         """What papers and files call it."""
+        if self.web:
+            return f"{self.role.value}-web-{self.web}"
         return f"{self.role.value}-{self.cell}" if self.cell else self.role.value
 
     @property
@@ -114,10 +118,22 @@ def target(spec: SensorSpec) -> Body | None:
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:
-    """Elastomer and target, those that the spec has; of cells the elastomers, then the targets."""
+    """Elastomer and target, those that the spec has; of cells the elastomers, their webs, then the targets."""
     if spec.cells is None:
         return tuple(body for body in (elastomer(spec), target(spec)) if body is not None)
-    return (*elastomers(spec), *targets(spec))
+    return (*elastomers(spec), *joints(spec), *targets(spec))
+
+
+def joints(spec: SensorSpec) -> tuple[Body, ...]:
+    """The webs that make one piece of the pads of cells."""
+    pad = elastomer(spec)
+    return () if pad is None else tuple(replace(pad, plan=one, web=k) for k, one in enumerate(webs(spec), 1))
+
+
+def joined(spec: SensorSpec) -> Body | None:
+    """The box round pads that webs make one piece of; None where there are no webs."""
+    pad, piece = elastomer(spec), joined_part(spec)
+    return None if pad is None or piece is None else replace(pad, plan=piece.place)
 
 
 def elastomers(spec: SensorSpec) -> tuple[Body, ...]:

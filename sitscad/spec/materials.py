@@ -187,10 +187,14 @@ class ElastomerPad(Section):
 @record
 class Cells(Section):
     """Coils with a target and a pad of their own: ``coils`` in a row of the array's order are one cell. Target and
-    elastomer say sizes and offsets of one cell, from the mean of its coils' centres.
+    elastomer say sizes and offsets of one cell, from the mean of its coils' centres. Without
+    ``web`` pads stand apart.
     """
 
     coils: int = key(Number(1, 4, whole=True), "of one cell, in the order of the array: 1, or a group of 2 to 4", 1)
+    web: float | None = key(
+        Thickness, "width of strips that join neighbouring pads in rows and columns, as thick as these: one piece", None
+    )
 
 
 @record

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
@@ -30,6 +31,27 @@ def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
     placements = spec.array.placements
     coils = len(placements) if spec.cells is None else spec.cells.coils
     return [placements[k : k + coils] for k in range(0, len(placements), coils)]
+
+
+def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
+    """The strips that join the pads of neighbouring cells in a row or a column, from edge to edge; none where the pads
+    stand apart or touch.
+    """
+    pad = spec.elastomer
+    if spec.cells is None or spec.cells.web is None or pad is None:
+        return ()
+    centres = sorted(footprint(cell, pad).centre for cell in cell_specs(spec))
+    found = []
+    for along in (0, 1):
+        rows: dict[int, list[Point]] = {}
+        for centre in centres:
+            rows.setdefault(round(centre[1 - along] * 1e9), []).append(centre)
+        for one, other in (pair for row in rows.values() for pair in pairwise(row)):
+            length = other[along] - one[along] - pad.size[along]
+            size = (length, spec.cells.web) if along == 0 else (spec.cells.web, length)
+            if length > 0.0:
+                found.append(Footprint(False, size, Point((one.x + other.x) / 2, (one.y + other.y) / 2)))
+    return tuple(found)
 
 
 def gathered(spec: SensorSpec) -> SensorSpec:

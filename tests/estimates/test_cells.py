@@ -1,5 +1,6 @@
 """Cells: each is the sensor of its coils alone, and what it reads of its neighbours is within what is stated."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.design import Design, respond
+from sitscad.estimates.cells import through_webs
 from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.scene.bodies import target_gap
 from tests.bench.conftest import TEMPLATES
@@ -84,6 +86,23 @@ def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch
     assert abs(both) < 0.5 * abs(other)
 
 
+def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
+    """A coil in the middle feels the target's way, a group its tilt as well; a cell with two webs twice as much."""
+    def found(count: int, pitch: float, coils: int = 1) -> tuple[float, float]:
+        array = f"{{pattern: line, count: {count}, pitch: {pitch}}}"
+        return through_webs(design(array, f"cells: {{coils: {coils}, web: 2 mm}}").spec)
+
+    (near, stiffer), (far, _), (row, twice), (pair, _) = found(2, 12), found(2, 16), found(3, 12), found(4, 12, 2)
+    assert (near, stiffer) == approx((0.25 * 0.2 * math.exp(-0.95 * 2.0 / 1.5), 0.05), rel=1e-9)
+    assert far == approx(near * math.exp(-0.95 * 4.0 / 1.5), rel=1e-9)
+    assert (row, twice) == approx((2.0 * near, 2.0 * stiffer), rel=1e-9)
+    assert pair == approx(1.2 * 0.2 * math.exp(-0.95 * 14.0 / 1.5), rel=1e-9)
+    assert through_webs(two.spec) == (0.0, 0.0)
+    webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
+    (said,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
+    assert "through webs at most 1.4 %" in said.detail and said.severity.value == "warning"
+
+
 def test_cells_that_overlap_or_nearly_touch_are_told():
     def said(size: float) -> list[str]:
         wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
@@ -97,6 +116,9 @@ def test_cells_that_overlap_or_nearly_touch_are_told():
     ("{pattern: line, count: 2, pitch: 12}", "cells: {coils: 2}", "SIT009"),
     ("{centres: [[0, 0], [12, 0], [0, 12], [13, 12]]}", "cells: {coils: 2}", "SIT009"),
     ("{pattern: line, count: 2, pitch: 12}", "cells: {coils: 5}", "SIT006"),
+    ("{pattern: line, count: 2, pitch: 12}", "cells: {web: 10 mm}", "SIT009"),
+    ("{centres: [[0, 0], [12, 0]]}", "cells: {web: 2 mm}", "SIT009"),
+    ("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}\nencapsulation: {thickness: 0.2}", "SIT009"),
 ])
 def test_coils_that_make_no_alike_cells_are_refused(array, cells, rule):
     with pytest.raises(sitscad.SpecError) as caught:

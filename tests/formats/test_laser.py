@@ -32,6 +32,7 @@ from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, S
 MM = 1e-3
 RUBBER = ElastomerMaterial("ecoflex-00-30", 23e3, 0.2, 1e9, "00-30")
 COPPER = Conductor("copper", 58e6)
+TEMPLATES = Path(__file__).parents[2] / "templates"
 SVG = "{http://www.w3.org/2000/svg}"
 
 SHAPES = [("circle", (4 * MM, 4 * MM)), ("square", (8 * MM, 8 * MM)), ("rectangle", (9 * MM, 5 * MM))]
@@ -51,6 +52,26 @@ def nominal_area(shape, size) -> float:
 
 
 # --- the sheet
+
+
+@pytest.mark.parametrize("kerf", [0.0, 0.15 * MM])
+def test_pads_that_webs_join_are_cut_as_one_piece_with_its_holes(kerf):
+    """Three by two pads of 10 mm, 16 mm apart, webs 2 mm wide: two holes, cut before the piece comes loose."""
+    text = (TEMPLATES / "skin_grid_3x3.yaml").read_text().replace("[3, 3]", "[3, 2]").replace(
+        "coils: 1 ", "coils: 1\n  web: 2 mm\n").replace("kerf: 0.15", f"kerf: {1e3 * kerf:g}")
+    layout = lay_out(load_text(text, "webs.yaml"))
+    sheet = laser_sheets(layout)[0]
+    holes, coupon_hole = sheet.on(CutLayer.CUT_INNER)[1:], sheet.on(CutLayer.CUT_INNER)[0]
+    assert coupon_hole.area == approx((COUPON_HOLE - kerf) ** 2, rel=1e-9) and len(holes) == 2
+    hole = (14e-3 - kerf) ** 2 - 4 * (4e-3) ** 2  # from web to web, less the corners of four pads
+    assert [one.area for one in holes] == [approx(hole, rel=1e-9)] * 2
+    side, gap, web = 10e-3 + kerf, 6e-3 - kerf, 2e-3 + kerf
+    assert sheet.cut.area - sum(one.area for one in holes) == approx(6 * side**2 + 7 * gap * web, rel=1e-9)
+    assert sheet.size == approx((42e-3, 26e-3), rel=1e-9) and sheet.nest.count == 1
+    assert "6 pads of 10 x 10 mm, joined by webs 2 mm wide" in "\n".join(text for _, text in sheet.notes)
+    assert laser_sheets(layout)[1].nest.count == 6
+    notes = laser_notes.text(layout, laser_sheets(layout))
+    assert "joined by webs 2 mm wide, finished" in notes and f"{2.0 - 1e3 * kerf:g} mm between two cuts" in notes
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])

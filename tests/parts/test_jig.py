@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import handmade
 import pytest
 from tolerance import approx
 
+from sitscad.layout import lay_out
 from sitscad.parts import aids, mesh
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import MM, Solid, prism
 from sitscad.parts.tooling import CAVITIES, SPILL, WELL, clearance, jig, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
+from sitscad.spec.load import load_text
 from sitscad.spec.mount import Assembly
 
 pytestmark = pytest.mark.cad
 
+TEMPLATES = Path(__file__).parents[2] / "templates"
 GLUE = Assembly(None, 30e-6, 20e-6)
 
 
@@ -105,3 +109,22 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
 def test_a_coarser_process_leaves_more_room_in_the_jig():
     mount = replace(handmade.jaw_sensor().spec.mount, process="filament")
     assert clearance(handmade.jaw_sensor(mount=mount)) > clearance(handmade.jaw_sensor())
+
+
+@pytest.mark.slow
+@pytest.mark.more
+def test_pads_that_webs_join_are_cast_and_laid_as_one_piece():
+    """The tray's cavity at half its height is four pads and their webs, which one well takes; targets have four."""
+    text = (TEMPLATES / "skin_grid_3x3.yaml").read_text().replace("[3, 3]", "[2, 2]")
+    text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")
+    layout = lay_out(load_text(text, "webs.yaml"))
+    tray, _ = mould(layout)
+    cut = manifold(tessellate(tray))
+    low, depth = cut.bounding_box()[2], 1e3 * layout.spec.elastomer.thickness
+    whole, middle = cut.slice(low + 0.5).area(), cut.slice(low + 2.0 + 0.49 * depth).area()
+    area = 4 * 10.0**2 + 4 * 2.0 * 6.0
+    assert whole - middle == approx(area, rel=0.01)
+    assert (pour(layout).pads, pour(layout).pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
+    found = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
+    assert found["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
+    assert found["jig-target"].slice(1e3 * elastomer(layout.spec).upper + 1.0).num_contour() == 3 + 4

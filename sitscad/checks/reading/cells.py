@@ -10,7 +10,7 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import Footprint
-from sitscad.scene.bodies import elastomers, targets
+from sitscad.scene.bodies import elastomers, joints, targets
 from sitscad.scene.column import print_limit
 from sitscad.units import show
 
@@ -27,12 +27,17 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
     yield Violation(
         f"cells read each other: with all around it pressed, a cell changes by at most {100.0 * found.total:.2g} % of "
-        "its own full signal", "cells farther apart (array.pitch), or smaller targets", design.distance_key,
+        "its own full signal", "cells farther apart (array.pitch), "
+        f"{'narrower webs (cells.web), ' if found.webs else ''}or "
+        "smaller targets", design.distance_key,
         found.total, limit.value, severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
         source=limit.source, keeps_limit=found.total <= limit.value,
         detail=f"through the targets of all neighbours at most {100.0 * found.targets:.2g} % (of one "
         f"{100.0 * found.target:.2g} %), as if the cell had no target of its own to hold that off; through "
-        f"coils that wait grounded at most {100.0 * found.coils:.2g} %; pads stand apart",
+        f"coils that wait grounded at most {100.0 * found.coils:.2g} %; "
+        + (f"through webs at most {100.0 * found.webs:.2g} %; webs make pads stiffer by at most "
+           f"{100.0 * found.stiffer:.2g} %, which no number here counts: calibrate each cell"
+           if found.webs else "pads stand apart"),
     )
 
 
@@ -49,7 +54,8 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     if spec.requirements.normal_force and spec.elastomer is not None:
         x, y = spec.elastomer.size
         bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
-    for bodies, least in ((elastomers(spec), max(wall, 2.0 * bulge)), (targets(spec), wall)):
+    beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
+    for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
         pairs = combinations(bodies, 2)
         gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
         what = bodies[0].role.value

@@ -15,6 +15,7 @@ from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.format.reading import Remarks
+from sitscad.spec.materials import ElastomerPad
 from sitscad.units import show
 
 Point = tuple[float, float]
@@ -254,6 +255,19 @@ def check_cells(coils: int, array: ArraySpec, has_plates: bool, remarks: Remarks
         message = f"the coils of cell {odd} do not stand to each other as those of cell 1"
         hint = "coils of one cell follow each other in the array's order; with array.centres they can be put so"
         remarks.flaw("SIT009", key, message, hint)
+
+
+def check_webs(web: float | None, array: ArraySpec, pad: ElastomerPad | None, has_film: bool, remarks: Remarks) -> None:
+    """Whether strips of that width (m) can join the pads: rectangles in rows and columns, with no film over them."""
+    if web is None or pad is None:
+        return
+    if array.pattern not in ("line", "grid"):
+        remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns", "array.pattern: line or grid")
+    if pad.outline.is_round or web >= min(pad.size):
+        remarks.flaw("SIT009", "cells.web", "webs join square or rectangular pads and are narrower than these",
+                     "elastomer.shape: square, or leave cells.web out")
+    if has_film:
+        remarks.flaw("SIT009", "cells.web", "a film over webs is not drawn", "leave encapsulation or cells.web out")
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:

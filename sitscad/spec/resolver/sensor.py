@@ -21,7 +21,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.resolver.circuit import resolve_fpc
-from sitscad.spec.resolver.coils import check_amount, check_cells, resolve_array, resolve_coil
+from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
 from sitscad.spec.resolver.mount import resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
@@ -55,6 +55,8 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         target = _sized(target, "target", (side, side), remarks)
     if pad is not None:
         pad = _sized(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
+    if cells is not None:
+        check_webs(cells.web, array, pad, document.encapsulation is not None, remarks)
     is_glued = any((target, pad, mount))
     readout = _readout(document.readout, document.fpc.tail, remarks)
     assembly = _assembly(document.assembly, is_glued, remarks)
