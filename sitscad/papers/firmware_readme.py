@@ -132,13 +132,15 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         f"{second}."
     )
     yield (
-        "Build the example: `cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm`, or open this folder as "
-        "an Arduino sketch (firmware.ino), or build zephyr/. Without a board: -DSIMULATED, with simulated/simulated.c."
+        "In this folder build the example: `cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm`, or open "
+        "it as an Arduino sketch (firmware.ino), or build zephyr/. Without a board: `cc -std=c99 -O2 -DSIMULATED -o "
+        "sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm`."
     )
     yield (
-        "Run it. sensor_begin resets the converter, writes every register, reads all back and wakes it; its errors "
-        "say where to look: the bus, the identity, a register. The sketch's lines are shown by ../live.html (Chromium) "
-        "and by `sitscad read serial:PORT`."
+        "Run it (`./sensor /dev/i2c-1`). sensor_begin resets the converter, writes every register, reads all back and "
+        "wakes it; its errors say where to look: the bus, the identity, a register. The sketch's lines are shown by "
+        "../live.html (Chromium) and by `sitscad read serial:PORT --design ..`, the same without a board by `sitscad "
+        "read sim:..`."
     )
     yield (
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
@@ -156,12 +158,19 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
             )
     else:
         yield f"Press on {found[0].coil}: its frequency has to rise, and to come back."
-    yield f"Assemble the sensor and run the self-test again: it has to say that it read an assembled one, at {rate}."
+    yield (
+        "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. `sitscad read "
+        f"serial:PORT --design .. --diagnose` tests noise and rate, too: {rate}."
+    )
     if spec.cells is not None:
         yield "Calibrate each cell (calibration/readme.txt): forces come by the cells' maps, not by sensor_forces."
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     elif is_felt(spec):
-        yield "Calibrate it (calibration/plan.txt), and put the calibration.h that results into this folder."
+        yield (
+            "Calibrate it: `sitscad calibrate ../spec/*.yaml --from serial:PORT` says what to put on and reads it "
+            "(../calibration/plan.txt is the same by hand). Put the calibration.h that results into this folder, and "
+            "build again."
+        )
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     else:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
