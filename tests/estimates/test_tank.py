@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.tank import SmoothCurve, preferred_values
+from sitscad.estimates.circuit.tank import preferred_values, smooth_curve
 from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
@@ -31,7 +31,7 @@ def test_the_curve_is_the_function_that_it_stands_for():
         wall = -3e-7 * (1.0 - 1e-2 * np.sqrt(1e6 / frequency))
         return 2.5e-6 + loss.inductance_changes(frequency) + wall, loss.direct * loss.resistance_ratios(frequency)
 
-    curve = SmoothCurve(exact, 1e6, 11e6)
+    curve = smooth_curve(exact, 1e6, 11e6)
     for frequency in (1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6):
         inductance, resistance = exact(np.array([frequency]))
         assert curve(frequency)[0] == approx(inductance[0], rel=1e-5)

@@ -20,10 +20,9 @@ made."""
 
 @record
 class Swing:
-    """What the working states of a coil ask of its drive: most and least R_P (ohm), the most with its margin too."""
+    """What the working states of a coil ask of its drive: the least R_P (ohm), and the most of it with its margin."""
 
     least: float
-    most: float
     careful: float
 
 
@@ -44,9 +43,8 @@ def driven(
         codes = (spec.drive_code,) * len(coils)
     else:
         working = [[s for name, s in c.states.items() if name != FREE] or list(c.states.values()) for c in coils]
-        values = [[state.parallel_resistance for state in states] for states in working]
-        swings = [Swing(min(own), max(own), max(map(_careful, states)))
-                  for own, states in zip(values, working, strict=True)]
+        swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
+                  for states in working]
         codes = drive_codes(swings, converter)
     current = converter.drive_current(max(codes))
     # a channel is not driven while the next is switched in

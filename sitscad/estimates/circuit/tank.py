@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -50,7 +50,7 @@ class CoilCircuit:
     reflections: Mapping[str, Reflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
-    curves: dict[tuple[str, int], SmoothCurve] = field(default_factory=dict)
+    curves: dict[tuple[str, int], Callable[[float], tuple[float, float]]] = field(default_factory=dict)
     known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
@@ -93,37 +93,38 @@ class CoilCircuit:
         band = math.floor(math.log(frequency / LOWEST) / math.log(BAND))
         if (state, band) not in self.curves:
             low = LOWEST * BAND**band
-            self.curves[state, band] = SmoothCurve(lambda at: self.exactly(state, at), low, BAND * low)
+            self.curves[state, band] = smooth_curve(lambda at: self.exactly(state, at), low, BAND * low)
         return self.curves[state, band](frequency)
+
+
+def smooth_curve(exact: Circuit, low: float, high: float) -> Callable[[float], tuple[float, float]]:
+    """A pair of smooth functions of frequency, known at `POINTS` Chebyshev points of ln f over a band (Hz), at any
+    frequency there by barycentric interpolation.
+    """
+    angles = [math.pi * (k + 0.5) / POINTS for k in range(POINTS)]
+    middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
+    places = [middle + half * math.cos(angle) for angle in angles]
+    weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
+    values = list(zip(*(each.tolist() for each in exact(np.exp(places))), strict=True))
+
+    def at(frequency: float) -> tuple[float, float]:
+        place = math.log(frequency)
+        first = second = total = 0.0
+        for near, weight, (one, other) in zip(places, weights, values, strict=True):
+            if abs(place - near) < 1e-12:
+                return one, other
+            share = weight / (place - near)
+            first, second, total = first + share * one, second + share * other, total + share
+        return first / total, second / total
+
+    return at
+
+
+POINTS = 6
 
 
 LOWEST, BAND = 1e6, 11.0
 """The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
-
-
-class SmoothCurve:
-    """A pair of smooth functions of frequency, known at Chebyshev points of ln f over a band (Hz)."""
-
-    POINTS = 6
-
-    def __init__(self, exact: Circuit, low: float, high: float) -> None:
-        angles = [math.pi * (k + 0.5) / self.POINTS for k in range(self.POINTS)]
-        middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
-        self._places = [middle + half * math.cos(angle) for angle in angles]
-        self._weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
-        first, second = exact(np.exp(self._places))
-        self._values = list(zip(first.tolist(), second.tolist(), strict=True))
-
-    def __call__(self, frequency: float) -> tuple[float, float]:
-        """Both values at a frequency (Hz), by barycentric interpolation."""
-        place = math.log(frequency)
-        first = second = total = 0.0
-        for at, weight, (one, other) in zip(self._places, self._weights, self._values, strict=True):
-            if abs(place - at) < 1e-12:
-                return one, other
-            share = weight / (place - at)
-            first, second, total = first + share * one, second + share * other, total + share
-        return first / total, second / total
 
 
 @record

@@ -9,6 +9,7 @@ tilt are within a quarter. A tilt that a contact may have is asked of the respon
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -110,31 +111,10 @@ LIFTED = 0.1
 """How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts."""
 
 
-@record(eq=False)
-class Chart:
-    """Logarithms of every coil's frequency over that at rest, by the target's place: (x, y, z) at Chebyshev points.
-    `shared` (coils, 2; m) are the middles of what every coil shares with the target at rest.
+def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
+    """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses, of a design with a target on its pad and a state at
+    rest of every coil: logarithms of them over those at rest by the target's place, at Chebyshev points of x, y and z.
     """
-
-    grid: tuple[Array, ...]
-    values: Array
-    shared: Array
-    rest: Array
-
-    def frequencies(self, poses: Array) -> Array:
-        """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses."""
-        found = np.empty((len(poses), len(self.shared)))
-        for k, middle in enumerate(self.shared):
-            places = poses[:, :3].copy()
-            away = middle - places[:, :2]
-            places[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
-            inside = [np.clip(places[:, i], points[0], points[-1]) for i, points in enumerate(self.grid)]
-            found[:, k] = evaluated(self.values[..., k : k + 1], self.grid, np.stack(inside, axis=1))[:, 0]
-        return np.asarray(self.rest * np.exp(found))
-
-
-def chart(layout: Layout, estimates: Estimates) -> Chart:
-    """The chart of a design with a target on its pad and a state at rest of every coil."""
     spec = layout.spec
     pad = spec.elastomer
     assert pad is not None
@@ -155,8 +135,19 @@ def chart(layout: Layout, estimates: Estimates) -> Chart:
         values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
     else:
         values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
-    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
-    return Chart((sides, sides, heights), values, middles, law.frequency)
+    grid, middles = (sides, sides, heights), np.array([(at.x, at.y) for at in shared_middles(spec)])
+
+    def frequencies(poses: Array) -> Array:
+        found = np.empty((len(poses), len(middles)))
+        for k, middle in enumerate(middles):  # of what the coil shares with the target at rest
+            where = poses[:, :3].copy()
+            away = middle - where[:, :2]
+            where[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
+            inside = [np.clip(where[:, i], points[0], points[-1]) for i, points in enumerate(grid)]
+            found[:, k] = evaluated(values[..., k : k + 1], grid, np.stack(inside, axis=1))[:, 0]
+        return np.asarray(law.frequency * np.exp(found))
+
+    return frequencies
 
 
 def _reach(spec: SensorSpec) -> tuple[float, float]:
@@ -191,7 +182,7 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
         return None
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
-    level = chart(layout, estimates).frequencies
+    level = chart(layout, estimates)
     if estimates.is_rough:
         return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), level, level))
     law, pressed, warm = tank_law(spec, estimates), estimates.pressed_place, replace(layout, spec=spec)

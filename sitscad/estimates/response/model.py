@@ -16,7 +16,7 @@ from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_b
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import LOSSY, Plate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
-from sitscad.estimates.response.terminals import Curves, at_frequencies, curves, oscillating
+from sitscad.estimates.response.terminals import at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
 from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
@@ -50,9 +50,9 @@ class _Near:
     # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
     # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
     plate: Plate
-    bare: Curves
+    bare: Callable[[Array], ComplexArray]
     heights: Array
-    crowding: Curves
+    crowding: Callable[[Array], ComplexArray]
 
 
 @record(eq=False)

@@ -29,25 +29,16 @@ MOST_SLOPE = 0.5
 """Change of the frequency that is found with the one that was taken, up to which that is believed."""
 
 
-@record(eq=False)
-class Curves:
-    """Functions of frequency (Hz) through `values` (points, ...) at Chebyshev's `points` of ln f, between two ends."""
-
-    low: float
-    high: float
-    points: Array
-    values: ComplexArray
-
-    def __call__(self, frequencies: Array) -> ComplexArray:
-        """Values (n, ...) at (n,) frequencies; beyond the ends what they are there."""
-        at = np.log(np.clip(frequencies, self.low, self.high))
-        return np.asarray(np.tensordot(shares(self.points, at), self.values, axes=1))
-
-
-def curves(low: float, high: float, exact: Callable[[Array], ComplexArray], points: int = POINTS) -> Curves:
-    """The curves through `exact`, which takes (m,) frequencies and gives (m, ...)."""
+def curves(
+    low: float, high: float, exact: Callable[[Array], ComplexArray], points: int = POINTS
+) -> Callable[[Array], ComplexArray]:
+    """`exact`, which takes (m,) frequencies (Hz) and gives (m, ...), through Chebyshev points of ln f between two ends;
+    beyond these what it is there.
+    """
     places = chebyshev_points(math.log(low), math.log(high), points)
-    return Curves(low, high, places, np.asarray(exact(np.exp(places)), dtype=complex))
+    values = np.asarray(exact(np.exp(places)), dtype=complex)
+    return lambda frequencies: np.asarray(
+        np.tensordot(shares(places, np.log(np.clip(frequencies, low, high))), values, axes=1))
 
 
 @record(eq=False)

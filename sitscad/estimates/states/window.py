@@ -10,7 +10,7 @@ recede by a little, against what the whole face does.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -22,8 +22,6 @@ from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
 from sitscad.physics.metal.opening import Opening, gained_inductance
 from sitscad.physics.metal.polyline_spectrum import chorded
@@ -136,20 +134,37 @@ def _missing(
     drawn = section(jaw)  # its back is round
     inside = math.sqrt(max(drawn.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(drawn.height - drawn.radius + inside, 0.1 * drawn.height)
-    seen = _Seen(spectrum, tracks, Opening(size, deep), floor, echo)
-    (less, low), (more, high) = (seen.effects(None, 0.5 * depth + by) for by in (-STEP * nearest, STEP * nearest))
+    opening, at = Opening(size, deep), np.array([FREQUENCY])
+    mirrors = (Plate(LOSSLESS) if echo > 0.0 else Plate(0.0, FERRITE),), (Plate(LOSSLESS),)
+
+    def returned(away: float | None, under: float) -> float:
+        """What perfect mirrors so far (m) above and below z = 0 add to the coil's inductance (H)."""
+        above = None if away is None else Reflector(away, mirrors[0])
+        return float(reflected_inductances(spectrum, at, above, Reflector(under, mirrors[1]), (0.0,))[0, 0].real)
+
+    def effects(away: float | None, recess: float) -> tuple[float, float]:
+        """What the window adds to the inductance (H) when all of the jaw's faces recede (m); and what a mirror so far
+        (m) above changes of it before the whole jaw, or what the whole jaw takes away without one.
+        """
+        under, wider = floor + recess, receded(opening, recess)
+        bare = returned(None, under)
+        if away is None:
+            return gained_inductance(wider, tracks, under), -bare
+        return gained_inductance(wider, tracks, under, under + away, echo), returned(away, under) - bare
+
+    (less, low), (more, high) = (effects(None, 0.5 * depth + by) for by in (-STEP * nearest, STEP * nearest))
     part, lost = min(0.5 * (less / low + more / high), 1.0), min((more - less) / (high - low), 1.0)
     part, lost = round(part, DIGITS), round(lost, DIGITS)
     error = 1.0 if metal.relative_permeability > MAGNETIC else min(ERROR + PER_DEPTH * depth / min(size), 1.0)
     found = Missing(part, lost, error * part, (error + LOSS_ERROR * (1.0 - part)) * part)
     if roof is None:
         return found
-    at_roofs = [seen.effects(away, 0.5 * depth) for away in roofs]
+    at_roofs = [effects(away, 0.5 * depth) for away in roofs]
     growths = [(gain - 0.5 * (less + more)) / change for gain, change in at_roofs]
     scale, nearer = at_roofs[0][1], at_roofs[1][1]
     bend = (growths[1] - growths[0]) / (nearer / scale - 1.0)
     # what of the jaw is seen at all: a sheet before the window hides it
-    bare = [reflected_inductances(spectrum, np.array([FREQUENCY]), None, one, (0.0,))[0, 0].real for one in behind]
+    bare = [reflected_inductances(spectrum, at, None, one, (0.0,))[0, 0].real for one in behind]
     seen_part = min(float(bare[1] - bare[0]) / (0.5 * (low + high)), 1.0)
     growth, moving = (growths[0] - bend, bend), (error + SMALL) * abs(growths[0]) + BENT * abs(bend)
     first, second, moving = (round(seen_part * one, DIGITS) for one in (*growth, moving))
@@ -160,33 +175,6 @@ def receded(opening: Opening, recess: float) -> Opening:
     """The opening where the metal's faces recede (m), its walls by `WALL` of that."""
     x, y = (side + 2.0 * WALL * recess for side in opening.size)
     return Opening((x, y), max(opening.depth - 2.0 * recess, recess))
-
-
-@record(eq=False)
-class _Seen:
-    # A coil before a window: its spectrum and tracks (window's middle at x = y = 0), and how far (m) the face is.
-    spectrum: CurrentSpectrum
-    tracks: Sequence[PolylineTrack]
-    opening: Opening
-    floor: float
-    echo: float
-
-    def effects(self, roof: float | None, recess: float) -> tuple[float, float]:
-        """What the window adds to the inductance (H) when all of the jaw's faces recede (m); and what a mirror so far
-        (m) above changes of it before the whole jaw, or what the whole jaw takes away without one.
-        """
-        floor, wider = self.floor + recess, receded(self.opening, recess)
-        bare = self.returned(None, floor)
-        if roof is None:
-            return gained_inductance(wider, self.tracks, floor), -bare
-        gained = gained_inductance(wider, self.tracks, floor, floor + roof, self.echo)
-        return gained, self.returned(roof, floor) - bare
-
-    def returned(self, roof: float | None, floor: float) -> float:
-        """What perfect mirrors so far (m) above and below z = 0 add to the coil's inductance (H)."""
-        mirrors = Plate(LOSSLESS if self.echo > 0.0 else 0.0, 1.0 if self.echo > 0.0 else FERRITE), Plate(LOSSLESS)
-        above, below = (None if z is None else Reflector(z, (m,)) for z, m in zip((roof, floor), mirrors, strict=True))
-        return float(reflected_inductances(self.spectrum, np.array([FREQUENCY]), above, below, (0.0,))[0, 0].real)
 
 
 FERRITE = 1e6
