@@ -91,11 +91,12 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
     """The courses of a block, no unit; the bulk modulus is in shear moduli."""
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
-    shears, tilts = (pad_law.shear(block), pad_law.shear(across)), (pad_law.tilt(across), pad_law.tilt(block))
+    (shear_x, cubic_x), (shear_y, cubic_y) = pad_law.shear(block), pad_law.shear(across)
+    tilt_x, tilt_y = pad_law.tilt(across), pad_law.tilt(block)
 
     def exact(strain: Array) -> Array:
-        cubic = 0.5 * (shears[0].cubic(strain) + shears[1].cubic(strain))
-        return np.stack([shears[0](strain), shears[1](strain), cubic, tilts[0](strain), tilts[1](strain)], axis=1)
+        cubic = 0.5 * (cubic_x(strain) + cubic_y(strain))
+        return np.stack([shear_x(strain), shear_y(strain), cubic, tilt_x(strain), tilt_y(strain)], axis=1)
 
     strain = np.linspace(FIRST, LAST, PIECES + 1)
     value, small = exact(strain), 1e-5

@@ -290,42 +290,6 @@ class Compression:
         return strain
 
 
-@record
-class Shear:
-    """Shear stiffness by compression: at rest, three terms of its softening, and the film's; `hardening` is the force's
-    part over the cube of the shear at rest, `hardening_by` what it grows by with the cube of the strain, and
-    `film_hardening` the film's at rest.
-    """
-
-    stiffness: float
-    first: float
-    second: float
-    third: float
-    film: Film = Film()
-    hardening: float = 0.0
-    hardening_by: float = 0.0
-    film_hardening: float = 0.0
-    ogden: Ogden | None = None
-
-    def cubic(self, strain: Array) -> Array:
-        """Force over area and cube of the shear strain, in shear moduli: no unit."""
-        pressed = np.clip(strain, 0.0, MOST_STRAIN)
-        cubic = self.hardening + self.hardening_by * pressed**3 + self.film_hardening * (1.0 + 4.0 * pressed)
-        if self.ogden is None:
-            return np.asarray(cubic)
-        return np.asarray(cubic + self.stiffness * self.ogden.hardening + self.film.rest * self.ogden.film_hardening)
-
-    def __call__(self, strain: Array) -> Array:
-        """Force over area and shear strain where that is small, in shear moduli: no unit."""
-        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
-        softened = 1.0 - self.first * e * (1.0 + self.second * e + self.third * e * e)
-        if self.ogden is None:
-            return np.asarray(self.stiffness * softened + self.film(e))
-        linear = 0.31 * (self.ogden.skin_exponent - NEO_HOOKEAN)
-        film = 1.0 - linear * e + 11.3 * self.ogden.film_hardening * e * e
-        return np.asarray(self.stiffness * (softened + self.ogden.shear(e)) + self.film(e) * film)
-
-
 def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
     """The course of compression of a block, no unit; the bulk modulus is in shear moduli, too. Fitted to finite
     elements (tests/validation/pad_figures.csv) over Lindley's law.
@@ -340,20 +304,37 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
     return Compression(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0], block.ogden)
 
 
-def shear(block: Block) -> Shear:
-    """The course of shear along the block's first axis."""
-    a, b = block.along, block.across
+def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """The course of shear along the block's first axis by compression (n,), in shear moduli: force over area and shear
+    strain where that is small, and the part over the cube of the shear strain.
+    """
+    a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
     stiffness = rimmed(block, 1.19, 1.2, 1.4) / (1.0 + bent)
     column = compression_modulus(block) / a**2 * a / (2.735 + 0.0475 * a + 0.582 * block.oblongness)
-    film = block.films[1]
     helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
-    flat = min(a, 6.0)
-    hardening = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4)
-    return Shear(
-        stiffness, column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat, 6.25 + 2.54 * flat, film,
-        hardening, 40.0 * max(0.0, helped), film_hardening(block.skin_modulus) * film.rest, block.ogden,
-    )
+    # three terms of its softening
+    first, second, third = column * helped * (1.0 + 0.066 * block.round), 2.43 - 0.815 * flat, 6.25 + 2.54 * flat
+    hardening, hardening_by = 0.125 / a * max(0.0, 1.0 - block.rim / 0.4), 40.0 * max(0.0, helped)
+    of_film = film_hardening(block.skin_modulus) * film.rest
+
+    def course(strain: Array) -> Array:
+        e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
+        softened = 1.0 - first * e * (1.0 + second * e + third * e * e)
+        if ogden is None:
+            return np.asarray(stiffness * softened + film(e))
+        linear = 0.31 * (ogden.skin_exponent - NEO_HOOKEAN)
+        in_film = 1.0 - linear * e + 11.3 * ogden.film_hardening * e * e
+        return np.asarray(stiffness * (softened + ogden.shear(e)) + film(e) * in_film)
+
+    def cubic(strain: Array) -> Array:
+        pressed = np.clip(strain, 0.0, MOST_STRAIN)
+        found = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
+        if ogden is None:
+            return np.asarray(found)
+        return np.asarray(found + stiffness * ogden.hardening + film.rest * ogden.film_hardening)
+
+    return course, cubic
 
 
 def tilt(block: Block) -> Callable[[Array], Array]:

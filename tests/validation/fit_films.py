@@ -84,7 +84,7 @@ def _bare(course: str, block: Block, strain: float) -> float:
         small = max(strain, 1e-6)
         law = pad_law.compression(block)
         return law.at(small) / float(pad_law._lindley(small)) if strain else law.at_rest
-    law = {"shear": pad_law.shear, "tilt": pad_law.tilt}[course](block)
+    law = pad_law.tilt(block) if course == "tilt" else pad_law.shear(block)[0]
     return float(law(np.array([strain]))[0])
 
 
