@@ -51,14 +51,16 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
 
 
 def breach_words(name: str, breach: Breach | None) -> str:
-    """How far the nearest design lies beyond a limit."""
+    """How far the nearest design lies beyond a limit; nothing where both read the same, for then they say nothing."""
     if breach is None or breach.measured is None or breach.limit is None:
         return ""
     measure = name.removeprefix(BY_YIELD)
     if measure in MEASURES:
         at = " (with its scatter)" if measure != name else ""
-        return f"{shown(measure, breach.measured, 6)}{at} where {shown(measure, breach.limit, 6)} is asked"
-    return f"{show(breach.measured, breach.unit, 6)} where {show(breach.limit, breach.unit, 6)} is asked"
+        found, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
+    else:
+        at, found, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
+    return f"{found}{at} where {limit} is asked" if found != limit else ""
 
 
 def _binding(said: StudyAnswer) -> Iterator[str]:

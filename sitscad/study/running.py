@@ -239,6 +239,6 @@ class StudyRun:
 PART = 8
 """Units that go to one worker together: some seconds."""
 
-MOST_RANKED = 3000
+MOST_RANKED = 20_000
 """Designs among which fronts are told apart; of more, those that are best by the first goal."""
 

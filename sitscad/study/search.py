@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Flags
 from sitscad.parts import MissingExtra
 from sitscad.record import record
 from sitscad.study.space import Point, Space
@@ -158,16 +158,25 @@ def ranked(costs: Sequence[Costs], wanted: int | None = None) -> NDArray[np.int6
     ranks = np.full(len(costs), -1, dtype=np.int64)
     good, front = np.flatnonzero(violations[:, 0] <= 0.0), 0
     while len(good):
-        no_worse = np.all(goals[good, None] <= goals[None, good], axis=2)
-        better = no_worse & np.any(goals[good, None] < goals[None, good], axis=2)
-        first = ~better.any(axis=0)
-        if wanted is not None and np.count_nonzero(ranks >= 0) >= wanted:
-            first[:] = True
+        is_enough = wanted is not None and np.count_nonzero(ranks >= 0) >= wanted
+        first = np.ones(len(good), dtype=bool) if is_enough else _unbeaten(goals[good])
         ranks[good[first]] = front
         good, front = good[~first], front + 1
     bad = np.flatnonzero(ranks < 0)
     ranks[bad[np.argsort(violations[bad, 0], kind="stable")]] = front + np.arange(len(bad))
     return ranks
+
+
+def _unbeaten(values: Array) -> Flags:
+    """Which rows (n, goals; less is better) no other one beats: in the order of their goals, one can be beaten by those
+    before it alone. It takes as many passes as there are such rows.
+    """
+    left, found = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
+    while len(left):
+        own, found[left[0]] = values[left[0]], True
+        others = values[left[1:]]
+        left = left[1:][np.any(others < own, axis=1) | np.all(others == own, axis=1)]
+    return found
 
 
 class _SpentError(Exception):
