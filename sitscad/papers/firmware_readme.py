@@ -132,15 +132,17 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         f"{second}."
     )
     yield (
-        "In this folder build the example: `cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm`, or open "
-        "it as an Arduino sketch (firmware.ino), or build zephyr/. Without a board: `cc -std=c99 -O2 -DSIMULATED -o "
-        "sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm`."
+        "In this folder build the example, or open it as an Arduino sketch (firmware.ino), or build zephyr/. The "
+        "second line is for trying it without a board:\n"
+        "cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm\n"
+        "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
     )
     yield (
-        "Run it (`./sensor /dev/i2c-1`). sensor_begin resets the converter, writes every register, reads all back and "
-        "wakes it; its errors say where to look: the bus, the identity, a register. The sketch's lines are shown by "
-        "../live.html (Chromium) and by `sitscad read serial:PORT --design ..`, the same without a board by `sitscad "
-        "read sim:..`."
+        f"Run it (`./sensor /dev/i2c-1{second and ',/dev/i2c-2'}`). sensor_begin resets the converter, "
+        "writes every register, reads all back and wakes it; its errors say where to look: the bus, the identity, a "
+        "register. The sketch's lines are shown by ../live.html (Chromium) and by the first of these, the second is "
+        "the same without a board:\n"
+        "sitscad read serial:PORT --design ..\nsitscad read sim:.."
     )
     yield (
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
@@ -159,17 +161,17 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     else:
         yield f"Press on {found[0].coil}: its frequency has to rise, and to come back."
     yield (
-        "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. `sitscad read "
-        f"serial:PORT --design .. --diagnose` tests noise and rate, too: {rate}."
+        "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
+        f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
     if spec.cells is not None:
         yield "Calibrate each cell (calibration/readme.txt): forces come by the cells' maps, not by sensor_forces."
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     elif is_felt(spec):
         yield (
-            "Calibrate it: `sitscad calibrate ../spec/*.yaml --from serial:PORT` says what to put on and reads it "
-            "(../calibration/plan.txt is the same by hand). Put the calibration.h that results into this folder, and "
-            "build again."
+            "Calibrate it: the command says what to put on and reads it; ../calibration/plan.txt is the same by hand. "
+            "Put the calibration.h that results into this folder, and build again.\n"
+            "sitscad calibrate ../spec/*.yaml --from serial:PORT"
         )
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     else:
@@ -178,8 +180,11 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
 
 
 def _numbered(steps: Iterator[str]) -> Iterator[str]:
+    """The steps, their commands on lines of their own."""
     for number, step in enumerate(steps, 1):
-        yield from _wrapped(step, f"{number:>2}. ", "    ")
+        text, *commands = step.split("\n")
+        yield from _wrapped(text, f"{number:>2}. ", "    ")
+        yield from (f"      {command}" for command in commands)
 
 
 def _files() -> Iterator[str]:

@@ -271,7 +271,8 @@ def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
     assert said == ["3 lines lost, 1 corrupted, 1 of another sensor"]
 
 
-def test_the_readme_wires_every_contact_and_has_ten_steps(pad):
+@pytest.mark.clients("gcc")
+def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
     design = pad.design
     text = firmware_readme.render(design.layout, design.estimates, design.bench_estimates)[
         "firmware/readme.txt"
@@ -282,6 +283,9 @@ def test_the_readme_wires_every_contact_and_has_ten_steps(pad):
     assert re.findall(r"^ ?(\d+)\. ", text, re.M) == [str(k) for k in range(1, 11)]
     for coil, metered in zip(design.estimates.coils, design.bench_estimates.metered, strict=True):
         assert f"  {coil.name}    L {metered.inductance * 1e6:.4g} uH" in text
+    for command in re.findall(r"^      (cc .*)$", text, re.M):  # as they stand: the last is that without a board
+        _made(["sh", "-c", command.replace("-o sensor", f"-o {tmp_path}/sensor")], pad.folder)
+    assert len(_made([tmp_path / "sensor", "-", "1"], tmp_path).splitlines()) == 7
     named = re.findall(r"^  ([\w./]+(?:, [\w.]+)?) {2,}\S", text[text.index("FILES") :], re.M)
     for name in ", ".join(named).split(", "):
         assert name == "wiring/" or (pad.folder / name).exists(), name
