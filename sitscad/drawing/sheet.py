@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import repeat
-from typing import Any, Union
+from typing import Any, TypeAlias, Union
 
 from sitscad.geometry.path import Line, Path, Point, closed_polygon, polyline
 from sitscad.parts.solid import require
@@ -228,28 +228,34 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
     """
     matplotlib = require("matplotlib")
     left, low, width, height = box
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_manner())
-        figure = _laid_out(width, height, draw)
-        with sheet.group():
-            figure.draw(_renderer(sheet, (left, low), (width, height)))
+    with sheet.group():
+        for put in _drawn(matplotlib, width, height, draw):
+            put(sheet, left, low)
+
+
+Put: TypeAlias = Callable[[Sheet, float, float], None]
+"""Puts a line, an area or a text of a figure on a sheet, the figure's corner at x and y (mm)."""
 
 
 @lru_cache(maxsize=4)  # a data sheet has every figure on its page and on its paper
-def _laid_out(width: float, height: float, draw: Callable[[Any], None]) -> Any:
-    """The matplotlib figure of a size (mm), its axes where their labels leave them room, which takes longest."""
+def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], None]) -> tuple[Put, ...]:
+    """What a matplotlib figure of a size (mm) draws, its axes where their labels leave them room."""
     from matplotlib.backend_bases import FigureCanvasBase
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
-    FigureCanvasBase(figure)
-    draw(figure)
-    engine = figure.get_layout_engine()
-    if figure.axes and engine is not None:
-        engine.execute(figure)
-    figure.set_layout_engine("none")
-    return figure
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_manner())
+        figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
+        FigureCanvasBase(figure)
+        draw(figure)
+        engine = figure.get_layout_engine()
+        if figure.axes and engine is not None:
+            engine.execute(figure)
+        figure.set_layout_engine("none")
+        puts: list[Put] = []
+        figure.draw(_renderer(puts, (width, height)))
+    return tuple(puts)
 
 
 def _manner() -> dict[str, Any]:
@@ -265,12 +271,12 @@ def _manner() -> dict[str, Any]:
     }
 
 
-def _renderer(sheet: Sheet, corner: tuple[float, float], size: tuple[float, float]) -> Any:
-    """What matplotlib draws with: paths become shapes of the sheet, texts its labels."""
+def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
+    """What matplotlib draws with: paths become shapes of a sheet, texts its labels."""
     from matplotlib.backend_bases import RendererBase
 
     class SheetRenderer(RendererBase):
-        """Draws on a sheet."""
+        """Draws on any sheet, later."""
 
         def get_canvas_width_height(self) -> tuple[float, float]:
             """Of the box (points)."""
@@ -291,40 +297,43 @@ def _renderer(sheet: Sheet, corner: tuple[float, float], size: tuple[float, floa
 
         def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
             """A line or an area."""
-            _draw(sheet, corner, gc, transform.transform_path(path), rgbFace)
+            puts.append(_path(gc, transform.transform_path(path), rgbFace))
 
         def draw_text(
             self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
         ) -> None:
             """A text from its left end on."""
             bold, letters = prop.get_weight() in ("bold", 700), prop.get_size_in_points() * POINT
-            at = corner[0] + x * POINT, corner[1] + y * POINT
-            sheet.text(*at, s, letters, angle=angle, colour=_colour(gc.get_rgb()), bold=bold)
+            right, up, colour = x * POINT, y * POINT, _colour(gc.get_rgb())
+            puts.append(lambda sheet, left, low: sheet.text(
+                left + right, low + up, s, letters, angle=angle, colour=colour, bold=bold))
 
     return SheetRenderer()
 
 
-def _draw(sheet: Sheet, corner: tuple[float, float], gc: Any, path: Any, face: Any) -> None:
-    """One path of matplotlib's (points) as shapes of the sheet, cut off where its axes end."""
+def _path(gc: Any, path: Any, face: Any) -> Put:
+    """One path of matplotlib's (points), cut off where its axes end, as what puts its shapes on a sheet."""
     clip, filled = gc.get_clip_rectangle(), face is not None and (len(face) < 4 or face[3] > 0.0)
     if clip is not None and len(path.vertices):
         path = path.clip_to_bbox(clip, inside=True) if filled else _cut(path, clip)
-    pieces = [
-        [Point(corner[0] + float(x) * POINT, corner[1] + float(y) * POINT) for x, y in piece]
-        for piece in path.to_polygons(closed_only=False)
-        if len(piece) > 1
-    ]
+    ways = [[(float(x) * POINT, float(y) * POINT) for x, y in piece]
+            for piece in path.to_polygons(closed_only=False) if len(piece) > 1]
     alpha = gc.get_alpha() if gc.get_alpha() is not None else 1.0
-    if filled:
-        opacity = face[3] if len(face) == 4 else alpha
-        areas = [closed_polygon(_open(piece)) for piece in pieces if len(_open(piece)) > 2]
-        if areas:
-            sheet.draw(areas, None, _colour(face), opacity=float(opacity))
-    width = gc.get_linewidth()
-    if width > 0.0 and gc.get_rgb()[3] > 0.0 and pieces:
+    colour, opacity = (_colour(face), float(face[3] if len(face) == 4 else alpha)) if filled else ("", 0.0)
+    width, pen = gc.get_linewidth(), None
+    if width > 0.0 and gc.get_rgb()[3] > 0.0 and ways:
         dashes = gc.get_dashes()[1]
         pen = Pen(width * POINT, _colour(gc.get_rgb()), tuple(float(d) * POINT for d in dashes) if dashes else ())
-        sheet.draw([polyline(piece) for piece in pieces], pen)
+
+    def put(sheet: Sheet, left: float, low: float) -> None:
+        pieces = [[Point(left + x, low + y) for x, y in way] for way in ways]
+        areas = [closed_polygon(_open(piece)) for piece in pieces if filled and len(_open(piece)) > 2]
+        if areas:
+            sheet.draw(areas, None, colour, opacity=opacity)
+        if pen is not None:
+            sheet.draw([polyline(piece) for piece in pieces], pen)
+
+    return put
 
 
 def _open(piece: list[Point]) -> list[Point]:

@@ -242,14 +242,10 @@ def unfit_for_bending(layout: Layout) -> list[Unfit]:
 
 def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
     """Places inside the zone (x from and to, m) where a track does not run straight along the tail."""
-    middle, half = (zone[0] + zone[1]) / 2.0, (zone[1] - zone[0]) / 2.0
-    for trace in layout.traces:
-        for segment in trace.path:
-            if isinstance(segment, Arc) and abs(segment.centre.x - middle) > half + segment.radius:
-                continue  # a coil's, as most are: far from the tail, and its box takes time
-            x0, y0, x1, _ = segment.box
-            if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
-                yield Unfit(max(zone[0], x0), min(zone[1], x1), y0, trace.layer, trace.net)
+    for trace, segment in layout.in_bend_zone:
+        x0, y0, x1, _ = segment.box
+        if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
+            yield Unfit(max(zone[0], x0), min(zone[1], x1), y0, trace.layer, trace.net)
 
 
 def _steps(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:

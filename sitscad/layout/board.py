@@ -19,7 +19,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.finding import Shortfall
-from sitscad.geometry.path import Line, Path, Point, Region, Segment, closed_polygon
+from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, closed_polygon
 from sitscad.geometry.primitives import (
     Primitives,
     Row,
@@ -260,6 +260,22 @@ class Layout:
     def teardrops(self) -> tuple[Teardrop, ...]:
         """The teardrops where tracks meet vias and contacts; none where the spec wants none."""
         return teardrops(self)
+
+    @cached_property
+    def in_bend_zone(self) -> tuple[tuple[Trace, Segment], ...]:
+        """The segments of tracks that reach into the bend zone, each with its trace; none without such a zone."""
+        if self.bend_zone is None:
+            return ()
+        low, high = self.bend_zone
+        middle, half, found = (low + high) / 2.0, (high - low) / 2.0, list[tuple[Trace, Segment]]()
+        for trace in self.traces:
+            for segment in trace.path:
+                if isinstance(segment, Arc) and abs(segment.centre.x - middle) > half + segment.radius:
+                    continue  # a coil's, as most are: far from the tail, and its box takes time
+                x0, _, x1, _ = segment.box
+                if x0 < high and x1 > low:
+                    found.append((trace, segment))
+        return tuple(found)
 
     def reach_at(self, x: float) -> tuple[float, float]:
         """The lowest and the highest y (m) of the board's outline at a place along x; both 0 where there is no board.
