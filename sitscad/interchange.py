@@ -17,7 +17,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.geometry.path import Path, Point, Region, Segment
 from sitscad.layout.board import Coil, Layout, Via
-from sitscad.parts.solid import MM, Solid, require
+from sitscad.parts.solid import MM, Solid, raised, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.stack import stack
@@ -115,16 +115,11 @@ def _circuit(coil: Coil, layout: Layout, tolerance: float) -> Array:
         for piece in coil.series
         if not isinstance(piece, Via)
     ]
-    points = np.vstack(list(_joined(pieces)))
+    for before, after in pairwise(pieces):  # between layers the current goes straight down or up the via
+        assert np.hypot(*(after[0] - before[-1])[:2]) < TOLERANCE, "pieces of a circuit that do not meet"
+    points = np.vstack(pieces)
     apart = np.any(np.diff(points, axis=0) != 0.0, axis=1)
     return np.asarray(points[np.concatenate([[True], apart])])
-
-
-def _joined(pieces: Sequence[Array]) -> Iterator[Array]:
-    """The pieces one after the other: between layers the current goes straight down or up the via."""
-    for before, after in pairwise(pieces):
-        assert np.hypot(*(after[0] - before[-1])[:2]) < TOLERANCE, "pieces of a circuit that do not meet"
-    yield from pieces
 
 
 def _raised(points: Sequence[Point], z: float) -> Array:
@@ -171,8 +166,7 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
     ValueError
         for a tolerance that is no positive length.
     """
-    if not 0.0 < tolerance < float("inf"):
-        raise ValueError("the tolerance is a positive length in metres")
+    _positive(tolerance)
     shapely = require("shapely")
     copper = tuple(_copper(layout, tolerance, shapely))
     bodies = (Area(body.name, _polygon(body.region, tolerance, shapely), *body.heights) for body in stack(layout))
@@ -241,7 +235,11 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
     for area in areas(layout, tolerance):
         if area.what == COPPER:
             for polygon in getattr(area.polygon, "geoms", (area.polygon,)):
-                shape = _prism(polygon, area.lower, area.upper, bd)
+                rings = (polygon.exterior, *polygon.interiors)
+                outer, *inner = (
+                    bd.Wire.make_polygon([(x * MM, y * MM) for x, y in ring.coords[:-1]]) for ring in rings
+                )
+                shape = raised(bd.Face(outer, inner), area.lower, area.upper)
                 name = f"{COPPER}-{area.layer}-{area.net}" if area.net else f"{COPPER}-{area.layer}"
                 found.append(Solid(name, shape, "copper", COPPER_COLOUR, BodyRole.BOARD))
     return tuple(found)
@@ -298,11 +296,3 @@ def _by_name(solids: Iterable[Solid]) -> dict[str, list[Solid]]:
     for solid in solids:
         found.setdefault(solid.name, []).append(solid)
     return found
-
-
-def _prism(polygon: Any, lower: float, upper: float, bd: Any) -> Any:
-    rings = (polygon.exterior, *polygon.interiors)
-    outer, *inner = (bd.Wire.make_polygon([(x * MM, y * MM) for x, y in ring.coords[:-1]]) for ring in rings)
-    face = bd.Face(outer, inner)
-    upright = face if face.normal_at().Z > 0 else -face
-    return bd.Solid.extrude(upright.moved(bd.Location((0, 0, lower * MM))), bd.Vector(0, 0, (upper - lower) * MM))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import io
+from collections.abc import Callable, Mapping
 from importlib import import_module
 
 from sitscad.record import record
@@ -71,6 +72,21 @@ class Writer:
         module, _, name = self.module.partition(":")
         made: dict[str, bytes] = getattr(import_module(f"sitscad.{module}"), name or "render")(*values)
         return made
+
+
+def stored_zip(members: Mapping[str, bytes]) -> bytes:
+    """The same bytes on every machine of a ZIP archive of some files, in their order: nothing is compressed, because
+    what deflate makes differs between versions of zlib, and the date is the earliest that a ZIP can hold.
+    """
+    import zipfile  # a check writes none
+
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as archive:
+        for name, content in members.items():
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.create_system, entry.external_attr = 3, 0o644 << 16
+            archive.writestr(entry, content)
+    return made.getvalue()
 
 
 def is_cut(spec: SensorSpec) -> bool:

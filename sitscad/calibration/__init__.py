@@ -26,8 +26,8 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     """
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
-    from sitscad.calibration.least_squares import NoFit
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
+    from sitscad.calibration.model_fit import NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.scene.motions import is_held
 

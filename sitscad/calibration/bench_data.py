@@ -35,11 +35,8 @@ KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
 """Such a line, and what it says."""
 
-USUAL_ROTATION = "held"
-"""Of a table that does not say: a flat face keeps the target level, as in the data sheet."""
-
-LARGEST = 16_000_000
-"""Bytes at most of a file."""
+USUAL_ROTATION = "held"  # Of a table that does not say: a flat face keeps the target level, as in the data sheet
+LARGEST = 16_000_000  # Bytes at most of a file
 
 
 class BenchError(ValueError):
@@ -98,12 +95,20 @@ class Table:
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
     def named(self, name: str) -> int | None:
-        """Where a column of that name stands among the others, of several of a coil that which is used; None where
-        there is none.
-        """
+        """Where the column of a name stands, of several of a coil the one that is used; None where there is none."""
         found = [k for k, column in enumerate(self.columns) if column.name == name]
         kind = used_kind(self.columns)
         return next((k for k in found if self.columns[k].kind in ("", kind)), found[0] if found else None)
+
+    def column(self, name: str) -> Column:
+        """The column that `named` finds; there is one of every coil, and of what a row is told of."""
+        place = self.named(name)
+        assert place is not None
+        return self.columns[place]
+
+    def numbers(self, column: Column) -> Array:
+        """What stands in a column (n), in its own unit."""
+        return np.asarray(self.values[:, self.columns.index(column)])
 
 
 def used_kind(columns: Sequence[Column]) -> str:
@@ -113,11 +118,9 @@ def used_kind(columns: Sequence[Column]) -> str:
 
 
 def read_table(path: str, coils: Sequence[str]) -> Table:
-    """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``).
-    A coil may have several columns of different kinds; which is used says `used_kind`.
-
-    Lines that begin with # and empty ones are left out. Raises BenchError for what cannot be read, OSError for a file
-    that cannot be opened.
+    """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A
+    coil may have several columns of different kinds; which is used says `used_kind`. Lines that begin with # and empty
+    ones are left out. Raises BenchError for what cannot be read, OSError for a file that cannot be opened.
     """
     try:
         text = table_text(path, LARGEST)
@@ -139,9 +142,7 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
 
 
 def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
-    """The line that says how the target was loaded (``# rotation: held``, or with ``=``), and what it says; BenchError
-    where another line says otherwise.
-    """
+    """The line ``# rotation: held`` (or with ``=``) and its word; BenchError where another line says otherwise."""
     first = 0, ""
     for number, cells in whole:
         if not (told := SAID.match(cells[0])):
@@ -222,9 +223,8 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
 
 
 def points_of(table: Table, sensors: Sensors) -> Points:
-    """A table's points: loads or poses in SI units, readings as frequencies.
-
-    Raises BenchError where a load pulls, where there is no tare or there are too few points.
+    """A table's points: loads or poses in SI units, readings as frequencies. Raises BenchError where a load pulls,
+    where there is no tare or there are too few points.
     """
     motion = LOAD if table.named("normal") is not None or not any(c.name in POSE for c in table.columns) else POSE
     moved = np.zeros((len(table.values), len(motion)))
@@ -234,15 +234,14 @@ def points_of(table: Table, sensors: Sensors) -> Points:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
     at_rest = np.all(moved == 0.0, axis=1)
     _require_enough(table, moved, at_rest, motion)
-    used = [_used(table, name) for name in sensors.coils]
+    used = [table.column(name) for name in sensors.coils]
     frequency = np.stack([frequencies_of(table, sensors, column) for column in used], axis=1)
     found = Points(moved if motion == LOAD else None, moved if motion == POSE else None, frequency, at_rest)
     written = np.array([rounded(table, column).max() for column in used]) / math.sqrt(3.0)
     return replace(found, noisier=noisier(found, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
 
 
-FEWEST = 3
-"""Points beside the tare, at least."""
+FEWEST = 3  # Points beside the tare, at least
 
 
 def _require_enough(table: Table, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
@@ -256,51 +255,40 @@ def _require_enough(table: Table, moved: Array, at_rest: Flags, motion: tuple[st
         count = int((~at_rest).sum())
         raise BenchError(f"{end} {count} point{'s' * (count != 1)} beside the tare: {FEWEST} different ones at least, "
                          "five to ten serve well")
-    place = table.named("normal")
-    if motion == LOAD and place is not None and np.any(moved[:, 0] < 0.0):
+    if motion == LOAD and np.any(moved[:, 0] < 0.0):
         row = int(np.argmax(moved[:, 0] < 0.0))
-        raise BenchError(f"{table.where(row, table.columns[place])} normal below 0: presses are positive")
+        raise BenchError(f"{table.where(row, table.column('normal'))} normal below 0: presses are positive")
 
 
-def _used(table: Table, coil: str) -> Column:
-    place = table.named(coil)
-    assert place is not None
-    return table.columns[place]
-
-
-FINEST = 12
-"""Digits behind the point that are looked at."""
+FINEST = 12  # Digits behind the point that are looked at
 
 
 def rounded(table: Table, column: Column) -> Array:
     """By how much (n, of the frequency) the last digit that a coil's column is written with may be off."""
-    values = table.values[:, table.columns.index(column)]
+    values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
 def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:
-    """A coil's frequencies (Hz; n) by one of its columns; raises BenchError for readings that are not above 0."""
+    """A coil's frequencies (Hz; n) by one of its columns; raises BenchError for readings that are not above 0, and for
+    counts that the converter's result cannot have.
+    """
     readout = sensors.model.estimates.readout
-    values = table.values[:, table.columns.index(column)] * column.factor
+    values = table.numbers(column) * column.factor
     if np.any(values <= 0.0):
         raise BenchError(f"{table.where(int(np.argmax(values <= 0.0)), column)} {column.name}: a reading is above 0")
     if column.kind == "counts":
-        return _counted(table, sensors, column, values)
+        least, most = sensors.conversion.ends(sensors.coils.index(column.name))
+        beyond = (values <= least) | (values >= most)
+        if np.any(beyond):
+            raise BenchError(
+                f"{table.where(int(np.argmax(beyond)), column)} {column.name}: counts of the "
+                f"{sensors.conversion.device.part} as it is set lie above {least} and below {most} (its header in "
+                "firmware makes counts of results)"
+            )
+        return sensors.conversion.frequencies(values)
     if column.kind == "H":
         assert readout.conversion_capacitance is not None
         return np.asarray(1.0 / (2.0 * math.pi * np.sqrt(values * readout.conversion_capacitance)))
     return np.asarray(values)
-
-
-def _counted(table: Table, sensors: Sensors, column: Column, counts: Array) -> Array:
-    """Frequencies (Hz; n) of a column of counts; raises BenchError where the converter's result cannot have them."""
-    least, most = sensors.conversion.ends(sensors.coils.index(column.name))
-    beyond = (counts <= least) | (counts >= most)
-    if np.any(beyond):
-        raise BenchError(
-            f"{table.where(int(np.argmax(beyond)), column)} {column.name}: counts of the "
-            f"{sensors.conversion.device.part} as it is set lie above {least} and below {most} (its header in firmware "
-            "makes counts of results)"
-        )
-    return sensors.conversion.frequencies(counts)

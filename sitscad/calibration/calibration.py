@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.forms import Tried
+from sitscad.calibration.forms import Tried, chosen_form, drawn_map, error_by_misfit, error_by_unknowns, own_map
 from sitscad.calibration.inverse_map import Correction, InverseMap, correct
-from sitscad.calibration.least_squares import NoFit
-from sitscad.calibration.making import chosen_form, drawn_map, error_by_misfit, error_by_unknowns, own_map
 from sitscad.calibration.misfit import far_off, pattern
-from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
+from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.plan import Plan, plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
@@ -26,19 +24,13 @@ from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
 
-USUAL_POINTS, FEWEST, MOST = 8, 3, 40
-"""Loads that a plan has beside the tare: as a rule, at least and at most."""
+USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
 
 AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
 
-SHOWN = (3, 5)
-"""Numbers of points whose error is shown beside that of a whole plan."""
-
-TARES = 3
-"""Rows without load by which noise and drift are told apart: at the beginning, in the middle, at the end."""
-
-CHARTS = 3
-"""Charts that are made about a sensor, one after the other, before what was found is taken."""
+SHOWN = (3, 5)  # Numbers of points whose error is shown beside that of a whole plan
+TARES = 3  # Rows without load by which noise and drift are told apart: at the beginning, in the middle, at the end
+CHARTS = 3  # Charts that are made about a sensor, one after the other, before what was found is taken
 
 STRAYED = 2.0
 """How many times larger errors may turn out by a chart about what was found, before the fit stays with the one before:
@@ -176,7 +168,6 @@ class Calibration:
 @lru_cache(maxsize=4)
 def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
     """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
-
     Raises NoResponse where the design has no tank that oscillates or no pad, ValueError for too few or many points.
     """
     if not FEWEST <= count <= MOST:
@@ -213,9 +204,7 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 
 @lru_cache(maxsize=4)
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
-    """The sensors of a design, charted once; raises NoResponse where it has no tank that oscillates, no pad, or one
-    that gives way under the loads.
-    """
+    """The sensors of a design, charted once; raises NoResponse without a tank that oscillates or a pad that holds."""
     sensors = Sensors(model, is_held)
     if model.estimates.readout.rcount is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
@@ -234,9 +223,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 
 def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) -> Calibration:
-    """The map of the sensor that was measured: the model's unknowns first, what that leaves after. The `form` is chosen
-    where none is given.
-    """
+    """The map of the measured sensor: the model's unknowns first, then what they leave. `form` is chosen if None."""
     tried: tuple[Tried, ...] = ()
     if form is None:
         form, tried = chosen_form(sensors)

@@ -1,18 +1,24 @@
-"""The forms that a map may have, how one is fitted, and which serves sensors of a design best."""
+"""The forms that a map may have, how one is fitted, and which serves sensors of a design best; the maps of a sensor as
+it is drawn, and of one whose errors were found.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.inverse_map import BEYOND, changes, terms
+from sitscad.calibration.inverse_map import BEYOND, InverseMap, changes, terms
+from sitscad.calibration.model_fit import SUSPECT, ModelFit
+from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
+from sitscad.calibration.sensors import Sensors
+from sitscad.calibration.unknowns import units
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
-SMALL = 1e-10
-"""Share of the largest singular value below which terms of a map count as one."""
+SMALL = 1e-10  # Share of the largest singular value below which terms of a map count as one
 
 LEAST_DENOMINATOR, PLACES = 0.2, 9
 """What a rational map's denominator is at least wherever the map says that it holds, also between the samples, where a
@@ -62,7 +68,7 @@ class Samples:
 
 
 @record(eq=False)
-class Shape:
+class FittedForm:
     """A form fitted to samples: the arrays of an `InverseMap`; `size` counts its coefficients."""
 
     form: Form
@@ -87,10 +93,8 @@ class Shape:
         return np.asarray(top / (1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T))
 
 
-def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> Shape | None:
-    """A form fitted to samples; `noise` (coils) is one sigma of a reading, relative. None where its denominator comes
-    near nothing.
-    """
+def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> FittedForm | None:
+    """A form fitted to samples; `noise` (coils), one sigma, relative. None where its denominator comes near nothing."""
     seen = changes(samples.readings, samples.rest, gain, form.logarithmic)
     mix = linear(seen, samples.forces, 2.0 * noise * (gain if form.logarithmic else 1.0))
     mixed, axes = seen @ mix.T, len(mix)
@@ -100,16 +104,12 @@ def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> Shape | N
     below = exponents(ones, form.below, 1)
     numerator, denominator = _coefficients(columns, monomials(mixed, below), samples.forces)
     low, high = mixed.min(axis=0), mixed.max(axis=0)
-    if below.size and _least_denominator(low, high, below, denominator) < LEAST_DENOMINATOR:
-        return None
-    return Shape(form, mix, powers, beside, below, numerator, denominator, low, high)
-
-
-def _least_denominator(low: Array, high: Array, below: Exponents, denominator: Array) -> float:
-    """The least denominator of any axis in the box that readings may lie in, and a little beyond."""
-    ends = [np.linspace(a - BEYOND, b + BEYOND, PLACES) for a, b in zip(low, high, strict=True)]
-    box = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
-    return float((1.0 + monomials(box, below) @ denominator.T).min())
+    if below.size:  # the least denominator of any axis in the box that readings may lie in, and a little beyond
+        ends = [np.linspace(a - BEYOND, b + BEYOND, PLACES) for a, b in zip(low, high, strict=True)]
+        box = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
+        if float((1.0 + monomials(box, below) @ denominator.T).min()) < LEAST_DENOMINATOR:
+            return None
+    return FittedForm(form, mix, powers, beside, below, numerator, denominator, low, high)
 
 
 def linear(seen: Array, forces: Array, noise: Array) -> Array:
@@ -134,9 +134,7 @@ def _coefficients(columns: Array, below: Array, forces: Array) -> tuple[Array, A
 
 @record
 class Tried:
-    """A form and the error (rms over axes, full scales) that it leaves of samples that it was not fitted to; infinite
-    where it cannot be fitted.
-    """
+    """A form and the error (rms, full scales) on samples it was not fitted to; infinite where it cannot be fitted."""
 
     form: Form
     error: float
@@ -148,8 +146,11 @@ def compared(parts: Sequence[tuple[Samples, Samples]], gain: Array, noise: Array
     found = []
     for form in FORMS:
         square, size = [], 0
-        for learnt, asked in parts:
-            shape = fitted(form, learnt, gain, noise) if _has_enough(form, learnt) else None
+        ones = [1.0] * parts[0][0].forces.shape[1]
+        spline = len(form.knots) * len(exponents(ones, form.beside)) if form.knots else 0
+        wanted = len(exponents(ones, form.degree, 1)) + len(exponents(ones, form.below, 1)) + spline
+        for learnt, asked in parts:  # half as many more samples as terms are wanted
+            shape = fitted(form, learnt, gain, noise) if len(learnt.forces) >= 1.5 * wanted else None
             left = np.inf if shape is None else float(np.mean((shape.forces(asked, gain) - asked.forces) ** 2))
             square.append(left)
             size = 0 if shape is None else shape.size
@@ -157,16 +158,131 @@ def compared(parts: Sequence[tuple[Samples, Samples]], gain: Array, noise: Array
     return tuple(found)
 
 
-def _has_enough(form: Form, samples: Samples) -> bool:
-    """Whether there are half as many more samples as terms."""
-    ones = [1.0] * samples.forces.shape[1]
-    spline = len(form.knots) * len(exponents(ones, form.beside)) if form.knots else 0
-    wanted = len(exponents(ones, form.degree, 1)) + len(exponents(ones, form.below, 1)) + spline
-    return len(samples.forces) >= 1.5 * wanted
-
-
 def best(tried: Sequence[Tried]) -> Tried:
     """The form with the fewest coefficients of those that are about as good as the best."""
     least = min(np.hypot(one.error, UNSEEN) for one in tried)
     alike = (one for one in tried if np.hypot(one.error, UNSEEN) <= ALIKE * least)
     return min(alike, key=lambda one: (one.size, one.error))
+
+
+LEARNT, ASKED = 240, 80  # Loads that a map is fitted to, and others on which it is tried
+SENSORS, SEED = 6, 7  # Simulated sensors by which a form is chosen, and the seed of their errors
+
+SCATTERED, SCATTER_SEED = 24, 8
+"""Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
+
+LIKELY = 400  # Sensors that measured points may come from, by which the error of a map is stated
+SOLVED, DEGREE = 40, 3  # Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds
+
+LEAST_LEFT = 0.05  # Least of 1 - leverage that a residual is divided by
+
+
+def gain(sensors: Sensors) -> Array:
+    """Inductance at rest over what the target takes off it, of the drawn sensor (coils), by frequencies."""
+    rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
+    share = np.square(sensors.free_frequencies / rest)
+    return np.asarray(share / (1.0 - share))
+
+
+def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
+    """What one sensor reads under loads (n, 3; N)."""
+    frequency = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads]))
+    return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
+
+
+def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
+    """The form that serves sensors with the scatter of manufacture best, each with a map of its own; and all tried."""
+    generator, parts = np.random.default_rng(SEED), []
+    for errors in units(sensors.known, SENSORS, SEED):
+        learnt, asked = (
+            samples(sensors, errors, sensors.range.inside(n, skip)) for n, skip in ((LEARNT, 0), (ASKED, LEARNT))
+        )
+        read = sensors.read(asked.readings, generator, 1)
+        parts.append((learnt, Samples(read, asked.rest, asked.forces)))
+    tried = compared(parts, gain(sensors), sensors.noise)
+    return best(tried), tried
+
+
+def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
+    """The map of the sensor as it is drawn; its error is that on other sensors of the design, after their own tare."""
+    none = np.zeros(len(sensors.known))
+    found = _map(sensors, form, samples(sensors, none, sensors.range.inside(LEARNT)), none)
+    loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
+    for errors in units(sensors.known, SCATTERED, SCATTER_SEED):
+        other = samples(sensors, errors, loads)
+        square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
+    return replace(found, error=np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
+
+
+def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
+    """The map of one sensor, to a chart that some loads solved for it set right; its error is what the form itself
+    leaves of loads that it was not fitted to, the converter's noise in it, and what the chart is off by at those loads,
+    each as if it had not set the chart right, where a chart that ends before this sensor does shows.
+    """
+    loads = sensors.range.inside(LEARNT + ASKED)
+    whole = samples(sensors, errors, loads)
+    solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
+    right, left = _set_right(sensors, errors, loads, solved)
+    readings = whole.readings * right
+    found = _map(sensors, form, Samples(readings[:LEARNT], whole.rest, whole.forces[:LEARNT]), errors)
+    noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
+    by_form = found(noisy, whole.rest) - whole.forces[LEARNT:] * sensors.range.full_scales
+    by_chart = found(solved[1:] * left, solved[0]) - found(readings[:SOLVED], whole.rest)
+    return replace(found, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
+
+
+def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
+    """Errors (`LIKELY`, axes; N), rms, of the found sensor's map on others that the fit's covariance leaves likely."""
+    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(ASKED // 2, LEARNT)])
+    slopes = unknown_slopes(sensors, loads, True, fit.errors)
+    towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
+    values, vectors = np.linalg.eigh(fit.covariance)
+    wrong = towards @ (slopes[1:] - slopes[:1]) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    drawn = np.random.default_rng(SCATTER_SEED).normal(size=(LIKELY, len(values)))
+    square = np.mean((drawn @ np.swapaxes(wrong, 1, 2)) ** 2, axis=0)
+    return np.asarray(np.sqrt(square) * sensors.range.full_scales)
+
+
+def error_by_misfit(sensors: Sensors, fit: ModelFit) -> Array:
+    """What forces (axes; N), rms over the working range, are off by because loads and model disagree by more than is
+    expected: whether hysteresis or another law of the pad makes it, it is met again wherever a force is read. Where
+    that is sure, it is what the other points foretell of each, which alone knows on which axis.
+    """
+    expected = load_errors(sensors, sensors.range.inside(ASKED // 2, LEARNT))
+    found = np.sqrt((fit.believed**2 - 1.0) * np.mean(expected**2)) * sensors.range.full_scales
+    if fit.force_errors is None or fit.excess < SUSPECT:
+        return np.asarray(found)
+    alone = np.sqrt(np.nanmean(fit.force_errors**2, axis=0))
+    return np.asarray(np.maximum(found, (1.0 - fit.believed**-2) * alone))
+
+
+def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
+    """What charted readings under loads are multiplied with, (n, coils), so that they agree with `solved` ones: of rest
+    and the first of the loads; and what solved ones are, so that they are as far off as had they not been among those
+    that it was fitted to: of least squares a residual over 1 - its leverage (Allen, Technometrics 16, 1974).
+    """
+    tried = np.vstack([np.zeros((1, 3)), loads[: len(solved) - 1]])
+    off = np.log(solved) - np.log(sensors.under(errors, tried))
+    scale, columns = sensors.range.full_scales, sensors.range.columns
+    powers = exponents([1.0] * len(columns), DEGREE, 1)
+    known, asked = (monomials(part[:, columns] / scale, powers) for part in (tried[1:], loads))
+    found = np.linalg.lstsq(known, off[1:] - off[0], rcond=None)[0]
+    leverage = np.sum(np.linalg.qr(known)[0] ** 2, axis=1)[:, None]
+    more = (off[1:] - off[0] - known @ found) * leverage / np.maximum(1.0 - leverage, LEAST_LEFT)
+    return np.exp(asked @ found), np.exp(more)
+
+
+def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> InverseMap:
+    """A form fitted to samples of one sensor, as a map; a plain polynomial where the form cannot be fitted to them."""
+    own = gain(sensors)
+    shape = fitted(form, learnt, own, sensors.noise)
+    if shape is None:
+        shape = fitted(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
+    assert shape is not None
+    rest = np.rint(sensors.conversion.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
+    spec, form = sensors.model.spec, shape.form
+    return InverseMap(
+        spec.name, spec.issue.revision or "", sensors.coils, sensors.range.axes, sensors.range.full_scales, own,
+        shape.mix, shape.powers, shape.numerator, shape.denominator, shape.denominator_powers, shape.low, shape.high,
+        np.zeros(len(sensors.range.axes)), rest, form.logarithmic, np.array(form.knots), shape.spline_powers,
+    )

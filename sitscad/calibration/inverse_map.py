@@ -14,15 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sitscad.arrays import Array, Flags
-from sitscad.calibration.least_squares import ridge
 from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
 
-LEAST = 1e-6
-"""What is left of a target's change of L, over that at rest, at least: its logarithm is taken."""
-
-BEYOND = 0.1
-"""By how much of full scale a reading may lie outside what the map was made for."""
+LEAST = 1e-6  # What is left of a target's change of L, over that at rest, at least: its logarithm is taken
+BEYOND = 0.1  # By how much of full scale a reading may lie outside what the map was made for
 
 
 @record(eq=False)
@@ -60,9 +56,8 @@ class InverseMap:
 
     def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind. Of
-        readings beyond what the map was made for (`holds`) it is the force where it ends.
-
-        Raises ValueError for other shapes, and for readings that are not positive.
+        readings beyond what the map was made for (`holds`) it is the force where it ends. Raises ValueError for other
+        shapes, and for readings that are not positive.
         """
         return self.forces_at(np.clip(self.mixed(readings, tare), self.low - BEYOND, self.high + BEYOND))
 
@@ -102,9 +97,8 @@ ARRAYS = ("full_scale", "error", "rest", "gain", "mix", "low", "high", *WHOLE[:1
 
 
 def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
-    """The map of a calibration.json: its path, or what it holds (also as part of the whole document).
-
-    Raises ValueError for what is no such document.
+    """The map of a calibration.json: its path, or what it holds (also as part of the whole document). Raises ValueError
+    for what is no such document.
     """
     if isinstance(document, (str, Path)):
         document = json.loads(Path(document).read_text(encoding="utf-8"))
@@ -142,11 +136,8 @@ def terms(mixed: Array, powers: Exponents, knots: Array, spline_powers: Exponent
     return np.hstack([plain, (beyond[:, :, None] * others[:, None, :]).reshape(len(mixed), -1)])
 
 
-WEIGHTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
-"""How firmly a correction is held small: of its columns' mean square."""
-
-DEGREES = (1, 2)
-"""Degrees of corrections that are tried."""
+WEIGHTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # How firmly a correction is held small: of its columns' mean square
+DEGREES = (1, 2)  # Degrees of corrections that are tried
 
 SERVES, POINTS_A_TERM = 0.8, 3
 """A correction is taken where it leaves less than this of the errors, every point foretold by the others, and where
@@ -163,6 +154,20 @@ class Correction:
     degree: int
     before: Array
     after: Array
+
+
+def ridge(columns: Array, wanted: Array, weight: float) -> tuple[Array, Array]:
+    """Coefficients (terms, outputs) that take columns (n, terms) to what is wanted (n, outputs), held small by `weight`
+    of the columns' mean square; and what is left of every row when it is foretold by the others alone (n, outputs).
+    """
+    size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
+    scaled = columns / size
+    left, singular, right = np.linalg.svd(scaled, full_matrices=False)
+    shrunk = singular / (singular**2 + weight * len(columns))
+    found = (right.T * shrunk) @ (left.T @ wanted)
+    hat = np.sum(left**2 * (singular * shrunk), axis=1)
+    alone = (wanted - scaled @ found) / np.maximum(1.0 - hat, 1e-9)[:, None]
+    return found / size[:, None], alone
 
 
 def correct(given: InverseMap, readings: Array, tare: Array, forces: Array) -> Correction:

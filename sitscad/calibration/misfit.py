@@ -9,8 +9,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.bench_data import Table
-from sitscad.calibration.least_squares import NoFit
-from sitscad.calibration.model_fit import SUSPECT, ModelFit, fit_model
+from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
@@ -79,10 +78,8 @@ def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -
     row, coil = np.unravel_index(int(np.argmax(off)), off.shape)
     if off[row, coil] < ODD:
         return ""
-    place = table.named(sensors.coils[int(coil)])
-    assert place is not None
-    column = table.columns[place]
-    amount = table.values[row, place] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
+    column = table.column(sensors.coils[int(coil)])
+    amount = table.numbers(column)[row] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
     return (f"{table.where(int(row), column)} {column.name} reads {amount:+.3g} {column.unit} off what the other rows "
             f"foretell, {off[row, coil]:.1f} sigma of their scatter: a slip of this reading, or another load than the "
             "row says? Read that row again")
@@ -96,19 +93,15 @@ def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
 
 
 def noisy(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """A note on rows without load that scatter by more than the converter does, with the row and coil that are farthest
-    off; nothing where it is as expected, or less than the loads themselves are off by.
-    """
+    """A note on the row and coil whose reading without load is off by more than the converter's noise; else None."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):
         return ""
     left = points.restless
     tare, coil = np.unravel_index(int(np.argmax(np.abs(left))), left.shape)
     row = int(np.flatnonzero(points.at_rest)[tare])
-    place = table.named(sensors.coils[int(coil)])
-    assert place is not None
-    column = table.columns[place]
-    size = table.values[row, place] * (2.0 if column.kind == "H" else 1.0)
+    column = table.column(sensors.coils[int(coil)])
+    size = table.numbers(column)[row] * (2.0 if column.kind == "H" else 1.0)
     expected = size * float(sensors.of_mean(int(usual("readings")))[coil])
     amount = abs(size * float(left[tare, coil]))
     return (f"{table.where(row, column)} rows without load scatter by {points.noisier * expected:.3g} {column.unit} "

@@ -1,44 +1,124 @@
-"""One sensor's own errors out of a few points: the model's unknowns, held by the scatter of manufacture."""
+"""One sensor's own errors out of a few points: the model's unknowns, held by the scatter of manufacture, by nonlinear
+least squares with what is known beforehand.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from sitscad.arrays import Array, Flags
-from sitscad.calibration.least_squares import Fitted, NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
+
+Residuals = Callable[[Array], Array]
+
+STEP = 1e-3  # Step of the differences by which slopes are taken, in standard deviations of what is known beforehand
+
+MOST_STEPS, ENOUGH = 25, 1e-2
+"""Steps of a fit at most, and the largest part of a standard deviation by which the last one may move anything."""
+
+SHORT = 0.1  # Steps (prior standard deviations) so short that the slopes are still taken for the same
+
+
+class NoFit(ValueError):
+    """Residuals or their slopes are not finite where a fit begins or ends."""
+
+
+@record(eq=False)
+class Fitted:
+    """The outcome of a fit: `values` (k) in prior standard deviations, their `covariance` (k, k), the `residuals` that
+    are left (n; whitened, prior not among them), the `slopes` (n, k) there, and whether it `settled`.
+    """
+
+    values: Array
+    covariance: Array
+    residuals: Array
+    slopes: Array
+    settled: bool
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares of residuals and of what the prior adds."""
+        return float(self.residuals @ self.residuals + self.values @ self.values)
+
+
+def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
+    """The values that make residuals and the values themselves smallest in squares: with whitened residuals and values
+    in standard deviations from what is expected, the most likely ones (Marquardt, SIAM J. Appl. Math. 11, 1963).
+
+    `residuals` gives (n,) numbers at (k,) values; where they are not finite a step is taken back, and a fit ends that
+    comes so close that it has no slopes; at the start that raises NoFit (a ValueError), and so do values of
+    which no finite covariance is known.
+    """
+    values, damping, settled = np.array(start, dtype=float), 1e-4, False
+    left = residuals(values)
+    if not np.all(np.isfinite(left)):
+        raise NoFit("a fit cannot begin where its residuals are not finite")
+    slope = _slopes(residuals, values, left)
+    if not np.all(np.isfinite(slope)):
+        raise NoFit("a fit cannot begin where its residuals have no slopes")
+    for _ in range(MOST_STEPS):
+        normal = slope.T @ slope + np.eye(values.size)
+        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope.T @ left + values)
+        tried = residuals(values + step)
+        before = left @ left + values @ values
+        after = tried @ tried + (values + step) @ (values + step) if np.all(np.isfinite(tried)) else np.inf
+        # small because the least is near, and not because residuals beyond are not finite
+        newton = np.linalg.solve(normal, slope.T @ left + values) if np.abs(step).max() < ENOUGH else np.inf
+        settled = bool(np.abs(newton).max() < SHORT)
+        is_better = bool(np.isfinite(after) and after <= before)
+        damping = max(0.1 * damping, 1e-12) if is_better else 10.0 * damping
+        if is_better:
+            values, left = values + step, tried
+        if settled:
+            break
+        if is_better and np.abs(step).max() > SHORT:
+            here = _slopes(residuals, values, left)
+            if not np.all(np.isfinite(here)):
+                break  # between edges: the last slopes are all that is known, and nothing has settled
+            slope = here
+    covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
+    if not np.all(np.isfinite(covariance)):
+        raise NoFit("a fit ended where nothing is known of its values")
+    return Fitted(values, covariance, left, slope, settled)
+
+
+def _slopes(residuals: Residuals, values: Array, there: Array) -> Array:
+    """How the residuals change with the values, (n, k), by forward, or at an edge backward, differences."""
+    found = []
+    for step in np.eye(values.size) * STEP:
+        slope = (residuals(values + step) - there) / STEP
+        found.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / STEP)
+    return np.stack(found, axis=1)
+
 
 ROUNDS, NEAR = 4, 0.1
 """Rounds of a fit at most: with noise as expected, then as large as what was left shows, the chart set right where it
 is; until one moves nothing by more (prior standard deviations)."""
 
-MOST = 100.0
-"""How many times larger than expected errors of loads and model may turn out."""
+MOST = 100.0  # How many times larger than expected errors of loads and model may turn out
 
 COARSER = (10.0, 30.0, 1.0)
 """How many times larger errors may be in the fits from which one is begun, one after the other while it is needed."""
 
-SUSPECT = 1.5
-"""How many times larger than expected errors are where a fit is begun again, and where it is told."""
+SUSPECT = 1.5  # How many times larger than expected errors are where a fit is begun again, and where it is told
 
 TRUSTED = 4.0
 """Degrees of freedom that count for loads and model being off by as much as is expected, beside those of the readings:
 three loads alone show little of it."""
 
-CONSIDERED = 0.1
-"""Step (prior standard deviations) of the slopes over unknowns that are not looked for."""
+CONSIDERED = 0.1  # Step (prior standard deviations) of the slopes over unknowns that are not looked for
 
 LEAST_SCATTER = 0.3
 """Least scatter of the other readings (of what is expected) beside which one is called odd: readings of exact loads
 scatter by 0.3 to 0.4, and what stands out of less moves no force that anybody sees."""
 
-FARTHEST = 8.0
-"""Standard deviations beyond which no unknown is looked for."""
+FARTHEST = 8.0  # Standard deviations beyond which no unknown is looked for
 
 
 @record(eq=False)
@@ -79,13 +159,13 @@ def fit_model(sensors: Sensors, points: Points, start: Array | None = None, roun
     problem = _problem(sensors, points, given, values)
     # about a start the chart holds no farther than that is unsure: other beginnings would lead beyond it
     found = _first(problem, values) if start is None else levenberg_marquardt(problem.residuals, values)
-    excess, believed = _excess(found, 1.0), _believed(found, 1.0)
+    excess, believed = _excess(found, 1.0), _excess(found, 1.0, TRUSTED)
     for _ in range(rounds - 1):
         before, errors = found.values, _errors(found.values, sigma, chosen)
         off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
         problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, believed)
         found = levenberg_marquardt(problem.residuals, found.values)
-        excess, believed = _excess(found, believed), _believed(found, believed)
+        excess, believed = _excess(found, believed), _excess(found, believed, TRUSTED)
         if np.abs(found.values - before).max() < NEAR:
             break
     plain = _problem(sensors, points, problem.aim, found.values).residuals(found.values)
@@ -127,22 +207,14 @@ def _errors(values: Array, sigma: Array, chosen: Flags) -> Array:
     return errors
 
 
-def _excess(found: Fitted, before: float) -> float:
-    """How many times larger than expected errors are, by what is left over what degrees of freedom are."""
-    share = math.sqrt(float(found.residuals @ found.residuals) / _freedom(found))
-    return min(max(before * share, 1.0), MOST)
-
-
-def _believed(found: Fitted, before: float) -> float:
-    """The same after what is known beforehand of it (`TRUSTED`): the mean of a variance's posterior."""
-    square = before**2 * float(found.residuals @ found.residuals)
-    return min(max(math.sqrt((TRUSTED + square) / (TRUSTED + _freedom(found))), 1.0), MOST)
-
-
-def _freedom(found: Fitted) -> float:
-    """Degrees of freedom that the readings have beside what is learnt from them, 1 at least."""
+def _excess(found: Fitted, before: float, trusted: float = 0.0) -> float:
+    """How many times larger than expected errors are, by what is left over the degrees of freedom that the readings
+    have beside what is learnt from them; with so many degrees `trusted` beforehand the mean of a variance's posterior.
+    """
     learnt = len(found.values) - float(np.trace(found.covariance))
-    return max(len(found.residuals) - learnt, 1.0)
+    free = max(len(found.residuals) - learnt, 1.0)
+    square = before**2 * float(found.residuals @ found.residuals)
+    return min(max(math.sqrt((trusted + square) / (trusted + free)), 1.0), MOST)
 
 
 @record(eq=False)

@@ -16,14 +16,9 @@ from sitscad.record import record
 LEVELS = 4
 """Normal forces, evenly up to full scale, at which loads are offered; so many times more where these are too few."""
 
-SHEARS = (0.5, 1.0)
-"""Shears of full scale, in every one of `DIRECTIONS`, at which loads are offered."""
-
-DIRECTIONS = 8
-"""Directions of shear where the array tells both axes apart."""
-
-TRIED = 40
-"""Loads at which errors of the map are foretold."""
+SHEARS = (0.5, 1.0)  # Shears of full scale, in every one of `DIRECTIONS`, at which loads are offered
+DIRECTIONS = 8  # Directions of shear where the array tells both axes apart
+TRIED = 40  # Loads at which errors of the map are foretold
 
 
 @record(eq=False)
@@ -55,12 +50,7 @@ def offered(sensors: Sensors, count: int) -> Array:
                 ways.append(share * way)
     levels = LEVELS * math.ceil(count / (LEVELS * len(ways)))
     found = [(step / levels * scope.normal, *(scope.shear * way)) for step in range(1, levels + 1) for way in ways]
-    return np.array([[round_force(force) for force in load] for load in found])
-
-
-def round_force(force: float) -> float:
-    """A force (N) to three digits."""
-    return 0.0 if abs(force) < 1e-9 else float(f"{force:.3g}")
+    return np.array([[0.0 if abs(force) < 1e-9 else float(f"{force:.3g}") for force in load] for load in found])
 
 
 def plan(sensors: Sensors, count: int) -> Plan:
@@ -69,19 +59,15 @@ def plan(sensors: Sensors, count: int) -> Plan:
     tells more.
     """
     loads = offered(sensors, count)
-    facts = _facts(sensors, np.vstack([np.zeros((1, 3)), loads]))
+    # Information (n, unknowns, unknowns; per prior variance) that a reading under each load gives, rest the first
+    none, put_on = np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), loads])
+    rest = np.arange(len(put_on)) == 0
+    points = Points(put_on, None, sensors.under(none, put_on), rest)
+    slopes = whiteners(sensors, none, points) @ tared(unknown_slopes(sensors, put_on), rest)
+    facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])
     return Plan(loads[np.array(order[1:], dtype=int) - 1], *_foretold(sensors, facts, order))
-
-
-def _facts(sensors: Sensors, loads: Array) -> Array:
-    """Information (n, unknowns, unknowns; per prior variance) that a reading under each load gives."""
-    none = np.zeros(len(sensors.known))
-    rest = np.arange(len(loads)) == 0
-    points = Points(loads, None, sensors.under(none, loads), rest)
-    slopes = whiteners(sensors, none, points) @ tared(unknown_slopes(sensors, loads), rest)
-    return np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
@@ -134,8 +120,7 @@ def table_head(sensors: Sensors) -> list[str]:
     return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
 
 
-GRAVITY = 9.80665
-"""Standard acceleration of free fall (m/s^2), by definition."""
+GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition
 
 
 def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:

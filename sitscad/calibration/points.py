@@ -11,20 +11,14 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.record import record
 
-AT_REST = 1e-4
-"""What a frequency at rest may be off by, by itself; all others are taken over it."""
-
-LEAST_LOAD = 1e-3
-"""What a load (of full scale) may be off by, however small it is."""
+AT_REST = 1e-4  # What a frequency at rest may be off by, by itself; all others are taken over it
+LEAST_LOAD = 1e-3  # What a load (of full scale) may be off by, however small it is
 
 CHANCE = 3.7
 """Standard deviations (one-sided odds of 10,000 to 1) beyond which rows without load do not scatter so by chance."""
 
-STEP = 1e-3
-"""Step (of full scale) of the differences by which slopes over loads are taken."""
-
-MOVE = 0.02
-"""Step (prior standard deviations) of the differences by which slopes over unknowns are taken."""
+STEP = 1e-3  # Step (of full scale) of the differences by which slopes over loads are taken
+MOVE = 0.02  # Step (prior standard deviations) of the differences by which slopes over unknowns are taken
 
 
 @record(eq=False)
@@ -106,14 +100,16 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
     return np.stack(found, axis=2)
 
 
-def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0, readings: int | None = None) -> Array:
+def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0) -> Array:
     """Matrices (n, coils, coils) that turn errors of `tared` ln f into independent ones of unit size: noise of the
     converter, what the chart may be off by, and what loads are off by; those last two `more` times as large.
     """
-    many = int(usual("readings")) if readings is None else readings
     here = np.log(foretold(sensors, errors, points))
-    rest = np.log(foretold(sensors, errors, _rest_of(points)))
-    read = np.square(points.noisier * sensors.of_mean(many))
+    rest = np.log(
+        sensors.frequencies(errors, sensors.placed(errors, np.zeros((1, 6))))
+        if points.loads is None else sensors.under(errors, np.zeros((1, 3)))
+    )
+    read = np.square(points.noisier * sensors.of_mean(int(usual("readings"))))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * read)
     charted = np.square(more * sensors.charted * (here - rest))
     square = np.zeros((len(points), noise.shape[1], noise.shape[1]))
@@ -150,10 +146,3 @@ def tared(values: Array, at_rest: Flags) -> Array:
     found = values - rest
     found[at_rest] = rest
     return np.asarray(found)
-
-
-def _rest_of(points: Points) -> Points:
-    """One point at rest, of the same kind."""
-    loads = None if points.loads is None else np.zeros((1, 3))
-    poses = None if points.poses is None else np.zeros((1, 6))
-    return Points(loads, poses, points.frequency[:1], np.ones(1, dtype=bool))

@@ -20,8 +20,7 @@ from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY, usual
 from sitscad.mechanics.motion import rotations
 from sitscad.scene.motions import LOAD, POSE
 
-STEEPEST = math.radians(15.0)
-"""Tilt up to which the response is computed (the contract of `sitscad response`)."""
+STEEPEST = math.radians(15.0)  # Tilt up to which the response is computed (the contract of `sitscad response`)
 
 STIFF = 2.0
 """Standard deviations by which a pad may be stiffer than its preset, before a load is more than it can bear."""
@@ -54,12 +53,30 @@ is allowed."""
 def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
     """Raises BenchError for poses that a target cannot take, and for loads that not even a stiff pad bears."""
     if points.poses is not None:
-        _require_room(table, points.poses, sensors)
+        # Poses above the board, and no more tilted than the response is computed for
+        turned = rotations(points.poses[:, 3:])
+        tilt = np.arccos(np.clip(turned[:, 2, 2], -1.0, 1.0))
+        row = int(np.argmax(tilt))
+        if tilt[row] > STEEPEST:
+            raise BenchError(
+                f"{_place(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
+                f"{math.degrees(STEEPEST):.0f} are the most that are computed: is the header's unit right?"
+            )
+        lowest = sensors.model.lowest(points.poses)
+        row = int(np.argmin(lowest))
+        gap = sensors.model.lowest(np.zeros((1, 6)))[0]
+        if lowest[row] < THINNEST * gap:
+            where = f"{1e3 * lowest[row]:.3g} mm above the board, and the pad of {1e3 * gap:.3g} mm pressed to nothing"
+            counted = "are poses counted from rest"
+            if lowest[row] < 0.0:
+                where, counted = f"{-1e3 * lowest[row]:.3g} mm inside the board", f"{counted}, z away from the board"
+            raise BenchError(
+                f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be {where}: {counted}, "
+                "and is the unit right?"
+            )
     if points.loads is not None:
-        errors = np.zeros(len(sensors.known))
-        place = [one.name for one in sensors.known].index("modulus")
-        errors[place] = STIFF * sensors.known[place].sigma
-        stiffer = f"even if it is {100.0 * math.expm1(errors[place]):.0f} % stiffer than its material says"
+        errors = np.array([STIFF * one.sigma * (one.name == "modulus") for one in sensors.known])
+        stiffer = f"even if it is {100.0 * math.expm1(errors.max()):.0f} % stiffer than its material says"
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
 
@@ -75,7 +92,9 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, 
     if together > abs(fit.moved[k]):
         k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
     one, far = sensors.known[k], float(fit.moved[k])
-    row, share = _worst(points, fit)
+    off = np.where(points.at_rest, -np.inf, np.nan_to_num(np.abs(fit.reading_errors).max(axis=1), nan=-np.inf))
+    row = int(np.argmax(off))
+    share = f"{1e6 * off[row]:.3g} ppm of the frequency"
     where = f"{table.path}:{table.lines[row]}:1"
     if not fit.settled and fit.excess > UNSETTLED:
         raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
@@ -98,28 +117,6 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, 
                          "force: no calibration comes out of that; find the noise first")
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
-
-
-def _require_room(table: Table, poses: Array, sensors: Sensors) -> None:
-    """Poses above the board, and no more tilted than the response is computed for."""
-    turned = rotations(poses[:, 3:])
-    tilt = np.arccos(np.clip(turned[:, 2, 2], -1.0, 1.0))
-    row = int(np.argmax(tilt))
-    if tilt[row] > STEEPEST:
-        raise BenchError(f"{_place(table, row, POSE[3:5])}: tilted by {math.degrees(tilt[row]):.3g} degrees, where "
-                         f"{math.degrees(STEEPEST):.0f} are the most that are computed: is the header's unit right?"
-                         )
-    lowest = sensors.model.lowest(poses)
-    row = int(np.argmin(lowest))
-    gap = sensors.model.lowest(np.zeros((1, 6)))[0]
-    if 0.0 <= lowest[row] < THINNEST * gap:
-        raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
-                         f"{1e3 * lowest[row]:.3g} mm above the board, and the pad of {1e3 * gap:.3g} mm pressed to "
-                         "nothing: are poses counted from rest, and is the unit right?")
-    if lowest[row] < 0.0:
-        raise BenchError(f"{_place(table, row, (POSE[2], *POSE[3:5]))}: the target's lowest point would be "
-                         f"{-1e3 * lowest[row]:.3g} mm inside the board: are poses counted from rest, z away from the "
-                         "board, and is the unit right?")
 
 
 def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
@@ -149,27 +146,18 @@ def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit
                          "as they are off themselves: a typing error, or another load?")
 
 
-def _worst(points: Points, fit: ModelFit) -> tuple[int, str]:
-    """The row that is farthest off, and by how much of its frequency, in words."""
-    off = np.where(points.at_rest, -np.inf, np.nan_to_num(np.abs(fit.reading_errors).max(axis=1), nan=-np.inf))
-    row = int(np.argmax(off))
-    return row, f"{1e6 * off[row]:.3g} ppm of the frequency"
-
-
 def _place(table: Table, row: int, names: tuple[str, ...]) -> str:
     """The place of the first of some columns that the table has."""
     found = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if found is None else found.number}"
 
 
-FAR_BEYOND = 4.0
-"""Full scales beyond which a load is a slip of the unit."""
+FAR_BEYOND = 4.0  # Full scales beyond which a load is a slip of the unit
 
 LARGEST_CHANGE = 2.0
 """How many times as much as any load or pose in the table moves a soft sensor a reading may change."""
 
-MODULI = tuple(np.linspace(-1.2, 1.2, 9))
-"""Logarithms of moduli with which readings are compared."""
+MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli with which readings are compared
 
 UNLIKE, BETTER = 0.3, 0.5
 """A table is suspected whose readings are so unlike (rms, over their own) what the design says, where another order of
@@ -182,58 +170,41 @@ two coils exchanged columns are nearly shear turned round, apart by 0.2 % of the
 
 def require_plausible(table: Table, points: Points, sensors: Sensors) -> None:
     """Raises BenchError for readings beyond what manufacture explains, and for columns that look exchanged."""
-    _require_range(table, points, sensors)
-    _require_level(table, points, sensors)
-    _require_changes(table, points, sensors)
-    _require_order(table, points, sensors)
-
-
-def _require_range(table: Table, points: Points, sensors: Sensors) -> None:
-    """Loads that are not far beyond what the sensor is made for."""
-    if points.loads is None:
-        return
-    columns, full = sensors.range.columns, sensors.range.full_scales
-    times = np.abs(points.loads[:, columns]) / full
-    row, axis = np.unravel_index(int(np.argmax(times)), times.shape)
-    if times[row, axis] > FAR_BEYOND:
-        name = LOAD[columns[int(axis)]]
-        place = table.named(name)
-        assert place is not None
-        force = points.loads[row, columns[int(axis)]]
-        raise BenchError(
-            f"{table.where(int(row), table.columns[place])} {name}: {force:.4g} N, where "
-            f"this sensor's full scale is {full[axis]:.4g} N: is the header's unit right?"
-        )
-
-
-def _require_level(table: Table, points: Points, sensors: Sensors) -> None:
-    """Frequencies within what coils and capacitors of the design explain."""
+    # Loads that are not far beyond what the sensor is made for
+    if points.loads is not None:
+        columns, full = sensors.range.columns, sensors.range.full_scales
+        times = np.abs(points.loads[:, columns]) / full
+        row, axis = np.unravel_index(int(np.argmax(times)), times.shape)
+        if times[row, axis] > FAR_BEYOND:
+            name = LOAD[columns[int(axis)]]
+            force = points.loads[row, columns[int(axis)]]
+            raise BenchError(
+                f"{table.where(int(row), table.column(name))} {name}: {force:.4g} N, where "
+                f"this sensor's full scale is {full[axis]:.4g} N: is the header's unit right?"
+            )
+    # Frequencies within what coils and capacitors of the design explain
     expected = foretold(sensors, np.zeros(len(sensors.known)), points)
     spread = {one.name: one.sigma for one in sensors.known}
     for k, coil in enumerate(sensors.coils):
         most = SURELY * 0.5 * np.hypot(spread[f"capacitor.{coil}"], spread["inductance"])
         off = np.log(points.frequency[:, k] / expected[:, k])
         if np.abs(off).max() > most:
-            raise BenchError(_off_level(table, coil, off, float(most)))
-
-
-def _off_level(table: Table, coil: str, off: Array, most: float) -> str:
-    """What is said of a reading whose ln f is `off` (n) by more than `most`."""
-    row, place = int(np.argmax(np.abs(off))), table.named(coil)
-    assert place is not None
-    column, said = table.columns[place], float(table.values[row, place])
-    power = -2.0 if column.unit.endswith("H") else 1.0
-    usual, share = said * np.exp(-power * off[row]), 100.0 * abs(power) * most
-    return (f"{table.where(row, column)} {coil}: {said:.6g} {column.unit}, where this design reads about {usual:.4g} "
-            f"{column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this sensor's spec?"
+            worst, column = int(np.argmax(np.abs(off))), table.column(coil)
+            said = float(table.numbers(column)[worst])
+            power = -2.0 if column.unit.endswith("H") else 1.0
+            usual, share = said * np.exp(-power * off[worst]), 100.0 * abs(power) * float(most)
+            raise BenchError(
+                f"{table.where(worst, column)} {coil}: {said:.6g} {column.unit}, where this design reads about "
+                f"{usual:.4g} {column.unit}, {share:.0f} % more or less: is the header's unit right, and is it this "
+                "sensor's spec?"
             )
+    _require_changes(table, points, sensors)
+    _require_order(table, points, sensors)
 
 
 def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
     """Changes from rest no larger than a soft sensor's."""
-    soft = np.zeros(len(sensors.known))
-    names = [one.name for one in sensors.known]
-    soft[names.index("modulus")] = -2.0 * sensors.known[names.index("modulus")].sigma
+    soft = np.array([-2.0 * one.sigma * (one.name == "modulus") for one in sensors.known])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
     largest = np.abs(
@@ -241,9 +212,8 @@ def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
     ).max()
     if np.abs(change).max() > LARGEST_CHANGE * largest:
         row, coil = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-        place = table.named(sensors.coils[int(coil)])
-        assert place is not None
-        raise BenchError(f"{table.where(int(row), table.columns[place])} {sensors.coils[int(coil)]}: "
+        column = table.column(sensors.coils[int(coil)])
+        raise BenchError(f"{table.where(int(row), column)} {column.name}: "
                          f"{100.0 * change[row, coil]:.2g} % off rest, where nothing in the table moves this design by "
                          f"more than {100.0 * largest:.2g} %: a typing error, or another sensor?")
     if np.abs(change[~points.at_rest]).max() < 0.01 * largest:
@@ -259,8 +229,13 @@ def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
     as_given, others = None, []
     expected: dict[bytes, list[Array]] = {}
     for order, signs, said in _orders(sensors, points.loads is not None):
-        if signs.tobytes() not in expected:
-            expected[signs.tobytes()] = [_moved(sensors, points, signs, modulus) for modulus in MODULI]
+        if signs.tobytes() not in expected:  # changes of ln f (n, coils) that the design with other moduli makes
+            loads = None if points.loads is None else points.loads * signs
+            poses = None if points.poses is None else points.poses * signs
+            others_of = Points(loads, poses, points.frequency, points.at_rest)
+            errors = np.array([[modulus * (one.name == "modulus") for one in sensors.known] for modulus in MODULI])
+            told = [np.log(foretold(sensors, each, others_of)) for each in errors]
+            expected[signs.tobytes()] = [one - one[points.at_rest][:1] for one in told]
         left = min(np.linalg.norm(one - seen[:, order]) for one in expected[signs.tobytes()]) / size
         if not said:
             as_given = left
@@ -291,18 +266,7 @@ def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, 
             yield list(range(len(coils))), signs, f"{' and '.join(turned)} look turned round"
 
 
-def _moved(sensors: Sensors, points: Points, signs: Array, modulus: float) -> Array:
-    """Changes of ln f from rest (n, coils) that the design with another modulus makes of loads with other signs."""
-    errors = np.zeros(len(sensors.known))
-    errors[[one.name for one in sensors.known].index("modulus")] = modulus
-    loads = None if points.loads is None else points.loads * signs
-    poses = None if points.poses is None else points.poses * signs
-    found = np.log(foretold(sensors, errors, Points(loads, poses, points.frequency, points.at_rest)))
-    return np.asarray(found - found[points.at_rest][:1])
-
-
-BEYOND = 6.0
-"""Standard deviations of the converter's noise by which two columns of one coil may differ."""
+BEYOND = 6.0  # Standard deviations of the converter's noise by which two columns of one coil may differ
 
 CAPACITOR = 0.01
 """Relative difference of inductances at rest from which they were computed with another capacitor's value."""
@@ -310,32 +274,22 @@ CAPACITOR = 0.01
 
 def second_readings(table: Table, points: Points, sensors: Sensors) -> tuple[str, ...]:
     """What there is to say of columns that are not used: nothing where every coil has one."""
-    found = []
-    for coil in sensors.coils:
-        used = table.named(coil)
-        assert used is not None
-        for k, column in enumerate(table.columns):
-            if column.name == coil and k != used:
-                found.append(_compared(table, points, sensors, (used, k)))
+    found, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
+    seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]
+    for used, other in sorted(seconds, key=lambda pair: sensors.coils.index(pair[0].name)):
+        apart = np.log(frequencies_of(table, sensors, other)) - np.log(frequencies_of(table, sensors, used))
+        level = float(apart[points.at_rest].mean())
+        left = np.abs(apart - level)
+        row = int(np.argmax(left))
+        noise = float(sensors.noise[sensors.coils.index(used.name)])
+        said = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
+        if left[row] > BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]:
+            said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
+                     f"({table.where(row, other)}), {left[row] / noise:.0f} times the converter's noise: rows of "
+                     "another run, or a changed formula")
+        else:
+            said += f"; their changes from rest agree within {1e6 * max(left[row], 0.1e-6):.2g} ppm of the frequency"
+        if abs(2.0 * level) > CAPACITOR:
+            said += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
+        found.append(said)
     return tuple(found)
-
-
-def _compared(table: Table, points: Points, sensors: Sensors, pair: tuple[int, int]) -> str:
-    """The note on a coil's second column."""
-    used, other = (table.columns[k] for k in pair)
-    apart = np.log(frequencies_of(table, sensors, other)) - np.log(frequencies_of(table, sensors, used))
-    level = float(apart[points.at_rest].mean())
-    left = np.abs(apart - level)
-    row = int(np.argmax(left))
-    noise = float(sensors.noise[sensors.coils.index(used.name)])
-    allowed = BEYOND * noise + rounded(table, used)[row] + rounded(table, other)[row]
-    said = f"{used.name}_{used.unit} is used, {other.name}_{other.unit} is not"
-    if left[row] > allowed:
-        said += (f": its change from rest differs by up to {1e6 * left[row]:.3g} ppm of the frequency "
-                 f"({table.where(row, other)}), {left[row] / noise:.0f} times the converter's noise: rows of another "
-                 "run, or a changed formula")
-    else:
-        said += f"; their changes from rest agree within {1e6 * max(left[row], 0.1e-6):.2g} ppm of the frequency"
-    if abs(2.0 * level) > CAPACITOR:
-        said += f"; it was computed with a capacitor {100.0 * np.expm1(2.0 * level):+.1f} % off the firmware's"
-    return said

@@ -28,17 +28,10 @@ from sitscad.spec.sensor import SensorSpec
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
 """What a degree costs along each number of a pose, and how much in all: 151 terms."""
 
-POINTS_A_TERM = 1.5
-"""Poses solved for every term."""
-
-CHECKED = 8, 3
-"""Sensors, and loads of each, at which a chart is held against poses that are solved."""
-
-FAR = 0.02
-"""Height (m) from which a target of a few millimetres changes nothing: 1e-6 of its change at rest."""
-
-LEAST = 1e-7
-"""Least share of a coil's inductance that a target's change counts as: its logarithm is charted."""
+POINTS_A_TERM = 1.5  # Poses solved for every term
+CHECKED = 8, 3  # Sensors, and loads of each, at which a chart is held against poses that are solved
+FAR = 0.02  # Height (m) from which a target of a few millimetres changes nothing: 1e-6 of its change at rest
+LEAST = 1e-7  # Least share of a coil's inductance that a target's change counts as: its logarithm is charted
 
 
 @record(eq=False)
@@ -72,14 +65,7 @@ def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 
 
-def without_target(model: ResponseModel) -> tuple[Array, Array]:
-    """Inductance (H) and resistance (ohm) of every coil at its contacts without the target, (coils,) each."""
-    inductance, resistance = terminals(model, np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
-    return inductance[1], resistance[1]
-
-
-AT_ONCE = 256
-"""Poses solved at once: so few that none is interpolated."""
+AT_ONCE = 256  # Poses solved at once: so few that none is interpolated
 
 
 def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
@@ -134,15 +120,10 @@ def _slope(travel: Array, turn: Array) -> float:
     return float(away @ turn) / size if size > 0.0 else 0.0
 
 
-WIDER = 1.1
-"""By how much the box is wider than what is reached."""
+WIDER = 1.1  # By how much the box is wider than what is reached
+SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (m, rad) of a chart
 
-SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])
-"""Least half widths (m, rad) of a chart."""
-
-
-KEPT = 500
-"""Solutions of the pad that are kept."""
+KEPT = 500  # Solutions of the pad that are kept
 
 FARTHEST_SHEAR = 2.0
 """Shear, in halves of the pad's thickness, beyond which what a pad stiffens by grows no more: no law is held there."""
@@ -159,8 +140,7 @@ LEAST_SURE, NOT_FITTED = 0.2, 0.1
 """How sure (of prior standard deviations) the errors of a sensor are taken to be at the most when a chart is made about
 them; and how far those are moved that no fit looks for."""
 
-DRAWN, SEED = 40, 15
-"""Sensors by which the box of poses is found, and the seed of their errors."""
+DRAWN, SEED = 40, 15  # Sensors by which the box of poses is found, and the seed of their errors
 
 
 @record(eq=False)
@@ -211,7 +191,8 @@ class Sensors:
     @cached_property
     def alone(self) -> tuple[Array, Array]:
         """Inductances (H) and resistances (ohm) of the coils as drawn without the target, (coils,) each."""
-        return without_target(self.model)
+        inductance, resistance = terminals(self.model, np.array([[0.0] * 6, [0.0, 0.0, FAR, 0.0, 0.0, 0.0]]))
+        return inductance[1], resistance[1]
 
     @property
     def charted(self) -> float:
@@ -234,9 +215,7 @@ class Sensors:
         return np.zeros(len(self.known)) if self.around is None else self.around
 
     def _moved(self, loads: Array) -> Array:
-        """How far the widest error of every unknown by itself moves the poses under (n, 3) loads, either way:
-        (ways, unknowns, n, 6).
-        """
+        """How far each unknown's widest error moves the poses under (n, 3) loads: (ways, unknowns, n, 6)."""
         drawn = self.poses(self._middle, loads)
         alone = WIDEST * np.diag(self.wide * [one.sigma for one in self.known])
         return np.array(
@@ -244,9 +223,7 @@ class Sensors:
         )
 
     def poses(self, errors: Array, loads: Array) -> Array:
-        """Where loads (n, 3; N: normal, shear along x, along y) take one sensor's target, (n, 6) from where it is drawn
-        to rest.
-        """
+        """Where loads (n, 3; N: normal, shear along x, y) take one sensor's target, (n, 6) from where it is drawn."""
         off = named(self.known, errors)
         travel, thickness = self._travel(self._own(off), loads)
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
@@ -294,7 +271,6 @@ class Sensors:
 
     def frequencies(self, errors: Array, poses: Array, exact: bool = False) -> Array:
         """Frequencies (Hz; n, coils) of one sensor with its target in (n, 6) poses: of the chart, or each pose solved.
-
         Errors of the coils change inductances at the frequency that the coils as drawn have: a per cent of it moves
         them by 1e-5.
         """
@@ -330,9 +306,7 @@ class Sensors:
 
     @cached_property
     def rounding(self) -> Array:
-        """One sigma of what the rounding of results takes from readings and their means, relative to the frequency
-        (coils).
-        """
+        """One sigma of what rounding takes from readings and their means, relative to the frequency (coils)."""
         states = [coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils]
         return np.array([self.conversion.rounding(state.frequency) / state.frequency for state in states])
 

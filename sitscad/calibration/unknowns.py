@@ -53,11 +53,9 @@ def usual(name: str) -> float:
 
 
 def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
-    """All that a sensor of a design may be off by, in the order of the rows that `units` gives.
-
-    Sigmas are those of `manufacturing_scatter`. To tilts is added what one end of a pad may be thicker than the other,
-    as much as two pads differ; the coils of one board have most of their inductance's scatter in common. Raises
-    NoResponse without a pad.
+    """All that a sensor of a design may be off by, in the order of the rows that `units` gives. Sigmas are those of
+    `manufacturing_scatter`. To tilts is added what one end of a pad may be thicker than the other, as much as two pads
+    differ; the coils of one board have most of their inductance's scatter in common. Raises NoResponse without a pad.
     """
     law, pad, target = soft_pad(spec).sigma, spec.elastomer, spec.target
     assert pad is not None and target is not None
@@ -92,15 +90,12 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
 WIDEST = 2.0
 """Standard deviations beyond which no simulated sensor lies: a sensor outside is sorted out, not calibrated."""
 
-
 SURELY = 6.0
 """Standard deviations of manufacture beyond which no unknown, and no reading, is believed to be of a design."""
 
 
 def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Errors (count, unknowns; m, rad, relative) of simulated sensors, always the same for a seed: normal, cut off at
-    `WIDEST` standard deviations.
-    """
+    """Errors (count, unknowns; m, rad, relative) of simulated sensors by a seed: normal, cut off at `WIDEST` sigmas."""
     generator = np.random.default_rng(seed)
     drawn = generator.normal(size=(count, len(known)))
     while np.any(beyond := np.abs(drawn) > WIDEST):

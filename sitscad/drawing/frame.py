@@ -16,12 +16,10 @@ MARGIN = 8.0
 FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
 """What is stamped on the drawings of a package that does not meet its own checks."""
 RED = "#b00000"
-BLOCK = (118.0, 30.0)
-"""The title block at the lower right, millimetres on paper."""
+BLOCK = (118.0, 30.0)  # The title block at the lower right, millimetres on paper
 ISSUE = (("Part no.", "Part number"), ("Rev.", "Revision"), ("Date", "Date"))
 """The cells of the issue in the title block, and what the issue calls them."""
-ISSUE_CELLS = (58.0, 26.0, 34.0)
-"""Their widths (mm)."""
+ISSUE_CELLS = (58.0, 26.0, 34.0)  # Their widths (mm)
 NOT_STATED = "not stated"
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
@@ -30,10 +28,8 @@ DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
 CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
 TEXT = 2.6
-SMALLEST = 1.5
-"""Letters that can still be read on paper (mm)."""
-INDENT = 3.0
-"""Of a paragraph's lines after the first (mm)."""
+SMALLEST = 1.5  # Letters that can still be read on paper (mm)
+INDENT = 3.0  # Of a paragraph's lines after the first (mm)
 
 
 def new_sheet(
@@ -87,11 +83,6 @@ def scale_for(size: tuple[float, float], room: tuple[float, float], scales: tupl
 def detail_scale(size: tuple[float, float], room: tuple[float, float]) -> float:
     """The largest scale of a detail, out of finer steps."""
     return scale_for(size, room, DETAIL_SCALES)
-
-
-def next_below(scale: float) -> float:
-    """The largest usual scale below another one, of which that is a true enlargement."""
-    return next((k for k in SCALES if k < scale - 1e-9), SCALES[-1])
 
 
 def scale_text(scale: float) -> str:

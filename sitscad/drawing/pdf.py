@@ -1,7 +1,6 @@
-"""Sheets as a PDF file: vector drawing and Helvetica, nothing compressed, no dates and no identifiers.
-
-PDF 1.4 (ISO 32000 describes it): one of the fourteen fonts that every reader has, so nothing is embedded; equal sheets
-give equal bytes, whatever the machine.
+"""Sheets as a PDF file: vector drawing and Helvetica, nothing compressed, no dates and no identifiers. PDF 1.4 (ISO
+32000 describes it): one of the fourteen fonts that every reader has, so nothing is embedded; equal sheets give equal
+bytes, whatever the machine.
 """
 
 from __future__ import annotations
@@ -13,10 +12,8 @@ from sitscad.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, t
 from sitscad.geometry.path import Arc, Path, Point
 from sitscad.units import decimal
 
-POINTS = 72.0 / 25.4
-"""PDF's units in a millimetre."""
-BOLD = 0.035
-"""Width of the line that makes letters bold, as a share of their size."""
+POINTS = 72.0 / 25.4  # PDF's units in a millimetre
+BOLD = 0.035  # Width of the line that makes letters bold, as a share of their size
 
 
 def pdf(sheets: Sequence[Sheet]) -> bytes:

@@ -22,8 +22,7 @@ from sitscad.geometry.path import Line, Path, Point, closed_polygon, polyline
 from sitscad.parts.solid import require
 from sitscad.record import record
 
-A4 = (297.0, 210.0)
-"""Landscape, millimetres."""
+A4 = (297.0, 210.0)  # Landscape, millimetres
 
 BLACK = "#000000"
 
@@ -52,9 +51,8 @@ class Pen:
 
 @record
 class Shape:
-    """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule).
-
-    ``opacity`` is the filling's; ``name`` is what a page points at (its id), ``kind`` what a style sheet calls it.
+    """Paths (mm) that are drawn, filled, or both; holes are paths of the same shape (even-odd rule). ``opacity`` is the
+    filling's; ``name`` is what a page points at (its id), ``kind`` what a style sheet calls it.
     """
 
     paths: tuple[Path, ...]
@@ -68,7 +66,6 @@ class Shape:
 @record
 class Label:
     """A text in Helvetica: where (mm), its size (mm), its anchor (``start``, ``middle``, ``end``), its angle (deg).
-
     ``halo`` is the width (mm) of a white line round its letters, half of which they cover.
     """
 
@@ -187,7 +184,6 @@ _GLYPHS = {
 
 def strokes(text: str, at: Point, height: float) -> Iterator[Path]:
     """The strokes of a text whose lower left corner is `at`, capitals `height` high (m); small letters are capitals.
-
     Raises KeyError for a character that the font has not; a space is one advance.
     """
     unit = height / HEIGHT
@@ -205,26 +201,18 @@ def length(text: str, height: float) -> float:
     return (len(text) * ADVANCE - 2.0) * height / HEIGHT
 
 
-INCH, POINT = 25.4, 25.4 / 72.0
-"""Millimetres."""
-
-DOTS = 72.0
-"""Units in an inch that matplotlib works in: its points."""
-
-LETTERS = 7.5
-"""Size of the letters (points)."""
-
-RISE, DROP = 0.72, 0.21
-"""Height of capitals and depth of letters below the line, of a size of Helvetica."""
+INCH, POINT = 25.4, 25.4 / 72.0  # Millimetres
+DOTS = 72.0  # Units in an inch that matplotlib works in: its points
+LETTERS = 7.5  # Size of the letters (points)
+RISE, DROP = 0.72, 0.21  # Height of capitals and depth of letters below the line, of a size of Helvetica
 
 COLOURS = ("#1f5fa8", "#c4602b", "#2a7f4f", "#7a4fa3", "#8a6d00", "#5c6670")
 """The colours of curves, in their order: told apart by those who do not see all colours, too."""
 
 
 def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[Any], None]) -> None:
-    """Draw a figure into a box of a sheet (left, low, width, height; mm); `draw` takes the matplotlib figure.
-
-    Raises `MissingExtra` where matplotlib is not installed.
+    """Draw a figure into a box of a sheet (left, low, width, height; mm); `draw` takes the matplotlib figure. Raises
+    `MissingExtra` where matplotlib is not installed.
     """
     matplotlib = require("matplotlib")
     left, low, width, height = box

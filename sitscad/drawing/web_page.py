@@ -22,9 +22,7 @@ def page(title: str, parts: Iterable[str], about: str = "") -> str:
 
 
 def part(title: str, body: str, stage: str = "") -> str:
-    """A section under its title, both in HTML, for scripts named after the stage that makes it; nothing for one without
-    a body.
-    """
+    """A section under its title (HTML), for scripts named after the stage that makes it; nothing without a body."""
     named = f' data-stage="{stage}"' if stage else ""
     return f"<section{named}><h2>{title}</h2>{body}</section>" if body else ""
 

@@ -48,6 +48,12 @@ class FabricationFile:
         """The file's name without its folder."""
         return self.path.rpartition("/")[2]
 
+    @property
+    def row(self) -> tuple[str, str]:
+        """Its name and what it is, as readmes list it: mechanical layers are called by bare numbers in archives."""
+        kind = "Excellon, metric" if self.path.endswith(".drl") else f"Gerber X2, {self.function}"
+        return self.name, f"{self.title} ({kind})"
+
 
 def layer_name(number: int, count: int) -> str:
     """A copper layer's short name (``F_Cu``, ``In1_Cu`` ..., ``B_Cu``); a single layer is ``F_Cu``."""

@@ -339,12 +339,17 @@ def _band(thickness: FinishedThickness) -> str:
 TEXT_WIDTH = 100
 
 
+def headed(title: str, lines: Iterable[str]) -> list[str]:
+    """Lines under a heading, and an empty one."""
+    return [title, "-" * len(title), *lines, ""]
+
+
 def section(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
     """A heading and rows of a name and a text, the text wrapped beside its name."""
-    lines = [title, "-" * len(title)]
+    lines: list[str] = []
     pairs = list(rows)
     indent = max(len(name) for name, _ in pairs) + 2
     for name, text in pairs:
         first, *rest = wrap(text, TEXT_WIDTH - indent, break_long_words=False, break_on_hyphens=False) or [""]
         lines += [f"{name:<{indent}}{first}".rstrip(), *(" " * indent + more for more in rest)]
-    return [*lines, ""]
+    return headed(title, lines)

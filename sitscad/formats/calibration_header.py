@@ -1,6 +1,5 @@
-"""The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine.
-
-A program that turns counts into newtons by the map of `calibration_header`: what shows how it is called.
+"""The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine. A
+program that turns counts into newtons by the map of `calibration_header`: what shows how it is called.
 """
 
 from __future__ import annotations
@@ -11,18 +10,19 @@ from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
 from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
 
-WIDTH = 116
-"""Columns of a line at most."""
+WIDTH = 116  # Columns of a line at most
 
 
 def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = ()) -> bytes:
     """The header of a map, for a converter that counts so. `remarks` stand in its first comment."""
+    counts = ", ".join(f"{int(count)}u" for count in found.rest)
     lines = [
         *_comment(found, conversion, remarks),
         *_opening(found),
         *_tables(found),
         *_ends(found, conversion),
-        *_tare(found),
+        "", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
+        f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};",
         "",
         *_product(found),
         *_changes(found, conversion),
@@ -39,11 +39,11 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
 def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
     """The comment at the file's head: which sensor, how good, what goes in and comes out."""
     shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
-                      for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))  # fmt: skip
+                      for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
     device, coils = conversion.device, ", ".join(map(_plain, found.coils))
     if device.has_gains:
         counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
-                  f"   makes them of results: {device.count_bits} bits, of which a result shows some."]  # fmt: skip
+                  f"   makes them of results: {device.count_bits} bits, of which a result shows some."]
     else:
         counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
     revision = f", revision {_plain(found.revision)}" if found.revision else ""
@@ -67,6 +67,8 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
 
 def _opening(found: InverseMap) -> list[str]:
     """The guard, the sizes and the names of axes and results."""
+    parts = (found.powers, found.denominator_powers, found.spline_powers)
+    highest = max(int(part.max(initial=0)) for part in parts)
     return [
         "#ifndef SITSCAD_CALIBRATION_H",
         "#define SITSCAD_CALIBRATION_H",
@@ -78,7 +80,7 @@ def _opening(found: InverseMap) -> list[str]:
         f"#define SITSCAD_AXES {len(found.axes)}",
         *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(found.axes)),
         f"#define SITSCAD_TERMS {found.numerator.shape[1]}",
-        f"#define SITSCAD_POWERS {1 + max(_highest(found), 1)}",
+        f"#define SITSCAD_POWERS {1 + max(highest, 1)}",
         "",
         "#define SITSCAD_OK 0",
         "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
@@ -90,11 +92,6 @@ def _opening(found: InverseMap) -> list[str]:
         "};",
         "",
     ]
-
-
-def _highest(found: InverseMap) -> int:
-    parts = (found.powers, found.denominator_powers, found.spline_powers)
-    return max(int(part.max(initial=0)) for part in parts)
 
 
 def _tables(found: InverseMap) -> list[str]:
@@ -129,12 +126,6 @@ def _tables(found: InverseMap) -> list[str]:
     return lines
 
 
-def _tare(found: InverseMap) -> list[str]:
-    counts = ", ".join(f"{int(count)}u" for count in found.rest)
-    return ["", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
-            f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};"]  # fmt: skip
-
-
 def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
     """The ends of every coil's counts, where they are not alike: a result is a part of a conversion."""
     if not conversion.device.has_gains:
@@ -144,7 +135,7 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
         "", "/* Counts of the smallest and the largest result: both say that a coil gives none. */",
         *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
         *_array("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
-    ]  # fmt: skip
+    ]
 
 
 def _product(found: InverseMap) -> list[str]:
@@ -160,7 +151,7 @@ def _product(found: InverseMap) -> list[str]:
         "    return product;",
         "}",
         "",
-    ]  # fmt: skip
+    ]
 
 
 def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
@@ -192,7 +183,7 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
             f"        seen[coil] = logf(left > {LEAST:.0e}f ? left : {LEAST:.0e}f);",
         ] if log else ["        seen[coil] = -change;"]),
         "    }",
-    ]  # fmt: skip
+    ]
 
 
 def _mixed() -> list[str]:

@@ -1,7 +1,6 @@
-"""IPC-D-356A netlist for the bare-board test: one record a contact, one a via.
-
-Metric (``UNITS CUST 1``: micrometres and degrees), fields at the fixed columns of the standard. A coil is one piece of
-copper, so its two contacts belong to one net: continuity between them is what the test has to find.
+"""IPC-D-356A netlist for the bare-board test: one record a contact, one a via. Metric (``UNITS CUST 1``: micrometres
+and degrees), fields at the fixed columns of the standard. A coil is one piece of copper, so its two contacts belong to
+one net: continuity between them is what the test has to find.
 """
 
 from __future__ import annotations
@@ -14,18 +13,16 @@ from sitscad.geometry.path import Point, Region
 from sitscad.layout.board import Layout, Pad, Via
 
 NET_NAME_LENGTH = 14
-NO_NET = "N/C"
-"""What a contact is given for a net that has none."""
+NO_NET = "N/C"  # What a contact is given for a net that has none
 
 
 def render(layout: Layout) -> dict[str, bytes]:
     """The netlist by its path in the package. Raises ValueError for what the format's fixed columns cannot hold."""
-    text = "\n".join([*_header(layout), *_records(layout), "999"]) + "\n"
+    text = "\n".join(_records(layout)) + "\n"
     return {fabrication_path(layout, "netlist.d356"): text.encode("ascii")}
 
 
-def _header(layout: Layout) -> Iterator[str]:
-    """The records before the first test point."""
+def _records(layout: Layout) -> Iterator[str]:
     name, issue = layout.spec.name, layout.spec.issue
     yield "C  Bare-board netlist, in the coordinates of the Gerber and drill files"
     yield "C  A net is one coil: its contacts .A and .B are the two ends of one conductor"
@@ -33,13 +30,11 @@ def _header(layout: Layout) -> Iterator[str]:
     yield from (f"P  JOB   {name}", "P  CODE  00", "P  UNITS CUST 1", f"P  TITLE {name}")
     yield from (f"P  NUM   {issue.part_number or 1}", f"P  REV   {issue.revision or '-'}")
     yield from ("P  VER   IPC-D-356A", "P  IMAGE PRIMARY")
-
-
-def _records(layout: Layout) -> Iterator[str]:
     for net in layout.nets:
         yield from (_contact(layout, pad) for pad in layout.all_pads if pad.net == net)
         yield from (_via(layout, via) for via in layout.vias if via.net == net)
     yield from (_contact(layout, pad) for pad in layout.pads if pad.is_unused)
+    yield "999"
 
 
 def _contact(layout: Layout, pad: Pad) -> str:
@@ -70,7 +65,8 @@ def _record(
     if len(net) > NET_NAME_LENGTH:
         raise ValueError(f"net name {net!r} is longer than the {NET_NAME_LENGTH} characters of IPC-D-356A")
     dash = "-" if pin else " "
-    place = f"X{_signed(at.x)}Y{_signed(at.y)}"
+    x, y = (("-" if round(value * 1e6) < 0 else "+") + _number(abs(value), 6) for value in at)
+    place = f"X{x}Y{y}"
     return f"{operation}{net:<14}   {component:<6}{dash}{pin:<4}{hole:<7}{access}{place}{size}R000 S{covered}"
 
 
@@ -100,7 +96,3 @@ def _number(length: float, digits: int) -> str:
     if not 0 <= microns < 10**digits:
         raise ValueError(f"a length of {length * 1e3:.3f} mm does not fit {digits} digits of IPC-D-356A")
     return f"{microns:0{digits}d}"
-
-
-def _signed(length: float) -> str:
-    return ("-" if round(length * 1e6) < 0 else "+") + _number(abs(length), 6)

@@ -34,9 +34,7 @@ _FIRST_LAYER, _FIRST_ENTITY = 0x30, 0x100
 
 def render_dxf(layout: Layout, forced: str = "") -> dict[str, bytes]:
     """``laser/NAME-elastomer.dxf``, the same of the target and of the shield, of those parts that the spec has; with a
-    note that says so where ``forced`` is not empty.
-
-    Raises ValueError for a kerf that cannot be compensated.
+    note that says so where ``forced`` is not empty. Raises ValueError for a kerf that cannot be compensated.
     """
     name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
     return {f"laser/{name}-{sheet.name}.dxf": dxf_drawing(sheet).encode("ascii") for sheet in found}
@@ -110,7 +108,13 @@ def _tables(sheet: LaserSheet) -> Iterator[Tag]:
         for name, handle, text in linetypes
     ]
     yield from _table("LTYPE", _LINETYPES, rows)
-    yield from _table("LAYER", _LAYERS, [_layer(i, name, colour) for i, (name, colour) in enumerate(_layers())])
+    layers = [("0", 7), *((str(layer), LOOKS[layer].index) for layer in CutLayer)]
+    rows = [  # line weight 0 is the hairline that drivers follow as a vector
+        _record("LAYER", _FIRST_LAYER + i, _LAYERS, "Layer", (2, name), (70, 0), (62, colour), (6, "Continuous"),
+                (370, 0))
+        for i, (name, colour) in enumerate(layers)
+    ]
+    yield from _table("LAYER", _LAYERS, rows)
     font: tuple[Tag, ...] = ((40, 0.0), (41, 1.0), (50, 0.0), (71, 0), (42, TEXT_HEIGHT * 1e3), (3, "txt"), (4, ""))
     style = _record("STYLE", _STANDARD_STYLE, _STYLES, "TextStyle", (2, "Standard"), (70, 0), *font)
     yield from _table("STYLE", _STYLES, [style])
@@ -121,17 +125,7 @@ def _tables(sheet: LaserSheet) -> Iterator[Tag]:
     yield from _table("DIMSTYLE", _DIMSTYLES, [dimstyle])
     spaces = (("*Model_Space", _MODEL), ("*Paper_Space", _PAPER))
     rows = [_record("BLOCK_RECORD", handle, _BLOCK_RECORDS, "Block", (2, name)) for name, handle in spaces]
-    yield from _table("BLOCK_RECORD", _BLOCK_RECORDS, [[t for t in row] for row in rows])
-
-
-def _layers() -> list[tuple[str, int]]:
-    return [("0", 7), *((str(layer), LOOKS[layer].index) for layer in CutLayer)]
-
-
-def _layer(index: int, name: str, colour: int) -> list[Tag]:
-    """A layer's record; line weight 0 is the hairline that drivers follow as a vector."""
-    look: tuple[Tag, ...] = ((2, name), (70, 0), (62, colour), (6, "Continuous"), (370, 0))
-    return _record("LAYER", _FIRST_LAYER + index, _LAYERS, "Layer", *look)
+    yield from _table("BLOCK_RECORD", _BLOCK_RECORDS, rows)
 
 
 def _blocks() -> Iterator[Tag]:
@@ -198,9 +192,7 @@ HAIRLINE = 0.01
 
 def render_svg(layout: Layout, forced: str = "") -> dict[str, bytes]:
     """``laser/NAME-elastomer.svg``, the same of the target and of the shield, of those parts that the spec has; with a
-    note that says so where ``forced`` is not empty.
-
-    Raises ValueError for a kerf that cannot be compensated.
+    note that says so where ``forced`` is not empty. Raises ValueError for a kerf that cannot be compensated.
     """
     name, found = layout.spec.name, sheets(layout, FORCED if forced else "")
     return {f"laser/{name}-{sheet.name}.svg": svg_drawing(sheet, name).encode("utf-8") for sheet in found}
@@ -214,19 +206,10 @@ def svg_drawing(cut: LaserSheet, name: str) -> str:
         pen = Pen(HAIRLINE, LOOKS[layer].rgb)
         with sheet.group(layer, layer=True):
             for contour in cut.on(layer):
-                sheet.draw(_outline(contour), pen)
+                circular = contour.diameter is not None  # one that is a circle is written as such
+                path = circle(contour.centre, (contour.diameter or 0.0) / 2) if circular else contour.path
+                sheet.draw(path.mapped(lambda point: Point(point.x * MM, point.y * MM)), pen)
             if layer is CutLayer.REF:
                 for place, text in cut.notes:
                     sheet.text(place.x * MM, place.y * MM, text, TEXT_HEIGHT * MM, colour=LOOKS[layer].rgb)
     return svg(sheet)
-
-
-def _outline(contour: Contour) -> Path:
-    """A contour in millimetres; one that is a circle is written as such."""
-    if contour.diameter is not None:
-        return circle(_mm(contour.centre), contour.diameter / 2 * MM)
-    return contour.path.mapped(_mm)
-
-
-def _mm(point: Point) -> Point:
-    return Point(point.x * MM, point.y * MM)

@@ -1,16 +1,13 @@
 """Meshes of the solids for printing and for viewers, as repeatable bytes: binary STL (millimetres, in the positive
 octant, on z = 0), 3MF (3MF core specification 1.3, one coloured object each), and ``mount/assembly.glb`` (glTF 2.0).
 
-3MF is written here because trimesh's and OpenCASCADE's writers put random identifiers in. The archive is stored, not
-deflated: what deflate makes differs between zlib versions, and the files are small. glTF counts in metres with y
+3MF is written here because trimesh's and OpenCASCADE's writers put random identifiers in. glTF counts in metres with y
 upwards and the front towards +z: the jaw's length is x, what is up of the board is y. Every triangle has corners of its
 own, so that edges are seen as edges.
 """
 
 from __future__ import annotations
 
-import zipfile
-from io import BytesIO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -20,6 +17,7 @@ from sitscad.parts.mesh import NotManifold, TriangleMesh, made, seen
 from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
+from sitscad.writer import stored_zip
 
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 _CONTENT_TYPES = (
@@ -40,7 +38,7 @@ def render_3mf(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, .
     """``mount/NAME-<solid>.3mf`` of every piece of mount and jaw, and of jig and mould; nothing without a mount."""
     pieces = (*of_role(solids, BodyRole.MOUNT, BodyRole.JAW), *aids)
     return {
-        f"mount/{spec.name}-{piece.name}.3mf": package(piece, mesh.on_bed(), f"{spec.name}-{piece.name}")
+        f"mount/{spec.name}-{piece.name}.3mf": package([(piece, mesh.on_bed())], f"{spec.name}-{piece.name}")
         for piece, mesh in zip(pieces, made(pieces), strict=True)
     }
 
@@ -50,39 +48,24 @@ def render_whole_3mf(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, b
     meshes = list(zip(solids, seen(solids), strict=True))
     low = np.min([mesh.vertices.min(axis=0) for _, mesh in meshes], axis=0)
     placed = [(s, TriangleMesh(m.name, m.vertices - low, m.triangles)) for s, m in meshes]
-    return {"mount/assembly.3mf": _archive(_model(placed, f"{spec.name} assembly"))}
+    return {"mount/assembly.3mf": package(placed, f"{spec.name} assembly")}
 
 
-def package(solid: Solid, mesh: TriangleMesh, title: str) -> bytes:
+def package(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> bytes:
     """The zip archive that a 3MF file is: content types, relations, model."""
-    return _archive(_model([(solid, mesh)], title))
-
-
-def _archive(model: str) -> bytes:
-    members = {"[Content_Types].xml": _CONTENT_TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
-    memory = BytesIO()
-    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
-        for name, text in members.items():
-            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-            entry.create_system = 3
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, text.encode("utf-8"))
-    return memory.getvalue()
-
-
-def _model(meshes: list[tuple[Solid, TriangleMesh]], title: str) -> str:
-    bases = "".join(
-        f'<base name={quoteattr(solid.material)} displaycolor="{solid.colour.upper()}FF"/>' for solid, _ in meshes
-    )
+    bases = "".join(f'<base name={quoteattr(solid.material)} displaycolor="{solid.colour.upper()}FF"/>'
+                    for solid, _ in meshes)
     objects = "".join(_object(index, solid, mesh) for index, (solid, mesh) in enumerate(meshes))
     items = "".join(f'<item objectid="{index + 2}"/>' for index in range(len(meshes)))
-    return (
+    model = (
         f'{_XML}<model unit="millimeter" xml:lang="en-US"'
         ' xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">\n'
         f'<metadata name="Title">{title}</metadata>\n<metadata name="Application">sitscad</metadata>\n<resources>\n'
         f'<basematerials id="1">{bases}</basematerials>\n'
         f"{objects}</resources>\n<build>{items}</build>\n</model>\n"
     )
+    members = {"[Content_Types].xml": _CONTENT_TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
+    return stored_zip({name: text.encode("utf-8") for name, text in members.items()})
 
 
 def _object(index: int, solid: Solid, mesh: TriangleMesh) -> str:
@@ -133,4 +116,3 @@ def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
         mesh = trimesh.Trimesh(turned, faces, visual=visual, process=False)
         scene.add_geometry(mesh, node_name=solid.name, geom_name=solid.name)
     return {"mount/assembly.glb": bytes(scene.export(file_type="glb", include_normals=False))}
-

@@ -24,8 +24,7 @@ _USAGE = re.compile(r"(?<=NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')\d+")
 _BREP = re.compile(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('[^']*',\(([#\d,\s]*)\),\s*(#\d+)\)")
 _SOLID = re.compile(r"(#\d+) = MANIFOLD_SOLID_BREP\(")
 _ENTITY = re.compile(r"^#(\d+) = ", re.MULTILINE)
-_BREAK = re.compile(r"(?<!;)\n *")
-"""Where a line ends before its entity does, within a name too."""
+_BREAK = re.compile(r"(?<!;)\n *")  # Where a line ends before its entity does, within a name too
 _ZERO = re.compile(r"(?<=[(,])-?(?:0\.|\d\.\d*E-(?:1[4-9]|[2-9]\d))(?=[,)])")
 """Numbers (millimetres, parts of a direction) that are zero but for rounding or a sign."""
 
@@ -85,19 +84,14 @@ def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:
         raise ValueError(f"the STEP file holds {len(breps)} solids, {len(solids)} were written")
     free = max(int(number) for number in _ENTITY.findall(body)) + 1
     lines = []
-    for brep, solid in zip(breps, solids, strict=True):
-        lines.extend(_styled(free, brep, contexts[brep], solid.rgb))
-        free += 9
+    for n, (brep, solid) in zip(count(free, 9), zip(breps, solids, strict=True), strict=False):
+        colour = ",".join(f"{value:.6f}" for value in solid.rgb)
+        lines += [
+            f"#{n} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{n + 1}),{contexts[brep]});",
+            f"#{n + 1} = STYLED_ITEM('color',(#{n + 2}),{brep});",
+            f"#{n + 2} = PRESENTATION_STYLE_ASSIGNMENT((#{n + 3}));",
+            f"#{n + 3} = SURFACE_STYLE_USAGE(.BOTH.,#{n + 4});", f"#{n + 4} = SURFACE_SIDE_STYLE('',(#{n + 5}));",
+            f"#{n + 5} = SURFACE_STYLE_FILL_AREA(#{n + 6});", f"#{n + 6} = FILL_AREA_STYLE('',(#{n + 7}));",
+            f"#{n + 7} = FILL_AREA_STYLE_COLOUR('',#{n + 8});", f"#{n + 8} = COLOUR_RGB('',{colour});",
+        ]
     return (body + ("\n".join(lines) + "\n") + end + tail).encode("ascii")
-
-
-def _styled(n: int, brep: str, context: str, rgb: tuple[float, float, float]) -> list[str]:
-    """The lines that give a solid its colour."""
-    colour = ",".join(f"{value:.6f}" for value in rgb)
-    return [
-        f"#{n} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{n + 1}),{context});",
-        f"#{n + 1} = STYLED_ITEM('color',(#{n + 2}),{brep});", f"#{n + 2} = PRESENTATION_STYLE_ASSIGNMENT((#{n + 3}));",
-        f"#{n + 3} = SURFACE_STYLE_USAGE(.BOTH.,#{n + 4});", f"#{n + 4} = SURFACE_SIDE_STYLE('',(#{n + 5}));",
-        f"#{n + 5} = SURFACE_STYLE_FILL_AREA(#{n + 6});", f"#{n + 6} = FILL_AREA_STYLE('',(#{n + 7}));",
-        f"#{n + 7} = FILL_AREA_STYLE_COLOUR('',#{n + 8});", f"#{n + 8} = COLOUR_RGB('',{colour});",
-    ]

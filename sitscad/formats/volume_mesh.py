@@ -24,7 +24,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -42,8 +41,7 @@ from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.sensor import SensorSpec
 
-FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
-"""The corners of a tetrahedron's faces S1 to S4."""
+FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
 
 GMSH_TO_ABAQUS = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 """The nodes of a tetrahedron of second order: gmsh has the last two the other way round."""
@@ -54,8 +52,7 @@ modulus. A smaller share locks the elements, a larger one lets the rubber shrink
 other, by a few per cent of the force (tests/formats/test_volume_mesh.py runs it; docs/package.md has the figures).
 """
 
-STRAIN = 0.05
-"""The step's compression, in parts of the thickness."""
+STRAIN = 0.05  # The step's compression, in parts of the thickness
 
 ABOUT = """\
 The elastomer pad in metres, newtons and pascals: C3D10 tetrahedra, surfaces and node sets, rubber, one step.
@@ -67,11 +64,6 @@ The force then comes out some per cent off, more with coarse elements or a thin,
 In Abaqus write TYPE=C3D10H and D = {d_real:.6g}, which needs no such help."""
 
 
-def input_deck(gmsh: Any, pad: ElastomerPad) -> bytes:
-    """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
-    return ("\n".join(_lines(gmsh, pad)) + "\n").encode("ascii")
-
-
 def bulk_ratio(pad: ElastomerPad) -> float:
     """Bulk over shear modulus in the deck; the material's own where that is less."""
     shape_factor = pad.size[0] * pad.size[1] / (2.0 * sum(pad.size) * pad.thickness)
@@ -79,7 +71,8 @@ def bulk_ratio(pad: ElastomerPad) -> float:
     return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
 
 
-def _lines(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
+def _deck(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
+    """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
     material, ratio = pad.material, bulk_ratio(pad)
     mu, alpha = material.shear_modulus, material.ogden_exponent
     words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
@@ -90,7 +83,7 @@ def _lines(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
     yield "*NODE"
     order = np.argsort(tags)
     for tag, (x, y, z) in zip(tags[order].tolist(), places.reshape(-1, 3)[order].tolist(), strict=True):
-        yield f"{tag}, {_metres(x)}, {_metres(y)}, {_metres(z)}"
+        yield ", ".join([str(tag), *(f"{millimetres * 1e-3 + 0.0:.9g}" for millimetres in (x, y, z))])
     tetrahedra = gmsh.model.mesh.getElements(3)[2][0].reshape(-1, 10)[:, GMSH_TO_ABAQUS]
     yield "*ELEMENT, TYPE=C3D10, ELSET=elastomer"
     yield from (f"{number}, {', '.join(map(str, row))}" for number, row in enumerate(tetrahedra.tolist(), 1))
@@ -112,10 +105,6 @@ def _lines(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
     yield "*SOLID SECTION, ELSET=elastomer, MATERIAL=rubber"
     if {"bonded_top", "bonded_bottom"} <= surfaces.keys():
         yield from _step(pad.thickness)
-
-
-def _metres(millimetres: float) -> str:
-    return f"{millimetres * 1e-3 + 0.0:.9g}"
 
 
 def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
@@ -149,8 +138,7 @@ _OPTIONS = {
     "Mesh.ScalingFactor": 1e-3,
 }
 
-Entity = tuple[int, int]
-"""A volume, face or curve of gmsh: its dimension and number."""
+Entity = tuple[int, int]  # A volume, face or curve of gmsh: its dimension and number
 
 
 def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
@@ -163,9 +151,8 @@ def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
 
 def faces(gmsh: Any, volumes: list[Entity]) -> set[int]:
     """The numbers of all faces of volumes."""
-    return (
-        {abs(tag) for _, tag in gmsh.model.getBoundary(volumes, combined=False, oriented=False)} if volumes else set()
-    )
+    around = gmsh.model.getBoundary(volumes, combined=False, oriented=False) if volumes else ()
+    return {abs(tag) for _, tag in around}
 
 
 def edges(gmsh: Any, surfaces: Iterable[int]) -> list[int]:
@@ -186,8 +173,7 @@ def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float
     field.setAsBackgroundMesh(size)
 
 
-SAMPLES = 100
-"""Points on each curve that distances are taken from."""
+SAMPLES = 100  # Points on each curve that distances are taken from
 
 
 def written(gmsh: Any, path: Path) -> bytes:
@@ -196,15 +182,8 @@ def written(gmsh: Any, path: Path) -> bytes:
     return path.read_bytes()
 
 
-def as_abaqus(gmsh: Any, path: Path, title: str) -> bytes:
-    """The mesh as Abaqus' input file, which CalculiX and others read; gmsh's heading would name a folder of ours."""
-    return f"*Heading\n {title}, metres\n".encode("ascii") + written(gmsh, path).split(b"\n", 2)[2]
-
-
 def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
-    """How many nodes and tetrahedra there are, of all volumes or of some, and how good these are: 1 is regular, 0 flat,
-    less than 0 inside out (the signed inverse condition number, SICN).
-    """
+    """Nodes and tetrahedra of all volumes or some, and the tetrahedra's SICN: 1 regular, 0 flat, below 0 inside out."""
     places = [tag for _, tag in volumes] or [-1]
     tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
     worth = sorted(float(value) for value in gmsh.model.mesh.getElementQualities(tags, "minSICN"))
@@ -249,8 +228,6 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
     ValueError
         for a size that is no positive length.
     """
-    from sitscad.parts.pieces import assemble
-
     if size is not None and not 0.0 < size < float("inf"):
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
@@ -267,7 +244,7 @@ def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: floa
     """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "elastomer", {**_OPTIONS, "Mesh.Algorithm3D": DELAUNAY}):
-        folder = FilePath(name)
+        folder = Path(name)
         pad, board, target = (
             [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
             for role in (BodyRole.ELASTOMER, BodyRole.BOARD, BodyRole.TARGET)
@@ -289,7 +266,9 @@ def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: floa
         strays = [(2, tag) for _, tag in gmsh.model.getEntities(2) if tag not in around]
         gmsh.model.removeEntities(strays, recursive=True)
         bonded = bottom | top
-        edge = size * 1e3 if size else _element_size(gmsh, pad[0])
+        x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(*pad[0])
+        fine = round(min((z1 - z0) / ELEMENTS_THROUGH_THICKNESS, min(x1 - x0, y1 - y0) / ELEMENTS_ACROSS), 6)
+        edge = size * 1e3 if size else fine
         gmsh.option.setNumber("Mesh.MeshSizeMin", AT_EDGES * edge)
         gmsh.option.setNumber("Mesh.MeshSizeMax", edge)
         grade(gmsh, edges(gmsh, bonded), (AT_EDGES * edge, edge), 2.0 * edge)
@@ -297,15 +276,10 @@ def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: floa
         found = {"msh": written(gmsh, folder / "elastomer.msh")}
         first = quality(gmsh)
         gmsh.model.mesh.setOrder(2)
-        found["inp"] = input_deck(gmsh, pad_of)
+        found["inp"] = ("\n".join(_deck(gmsh, pad_of)) + "\n").encode("ascii")
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
         return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}
-
-
-def _element_size(gmsh: Any, pad: tuple[int, int]) -> float:
-    x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(*pad)
-    return round(min((z1 - z0) / ELEMENTS_THROUGH_THICKNESS, min(x1 - x0, y1 - y0) / ELEMENTS_ACROSS), 6)
 
 
 AIR, OUTER = "air", "outer"
@@ -313,11 +287,8 @@ METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "j
 COPPER = ("coils", "layers")
 """A region for every coil, from its topmost to its lowest copper, or one for every layer of every coil."""
 
-PER_COIL = 25
-"""Elements across the smallest coil, along the edges of all pieces but the air."""
-
-ROOM = 1.5
-"""Air beyond the pieces on every side, over the largest coil's width."""
+PER_COIL = 25  # Elements across the smallest coil, along the edges of all pieces but the air
+ROOM = 1.5  # Air beyond the pieces on every side, over the largest coil's width
 
 
 def field_mesh(
@@ -390,7 +361,7 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
     """The files of regions (build123d solids) in air, lengths in millimetres."""
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "field", {**_OPTIONS, "Mesh.Algorithm3D": HXT}):
-        folder = FilePath(name)
+        folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
         within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
         # The physical groups: every region, every surface between two of them, and the end of the air
@@ -408,16 +379,19 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
             gmsh.model.addPhysicalGroup(2, tags, name=name)
         grade(gmsh, edges(gmsh, within), (fine, max(fine, room / 2)), 2.4 * room)
         gmsh.model.mesh.generate(3)
-        made = {
-            "msh": written(gmsh, folder / "field.msh"),
-            "inp": as_abaqus(gmsh, folder / "field.inp", "coils, metal, pad and air"),
-        }
-        worth = {region: {"volume_m3": _volume(gmsh, own), **quality(gmsh, own)} for region, own in volumes.items()}
+        made = {"msh": written(gmsh, folder / "field.msh")}
+        # gmsh's heading would name a folder of ours
+        _, _, deck = written(gmsh, folder / "field.inp").split(b"\n", 2)
+        made["inp"] = b"*Heading\n coils, metal, pad and air, metres\n" + deck
+        worth = {}
+        for region, own in volumes.items():
+            volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in own) * 1e-9
+            worth[region] = {"volume_m3": float(f"{volume:.9g}"), **quality(gmsh, own)}
         document = {"size_at_edges_m": round(fine * 1e-3, 9), "air_m": round(room * 1e-3, 9), "all": quality(gmsh)}
         return {**made, "json": (json.dumps({**document, "regions": worth}, indent=1) + "\n").encode("ascii")}
 
 
-def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: FilePath) -> dict[str, list[Entity]]:
+def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -> dict[str, list[Entity]]:
     """Every region's volumes with faces shared, the air's last; what two pieces share belongs to the first."""
     bd = require("build123d")
     bounds = bd.Compound(list(regions.values())).bounding_box()
@@ -436,8 +410,3 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: FilePat
         found[region] = sorted({part for entity in own for part in came[entity]} - taken)
         taken |= set(found[region])
     return {**found, AIR: sorted({part for each in parts[: len(air)] for part in each} - taken)}
-
-
-def _volume(gmsh: Any, volumes: list[Entity]) -> float:
-    """The exact volume (m3)."""
-    return float(f"{sum(gmsh.model.occ.getMass(3, tag) for _, tag in volumes) * 1e-9:.9g}")

@@ -19,6 +19,7 @@ from sitscad.geometry.path import (
     circle,
     closed_polygon,
     enclosed_area,
+    part_of,
     polar,
     polyline,
     rectangle,
@@ -67,7 +68,7 @@ def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
             continue
         start, end = segment.at(first), segment.at(last)
         if start.distance(end) > _TINY or last - first > 0.5:
-            yield Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
+            yield part_of(segment, start, end)
 
 
 def _height(point: Point, edge: Point, normal: Point) -> float:

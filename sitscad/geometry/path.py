@@ -161,6 +161,11 @@ class Arc:
 Segment = Line | Arc
 
 
+def part_of(segment: Segment, start: Point, end: Point) -> Segment:
+    """What of a segment lies between two points on it."""
+    return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
+
+
 @record
 class Path:
     """Segments that join end to start; closed when the last one ends where the first one starts."""

@@ -87,9 +87,7 @@ FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
 how much those of the others are longer than the way from the coil's middle to the body's end, in line or not: within
 2 mm of what is drawn of the templates (tests/validation/screen_level.py)."""
 
-
-PARTED = 4e-3
-"""Length (m) at the end of a tail over which both leads run apart to their contacts."""
+PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart to their contacts
 
 
 def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[Pair, ...]]:
@@ -219,7 +217,6 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
     """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias.
-
     Pieces that lie beyond x = `before` (m) are left out.
     """
     points = [(via.centre, via.pad / 2) for via in vias]
@@ -300,9 +297,7 @@ def _mapped(
 
 
 def _about_axis(spec: SensorSpec) -> SensorSpec:
-    """The spec with its coils counted from the tail's axis, the height of the mean of their centres: so nothing depends
-    on where the coils' places are counted from.
-    """
+    """The spec with its coils counted from the tail's axis, their mean height: nothing depends on the spec's origin."""
     if not (height := _axis_height(spec)):
         return spec
     placements = tuple(replace(p, centre=(p.centre[0], p.centre[1] - height)) for p in spec.array.placements)

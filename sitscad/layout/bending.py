@@ -28,9 +28,8 @@ class Where(StrEnum):
 
 @record
 class FinishedThickness:
-    """A thickness in metres: the sum of the layers, and the least and the most that the fabricator delivers.
-
-    ``source`` says where the band comes from.
+    """A thickness in metres: the sum of the layers, and the least and the most that the fabricator delivers. ``source``
+    says where the band comes from.
     """
 
     minimum: float
@@ -135,8 +134,7 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
     return Stiffener(Region(tail.strip(start)), thickness, "polyimide", adhesive)
 
 
-STRAIGHT = math.radians(10.0)
-"""Tracks may cross the bend zone at this angle (rad) to the tail's length."""
+STRAIGHT = math.radians(10.0)  # Tracks may cross the bend zone at this angle (rad) to the tail's length
 
 _ROUNDING = 1e-9
 _SAME_PLACE = 1e-8

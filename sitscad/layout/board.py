@@ -59,9 +59,8 @@ class Trace:
 
 @record
 class Via:
-    """A plated hole with the same round pad on every copper layer that it goes through.
-
-    ``lowest`` is the last of them, from the top (a hole in a tail of fewer layers); None where it goes through all.
+    """A plated hole with the same round pad on every copper layer that it goes through. ``lowest`` is the last of them,
+    from the top (a hole in a tail of fewer layers); None where it goes through all.
     """
 
     centre: Point
@@ -188,9 +187,8 @@ class Coil:
 
 @record
 class Stiffener:
-    """A plate bonded to the bottom face: its outline and its thickness with the adhesive (m).
-
-    ``adhesive`` (m) is that of a stock film with a stock adhesive; 0 where none comes near what is needed.
+    """A plate bonded to the bottom face: its outline and its thickness with the adhesive (m). ``adhesive`` (m) is that
+    of a stock film with a stock adhesive; 0 where none comes near what is needed.
     """
 
     outline: Region
@@ -202,7 +200,6 @@ class Stiffener:
 @record
 class Layout:
     """Everything that is drawn. ``shortfalls`` holds what found no room: the pieces in question are then missing.
-
     ``tail_length`` (m) is the tail's as laid, from the body's end along its middle line: at least what the spec asks.
     """
 
@@ -279,7 +276,6 @@ class Layout:
 
     def reach_at(self, x: float) -> tuple[float, float]:
         """The lowest and the highest y (m) of the board's outline at a place along x; both 0 where there is no board.
-
         Arcs count as chords within 10 um.
         """
         points = self.outline.flattened(1e-5)
@@ -311,8 +307,7 @@ class Layout:
 REACHES = (1.5, 1.2, 0.9, 0.75)
 """Lengths that are tried, in diameters of the pad from its centre, or in widths of the contact from its edge."""
 
-INSIDE = 10e-6
-"""How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit."""
+INSIDE = 10e-6  # How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit
 
 CHORD = 1e-6
 

@@ -33,8 +33,7 @@ from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import SensorSpec
 
-FLATTENED = 1e-6
-"""Arcs become chords within this distance (m)."""
+FLATTENED = 1e-6  # Arcs become chords within this distance (m)
 
 Values = TypeVar("Values", float, Array)
 
@@ -50,9 +49,7 @@ and has the same resistance. So of two halves of a turn that one is taken.
 
 
 def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
-    """Turns by which two leads that run round a coil by these angles (rad, from its ends) close its circuit: positive
-    where they run on as the winding does.
-    """
+    """Turns by which leads round a coil by these angles (rad) close its circuit: positive on with the winding."""
     sense = -1.0 if coil.clockwise else 1.0
     return sense * (sweep_b - sweep_a) / TWO_PI
 
@@ -84,9 +81,7 @@ def swept_inside(one: Point, other: Point, centre: Point) -> float:
 
 
 def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
-    """The closing arc (turns) of a coil as it is drawn: how far its conductors outside the turns run round it, positive
-    where they run on as the winding does.
-    """
+    """The closing arc (turns) of a coil as drawn: how far its conductors outside the turns run on round it."""
     outside = min(spec.size) / 2.0 - spec.trace_width
     centre, swept = coil.centre, 0.0
     for piece in coil.series:
@@ -102,8 +97,7 @@ def drawn_closing(spec: CoilSpec, coil: Coil) -> float:
     return (-1.0 if spec.clockwise else 1.0) * swept / TWO_PI
 
 
-VIA_PLACES = 32
-"""Directions round a coil in which vias may stand."""
+VIA_PLACES = 32  # Directions round a coil in which vias may stand
 
 
 @record
@@ -170,7 +164,6 @@ def _via_places(
     coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
 ) -> tuple[tuple[Point, float, float], ...]:
     """Places round a coil at some offsets, where its ring road (offset `road`) passes each (rad), and how far off (m).
-
     Coils that differ in their place only share them, and so do boards that are tried to find out what helps.
     """
     ring, found = Ring(coil, placement, road), []
@@ -230,9 +223,8 @@ class Leg:
 
 @record
 class Branch:
-    """One connection outside the winding: one or two legs with a via between them.
-
-    ``returns`` is set when the second leg was drawn from its own end towards the via and is walked backwards.
+    """One connection outside the winding: one or two legs with a via between them. ``returns`` is set when the second
+    leg was drawn from its own end towards the via and is walked backwards.
     """
 
     legs: tuple[Leg, ...]

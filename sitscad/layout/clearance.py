@@ -31,9 +31,7 @@ many times the centre distance that they need: legs that part at 45 degrees or m
 
 @record
 class Breadth:
-    """How far a board, or the ground for its leads, reaches across the tail: its lower and its upper edge, counted from
-    the tail's axis (m).
-    """
+    """How far a board, or the ground for its leads, reaches across: lower and upper edge from the tail's axis (m)."""
 
     low: float
     high: float
@@ -53,8 +51,7 @@ class Breadth:
         return low >= self.low + keep and high <= self.high - keep
 
 
-ENDLESS = Breadth(-math.inf, math.inf)
-"""Ground without edges."""
+ENDLESS = Breadth(-math.inf, math.inf)  # Ground without edges
 
 
 @record
@@ -206,9 +203,7 @@ def _meetings(copper: Copper, centres: Array, keep: Array) -> Index:
 
 
 def joined_hole(rules: DesignRules, width: float) -> Hole:
-    """The fabricator's smallest via, not yet placed, with the ends of the tracks of some width (m) that it joins: as
-    large as its pad or, where they are wider, as their round ends.
-    """
+    """The smallest via, unplaced, with the round ends of the tracks (width in m) that it joins."""
     return Hole(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
 
 

@@ -34,15 +34,13 @@ from sitscad.layout.clearance import Hole, Obstacles, Track
 from sitscad.layout.lanes import BENT_BACK, Exit, straightness
 from sitscad.record import record
 
-TRIALS_OF_A_WAVE = 50
-"""What it takes to find the ways through the array to one coil, in trials."""
+TRIALS_OF_A_WAVE = 50  # What it takes to find the ways through the array to one coil, in trials
 
 BUDGET = 16_000
 """All searches of one board together give up after this many trials of branches: some seconds. Of 329 random boards
 that found their ways (tests/validation/random_boards.py, tests/benchmarks/check_times.py) ten took over 4,000, two over
 8,000, one 13,699.
 """
-
 
 LOST = 4_000
 """They give up after so many since a try last led out more coils than those before it, while two or more have no way.
@@ -97,14 +95,9 @@ TRIALS = 2_000
 QUICK = 100
 """Where the first way found is taken, every exit is given so many at first: an exit without a way spends them all."""
 
-PIECES = 48
-"""Pieces of the ring road of which it is known whether a track may run there."""
-
-PROVED = 8
-"""Legs refused on a layer after which that is looked up: most searches find a way before."""
-
-SPARED = 0.04
-"""Leads that run so little farther round their coil than they must (turns) are as good as any."""
+PIECES = 48  # Pieces of the ring road of which it is known whether a track may run there
+PROVED = 8  # Legs refused on a layer after which that is looked up: most searches find a way before
+SPARED = 0.04  # Leads that run so little farther round their coil than they must (turns) are as good as any
 
 INSIDE = 0.1
 """A lead from the inside comes out within this (turns) of where it would go round nothing, past inner vias."""
@@ -117,12 +110,10 @@ sweeps inside, or past an inner via.
 NEAR = math.radians(60.0)
 """A via stands no farther (rad) from where the lead from the inside comes out, or where it does."""
 
-STEP_BACK = 1e-3
-"""How far back on the ring (rad) its direction is taken."""
+STEP_BACK = 1e-3  # How far back on the ring (rad) its direction is taken
 
 SHARPEST = math.cos(math.radians(40.0))
 """A lead leaves the ring at no sharper angle: its two parts would lie on each other."""
-
 
 Joined = dict[tuple[tuple[OuterEnd, OuterEnd], tuple[Point, ...]], BranchTable]
 """Ways to join two ends, by the ends and the places where a via may stand: boards that are tried share them."""
@@ -364,9 +355,8 @@ def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tupl
 def _ways_out(
     around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole], beside: list[float]
 ) -> Iterator[Branch]:
-    """The ways from a coil's end to its exit: directly, or by a via where the layers differ.
-
-    The via of a lead from the inside stands where that lead comes out, or not far from there.
+    """The ways from a coil's end to its exit: directly, or by a via where the layers differ. The via of a lead from the
+    inside stands where that lead comes out, or not far from there.
     """
     if end.layer == out.layer:
         near = [angle + turned for turned in COMES_OUT for angle in beside]

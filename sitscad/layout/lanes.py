@@ -174,9 +174,8 @@ class Bus:
 
 @record
 class Lane:
-    """One coil's lane.
-
-    ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` counts from the top in the tail.
+    """One coil's lane. ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` counts from the
+    top in the tail.
     """
 
     placement: CoilPlacement
@@ -244,9 +243,8 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
 
 
 def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
-    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order.
-
-    `turned` gives those that leave the ring beside its corner, for coils whose own ends stand there.
+    """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order. `turned` gives
+    those that leave the ring beside its corner, for coils whose own ends stand there.
     """
     ring = Ring(spec.coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])

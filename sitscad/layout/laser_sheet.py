@@ -27,9 +27,8 @@ _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plai
 
 
 class CutLayer(StrEnum):
-    """What the laser does with a contour, in the order in which it has to be done.
-
-    Engraving comes before any cut, and inside contours before outside ones: a piece that is cut loose may move.
+    """What the laser does with a contour, in the order in which it has to be done. Engraving comes before any cut, and
+    inside contours before outside ones: a piece that is cut loose may move.
     """
 
     ENGRAVE = "ENGRAVE"
@@ -317,9 +316,7 @@ def _order(is_engraved: bool) -> Iterator[str]:
 
 
 def _marks(layout: Layout, part: CutPart, centre: Point, width: float, height: float) -> Iterator[Contour]:
-    """Crosses on REF: the part's centre, the coils under it where it lies, and two corners of the sheet to register it
-    by.
-    """
+    """Crosses on REF: the part's centre, the coils under it, and two corners to register the sheet by."""
     over = layout.spec.array.placements if part.boxes else cell_placements(layout.spec)[0]
     beside = (part.place.place_of(Point(*p.centre)) for p in over)
     marks = (centre.shifted(x, y) for x, y in beside)

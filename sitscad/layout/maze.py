@@ -32,9 +32,8 @@ _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 @record(eq=False)
 class Wave:
-    """Distances over the lattice (in steps; infinite where it did not come), and from each node the one before it.
-
-    Both are kept row by row, with a border of nodes that are not free.
+    """Distances over the lattice (in steps; infinite where it did not come), and from each node the one before it. Both
+    are kept row by row, with a border of nodes that are not free.
     """
 
     stride: int
@@ -57,10 +56,8 @@ class Wave:
 
 
 def spread(free: Flags, sources: Sequence[Node], between: Flags | None = None) -> Wave:
-    """The wave from some nodes over those that are free, eight neighbours each.
-
-    `between` (2 n - 1, 2 m - 1) tells of the same lattice at half its step which places a step may lead over: without
-    it all may.
+    """The wave from some nodes over those that are free, eight neighbours each. `between` (2 n - 1, 2 m - 1) tells of
+    the same lattice at half its step which places a step may lead over: without it all may.
     """
     stride = free.shape[1] + 2
     size = (free.shape[0] + 2) * stride
@@ -105,12 +102,10 @@ def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
 
 
 EXITS = 24
-MARGIN = 2e-6
-"""Kept beyond the rules (m), for what the points along a way do not see."""
+MARGIN = 2e-6  # Kept beyond the rules (m), for what the points along a way do not see
 
 CHORD = 2e-6
-STRIDE = 0.71
-"""Half a diagonal step of the lattice, in steps."""
+STRIDE = 0.71  # Half a diagonal step of the lattice, in steps
 
 
 @record

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, rectangle, rounded
+from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, part_of, rectangle, rounded
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, Hole, Track
 from sitscad.layout.lanes import Ring
@@ -20,8 +20,7 @@ from sitscad.units import show
 
 _NEAR = 1e-9
 
-CHORD = 1e-6
-"""How far (m) chords of an outline lie from its arcs where points are held against it."""
+CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points are held against it
 
 
 def edge_of_body(spec: SensorSpec) -> Path | None:
@@ -99,9 +98,7 @@ def roots(edge: Path, tail: TailFrame) -> tuple[Root, Root] | None:
 
 
 def board(edge: Path, tail: TailFrame) -> Path:
-    """The closed outline, counter-clockwise, of a body and its tail; of the tail and the body's box where the tail is
-    wider than the body.
-    """
+    """The closed outline, counter-clockwise, of body and tail; the body's box where the tail is wider."""
     both = roots(edge, tail)
     if both is None:
         return edge
@@ -123,12 +120,12 @@ def _between(edge: Path, first: Root, last: Root) -> list[Segment]:
     count = len(edge.segments)
     before, after = edge.segments[first.piece], edge.segments[last.piece]
     if first.piece == last.piece and _along(before, first.on_body) <= _along(before, last.on_body):
-        return [_cut(before, first.on_body, last.on_body)]
+        return [part_of(before, first.on_body, last.on_body)]
     passed = range(1, (last.piece - first.piece) % count or count)
     return [
-        _cut(before, first.on_body, before.end),
+        part_of(before, first.on_body, before.end),
         *(edge.segments[(first.piece + step) % count] for step in passed),
-        _cut(after, after.start, last.on_body),
+        part_of(after, after.start, last.on_body),
     ]
 
 
@@ -138,10 +135,6 @@ def _along(segment: Segment, point: Point) -> float:
         return segment.start.distance(point)
     angle = math.atan2(point.y - segment.centre.y, point.x - segment.centre.x) - segment.start_angle
     return (angle if segment.ccw else -angle) % (2.0 * math.pi)
-
-
-def _cut(segment: Segment, start: Point, end: Point) -> Segment:
-    return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
 
 
 def walls(spec: SensorSpec, tail: TailFrame) -> tuple[Track, ...]:
@@ -216,9 +209,7 @@ class Body:
 
 
 def far_end(spec: SensorSpec, tracks: Iterable[Track], holes: Iterable[Hole]) -> float:
-    """The least x (m) that the body needs: of the coils, the tracks and the holes beside them, with the distance that
-    copper keeps from the edge.
-    """
+    """The least x (m) that the body needs for coils, tracks and holes, with the distance of copper from the edge."""
     left = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
     for hole in holes:
         left = min(left, hole.centre.x - hole.pad / 2)

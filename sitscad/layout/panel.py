@@ -13,7 +13,8 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box
+from sitscad.geometry.convex import Box
+from sitscad.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.circuit import MOST_PARTS
@@ -32,8 +33,7 @@ NARROWER, NARROWEST = 0.1e-3, 0.2e-3
 """In steps of this (m) narrower bridges are tried where wide ones find too few places, down to the spec's narrowest.
 """
 
-FREE_OF_BRIDGES = 1.0e-3
-"""How far (m) bridges keep from contacts and from the bend zone."""
+FREE_OF_BRIDGES = 1.0e-3  # How far (m) bridges keep from contacts and from the bend zone
 
 BESIDE_CONTACTS = 0.25e-3
 """How far (m) a bridge at the tail's end keeps from the contacts: what it leaves on the edge is not plugged in."""
@@ -122,9 +122,6 @@ def narrower_bridge(layout: Layout) -> float | None:
     return None
 
 
-Box = tuple[float, float, float, float]
-
-
 def _places(layout: Layout, is_fit: Callable[[Layout, Box | None, Path], bool], step: float) -> Iterator[Bridge]:
     """Every bridge that could be made where the edge is fit for it, at steps (m) along each segment."""
     width = layout.spec.fpc.panel.bridge
@@ -156,9 +153,7 @@ def _is_near(box: Box, at: Point, keep: float) -> bool:
 
 
 def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
-    """Whether a piece of the edge and a little on both sides of it is stiffened, or at least does not bend, and lies
-    off the contacts.
-    """
+    """Whether a piece of the edge and a little beside it is stiffened, or does not bend, and lies off the contacts."""
     at = edge.segments[0].at(0.5)
     ends = [Point(1.5 * p.x - 0.5 * at.x, 1.5 * p.y - 0.5 * at.y) for p in (edge.start, edge.end)]
     if plate is not None:
@@ -175,21 +170,19 @@ def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
     if end - begin < 1e-9:
         return []
     a, b = (segment.at(min(1.0, max(0.0, length / segment.length))) for length in (begin, end))
-    return [Arc(a, b, segment.centre, segment.ccw)] if isinstance(segment, Arc) else [Line(a, b)]
+    return [part_of(segment, a, b)]
 
 
 TOOLING_HOLE = 1.5e-3
 FIDUCIAL = 1.0e-3
 FIDUCIAL_OPENING = 2.0e-3
-FIDUCIAL_STEP = 5.0e-3
-"""Distance (m) of a fiducial from its tooling hole."""
+FIDUCIAL_STEP = 5.0e-3  # Distance (m) of a fiducial from its tooling hole
 
 
 @record
 class Panel:
-    """Copies of a board in a frame. ``parts`` and ``coupons`` are how far each copy's own origin is moved.
-
-    ``coupon`` is None where there is none; ``no_coupon`` then says why.
+    """Copies of a board in a frame. ``parts`` and ``coupons`` are how far each copy's own origin is moved. ``coupon``
+    is None where there is none; ``no_coupon`` then says why.
     """
 
     layout: Layout

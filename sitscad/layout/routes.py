@@ -168,10 +168,7 @@ def widest(spec: SensorSpec) -> float:
 
 
 def _in_turn(board: _Board, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
-    """Coils led out in this order; where one finds no way, and they may be `reordered`, again with that one first.
-
-    Or which coil finds no way.
-    """
+    """Coils led out in order, a stuck one first in another try if they may be `reordered`; or which finds no way."""
     tried: set[tuple[int, ...]] = set()
     while True:
         tried.add(tuple(order))
@@ -380,9 +377,7 @@ def _gathered(tail: TailFrame, front: float, coils: int) -> TailFrame:
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     """Boards to try for coils not in one line, narrow first: the room kept beside other coils, and how far the body
-    reaches across.
-
-    There is room outside the coils for a track, for a via, or for a via and a track beside it.
+    reaches across. There is room outside the coils for a track, for a via, or for a via and a track beside it.
     """
     rules = spec.fpc.rules
     hole = joined_hole(rules, bus.width)
@@ -413,14 +408,10 @@ def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
     return tail.reaching(ahead) if ahead > 0.0 else tail
 
 
-FURTHER = 1_500
-"""So many trials more may be spent where leads run farther round their coils than they must."""
-
-BASES = 3
-"""How far from other coils ways may run: no farther than they must, a track farther, a via farther."""
+FURTHER = 1_500  # So many trials more may be spent where leads run farther round their coils than they must
+BASES = 3  # How far from other coils ways may run: no farther than they must, a track farther, a via farther
 
 LIKELY_ORDERS = 2
 """Orders of the tail that are tried on all boards before the others: a wider board costs less than all of them."""
 
-TRIED = 8
-"""Exits of a coil that are tried in an array not in line, shortest way first."""
+TRIED = 8  # Exits of a coil that are tried in an array not in line, shortest way first

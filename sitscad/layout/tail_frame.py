@@ -21,8 +21,7 @@ from sitscad.spec.circuit import Chip, Connector, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
-SAME = 1e-9
-"""Half widths that differ by less (m) are equal: there is no corner between them."""
+SAME = 1e-9  # Half widths that differ by less (m) are equal: there is no corner between them
 
 
 @record
@@ -85,33 +84,25 @@ class Taper:
         return radius * math.tan(self.angle / 2) if self.step > SAME else 0.0
 
 
-TAIL_TRACE_WIDTH = 0.2e-3
-"""Tracks widen to this outside the jaw, for their resistance (m)."""
+TAIL_TRACE_WIDTH = 0.2e-3  # Tracks widen to this outside the jaw, for their resistance (m)
 
 BARE_LENGTH = 2.0e-3
 """Length of the strip with solder pads where the spec asks for no tail: pads, vias and a little to hold (m)."""
 
-END_GAP = 0.2e-3
-"""Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance."""
-
-CHIP_ROOM = 0.3e-3
-"""Between a capacitor's pads and the vias behind and the bends before them (m), at least."""
-
-CHIP_OPENING = 0.05e-3
-"""How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)."""
+END_GAP = 0.2e-3  # Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance
+CHIP_ROOM = 0.3e-3  # Between a capacitor's pads and the vias behind and the bends before them (m), at least
+CHIP_OPENING = 0.05e-3  # How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)
 
 CORNER_RADIUS = 0.5e-3
 """Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
 fabricator's radius where that is larger."""
 
-CAP = 0.25e-3
-"""Straight copper left between the bends and the vias at the contacts (m)."""
+CAP = 0.25e-3  # Straight copper left between the bends and the vias at the contacts (m)
 
 
 @record
 class Row:
     """The contacts at the tail's end: ``count`` of them, of which the coils have ``used`` from number ``first`` on.
-
     Those that no coil has are shared out to both sides, so that the tail stays in line; one more is below if need be.
     """
 
@@ -196,9 +187,7 @@ class TailFrame:
 
     @property
     def taper(self) -> Taper:
-        """From the body to the tail; where its first corner is the outer one, a lead bends there and keeps its distance
-        from the rounding.
-        """
+        """From the body to the tail; at an outer first corner a lead bends there and keeps off the rounding."""
         shoulder = self.edge + self.lead_width / 2
         return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
 
@@ -219,7 +208,6 @@ class TailFrame:
     @property
     def squeeze_start(self) -> float:
         """Where tracks at the vias' pitch begin to draw together, so that all are straight again before the contacts.
-
         Drawing in at 45 degrees beside the shoulder, the outermost keeps its distance from the edge.
         """
         plug_begin = self.plug_taper.begin + self.shoulder
@@ -237,9 +225,7 @@ class TailFrame:
 
     @property
     def chip_end(self) -> float:
-        """Up to where capacitors may stand, and the tail has its whole width; what stands at its edge keeps its
-        distance from the shoulder too.
-        """
+        """Up to where capacitors may stand, and the tail has its whole width, which keeps off the shoulder too."""
         shoulder = self.plug_taper.begin
         if self.shoulder > SAME:
             shoulder -= max(0.0, (math.sqrt(2.0) - 1.0) * self.edge - CAP)

@@ -21,8 +21,7 @@ from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_heigh
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
-SAME = 1e-9
-"""Heights that differ by less (m) are equal."""
+SAME = 1e-9  # Heights that differ by less (m) are equal
 
 
 @record
@@ -73,8 +72,7 @@ def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], 
     return ways
 
 
-Ends = tuple[Point, Point]
-"""Where a coil's two conductors (A, B) enter the funnel."""
+Ends = tuple[Point, Point]  # Where a coil's two conductors (A, B) enter the funnel
 
 
 @record
@@ -119,9 +117,7 @@ def ways_down(
 
 
 def stretched(spec: SensorSpec, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
-    """The tail, made longer where its pairs would come down to their lanes too late, and begun later where the outer
-    ones wait longer than for each other.
-    """
+    """The tail made longer where pairs come down to their lanes too late, begun later where the outer ones wait."""
     both = [way for pair in ways for way in pair]
     waited = max((way.bend - tail.funnel for way in both if not way.parts), default=0.0) - tail.wait
     if waited > SAME and tail.taper.narrows:

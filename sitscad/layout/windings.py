@@ -1,7 +1,5 @@
-"""The coils wound and joined inside, before they are led out.
-
-Every layer's spiral is joined to the next, so that the current circulates one way through all of them; the search for
-the inner vias is done once for all coils of a rotation.
+"""The coils wound and joined inside, before they are led out. Every layer's spiral is joined to the next, so that the
+current circulates one way through all of them; the search for the inner vias is done once for all coils of a rotation.
 """
 
 from __future__ import annotations
@@ -27,29 +25,20 @@ from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
-RADII, ANGLES = 7, 48
-"""Rings of places about the centre."""
-
-ROWS, COLUMNS = 9, 61
-"""The grid of places in a coil that is longer than wide."""
+RADII, ANGLES = 7, 48  # Rings of places about the centre
+ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
 
 MOST = 160
 """Candidates of a join that are compared with those of the others, shortest stubs first and then every so many."""
 
-TRIALS = 4_000
-"""Combinations after which the search gives up."""
-
-SAMPLE = 60e-6
-"""Distance (m) of the points that stand for a turn."""
+TRIALS = 4_000  # Combinations after which the search gives up
+SAMPLE = 60e-6  # Distance (m) of the points that stand for a turn
 
 SHARPEST = math.cos(math.radians(82.0))
 """A straight stub turns away from its turn by at least this angle's worth: sharper corners hold etchant."""
 
-AT_ONCE = 60_000
-"""Places and points that are compared at once: as many as stay near the processor."""
-
-ROUNDING = 0.5e-6
-"""What points a little apart may miss (m)."""
+AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
+ROUNDING = 0.5e-6  # What points a little apart may miss (m)
 
 
 @record
@@ -76,9 +65,8 @@ class InnerEnd:
 
 @record
 class Inside:
-    """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters.
-
-    `longer` (m) is by how much the winding is longer than wide, along `rotation` (rad).
+    """The room inside a winding: its centre, the radius (m) of the circle about it that no copper enters. `longer` (m)
+    is by how much the winding is longer than wide, along `rotation` (rad).
     """
 
     centre: Point
@@ -209,7 +197,6 @@ class _StubRoom:
 
     def stub(self, end: InnerEnd, place: Point) -> Path | None:
         """The way from a turn's end to a via: straight, or first off at a right angle, or on along the turn's line.
-
         None where each would bend back sharply or come too near to a turn beyond its own end.
         """
         if end.point.distance(place) < 1e-9:
@@ -275,10 +262,7 @@ def _spread(corners: list[Point]) -> Array:
 
 
 class _Candidates:
-    """The joins at all places whose stubs keep their distance from the turns of their layers, near places first.
-
-    Each is worked out when it is asked for: most boards need the first few of hundreds.
-    """
+    """The joins whose stubs keep off the turns, near ones first, worked out when asked for: few are needed."""
 
     def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> None:
         away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
@@ -410,9 +394,7 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
 
 
 def wind_coil(spec: SensorSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE) -> tuple[Winding, ...]:
-    """The coil's layers in winding order: odd ones walked inwards, even ones mirrored and walked outwards; curves drawn
-    within a tolerance (m).
-    """
+    """The coil's layers in winding order, odd ones inwards, even ones mirrored and outwards; tolerance in m."""
     wound = _wind(spec.coil, tuple(spec.coil_copper), placement.rotation, tolerance)
     if placement.centre == (0.0, 0.0):
         return wound

@@ -1,6 +1,5 @@
-"""What people read of a package, and what goes to a fabricator beside its files: one module with a `render` each.
-
-A new paper is one module here, and one row of PAPERS.
+"""What people read of a package, and what goes to a fabricator beside its files: one module with a `render` each. A new
+paper is one module here, and one row of PAPERS.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""The archive that is sent: the files of the order under the names that the fabricator is used to, in one ZIP.
-
-Where the boards come in a panel, the archive holds the panel's images and not the single board's, so that nobody makes
-the wrong ones. Nothing is compressed and no date is kept: equal orders are equal bytes on any machine.
+"""The archive that is sent: the files of the order under the names that the fabricator is used to, in one ZIP. Where
+the boards come in a panel, the archive holds the panel's images and not the single board's, so that nobody makes the
+wrong ones. Nothing is compressed and no date is kept: equal orders are equal bytes on any machine.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 
 from sitscad.data import FOLDER as DATA
 from sitscad.fabrication.files import FOLDER, fabrication_path
@@ -19,23 +18,21 @@ from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel
 from sitscad.record import record
 from sitscad.spec.format.kinds import names
+from sitscad.writer import stored_zip
 
 _FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
 _COPPER = re.compile(r"Copper,L(\d+),Inr")
-_EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The earliest date that a ZIP can hold; it stands for none."""
 
 NOTE = "FORCED.txt"
 
 
 def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The archive by its path in the package, out of the files that were written before it.
-
-    ``forced`` says why the order ought not to be placed; where it is not empty it is in the archive.
+    """The archive by its path in the package, out of the files that were written before it. ``forced`` says why the
+    order ought not to be placed; where it is not empty it is in the archive.
     """
     named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
     contents = _members(files, named, panel is not None, forced)
-    return {fabrication_path(layout, "order.zip"): _zipped(contents)}
+    return {fabrication_path(layout, "order.zip"): stored_zip(contents)}
 
 
 @record
@@ -55,7 +52,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     layers = sum(_is_single_copper(path, files[path]) for path in files)
     in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
     ways = [_members(files, Naming(name, way, layers), in_panel, forced) for way in names("file naming")]
-    if any(_zipped(members) == content for members in ways):
+    if any(stored_zip(members) == content for members in ways):
         return
     try:
         found = _unzipped(content)
@@ -86,11 +83,11 @@ def _unzipped(content: bytes) -> dict[str, bytes]:
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
-    """What is in the archive of some files, by name."""
+    """What is in the archive of some files, by name and in the names' order."""
     chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
     called = {path: archive_name(named, path, files[path]) for path in chosen}
     contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
-    return {**contents, NOTE: forced.encode("utf-8")} if forced else contents
+    return dict(sorted((contents | ({NOTE: forced.encode("utf-8")} if forced else {})).items()))
 
 
 def archive_name(named: Naming, path: str, content: bytes) -> str:
@@ -132,28 +129,11 @@ def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
     if not path.endswith((".txt", ".gbrjob")):
         return content
     for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
-        content = _called(content, old.rpartition("/")[2].encode("ascii"), new.encode("ascii"))
+        name = re.escape(old.rpartition("/")[2].encode("ascii")) + rb"(?P<gap>  +)?"
+        content = re.sub(name, partial(_in_place, new.encode("ascii")), content)
     return content
 
 
-def _called(content: bytes, old: bytes, new: bytes) -> bytes:
-    """One file's name replaced by another; where a column follows it, that stays where it was."""
-    return re.sub(
-        re.escape(old) + rb"(?P<gap>  +)?",
-        lambda found: new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b""), content,
-    )
-
-
-def _zipped(contents: Mapping[str, bytes]) -> bytes:
-    made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as archive:
-        for entry, content in _entries(contents):
-            archive.writestr(entry, content)
-    return made.getvalue()
-
-
-def _entries(contents: Mapping[str, bytes]) -> Iterator[tuple[zipfile.ZipInfo, bytes]]:
-    for name in sorted(contents):
-        entry = zipfile.ZipInfo(name, _EPOCH)
-        entry.create_system, entry.external_attr = 3, 0o644 << 16
-        yield entry, contents[name]
+def _in_place(new: bytes, found: re.Match[bytes]) -> bytes:
+    """A name in place of another; where a column follows that, it stays where it was."""
+    return new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b"")

@@ -48,7 +48,14 @@ def render(
 def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
     spec = layout.spec
-    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", _head(layout)), ""]
+    mount = spec.mount
+    jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
+    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""
+    head = (
+        f"mount/assembly.svg shows the pieces apart{jaws}. Parts and quantities are in bom.csv. Work under a "
+        f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
+    )
+    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", head), ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
         parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
@@ -57,17 +64,6 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
 
 def _wrapped(start: str, words: str) -> list[str]:
     return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
-
-
-def _head(layout: Layout) -> str:
-    mount = layout.spec.mount
-    jaws = "" if mount is None or mount.jaw is None else f", mount/{layout.spec.name}-jaw-drawing.pdf the closed pair"
-    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""
-    return (
-        f"mount/assembly.svg shows the pieces apart{jaws}. "
-        "Parts and quantities are in bom.csv. Work under a microscope, with gloves; clean metal and plastic with "
-        f"isopropanol. {jig}Lengths are in mm."
-    )
 
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
@@ -92,19 +88,20 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
         under = "the elastomer" if spec.elastomer is not None else "the board"
         yield _glued(layout, "target", under, _above_board(at, "target"))
     is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
+    sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
-        yield from _sealed(layout)
+        yield from sealing
     if _has_jig(layout):
         yield "Push the board out of the base from below, by the hole."
     yield from _into_jaw(layout, at)
     if not is_cast:
-        yield from _sealed(layout)
+        yield from sealing
     if said := plugged(layout):
         yield said
-    yield assembled(
-        bench, _closing(layout),
-        [f.what.split()[1] for f in unverified_figures(layout.spec) if f.what.startswith("conductor ")],
-    )
+    closes = "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
+    has_jaw = spec.mount is not None and spec.mount.jaw is not None
+    unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
+    yield assembled(bench, closes if has_jaw else "", unseen)
 
 
 def _has_jig(layout: Layout) -> bool:
@@ -123,13 +120,10 @@ def _has_printed_mount(layout: Layout) -> bool:
 def _prepared(layout: Layout) -> Iterator[str]:
     spec, mount, poured = layout.spec, layout.spec.mount, pour(layout)
     assert mount is not None
-    counts = (
-        ""
-        if mount.jaw is None or not _has_printed_mount(layout)
-        else (
-            " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too thick."
-        )
-    )
+    counts = ""
+    if mount.jaw is not None and _has_printed_mount(layout):
+        counts = " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too "
+        counts += "thick."
     made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(layout)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
@@ -182,23 +176,17 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     yield from jaw_cut(layout)
     metal = at["jaw"][1]
     heights = ", ".join(f"{part} {_length(at[part][1] - metal)}" for part in order)
+    against = ""  # what of the mount places the board; nothing where it lies on metal or shield alone
+    if "mount" in order:
+        between = " between the ledges" if side_ledges(layout) is not None else ""
+        end = " against the stop" if stop_place(layout) is not None else " with its end flush with the mount's end"
+        against = f", the board{between}{end} at the tip"
     yield (
-        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}"
-        f"{_against(layout, order)}; press each until it is as high above the jaw's metal as this: {heights}."
-        f"{_squared(layout)}"
+        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}{against}; press "
+        f"each until it is as high above the jaw's metal as this: {heights}.{_squared(layout)}"
     )
     if layout.spec.fpc.tail is not None:
         yield tail_held(layout, _glue(layout))
-
-
-def _against(layout: Layout, order: list[str]) -> str:
-    """By what of the mount the board is placed on it; empty where it lies on metal or shield alone."""
-    if "mount" not in order:
-        return ""
-    between = " between the ledges" if side_ledges(layout) is not None else ""
-    if stop_place(layout) is None:
-        return f", the board{between} with its end flush with the mount's end at the tip"
-    return f", the board{between} against the stop at the tip"
 
 
 def _squared(layout: Layout) -> str:
@@ -212,20 +200,6 @@ def _squared(layout: Layout) -> str:
         "strips against the jaw's sides and set the mount between them with feeler gauges alike on both sides, until "
         "the glue has set. What it is turned by is read as force."
     )
-
-
-def _sealed(layout: Layout) -> Iterator[str]:
-    film = layout.spec.encapsulation
-    if film is not None:
-        yield skin(layout, film)
-
-
-def _closing(layout: Layout) -> str:
-    """What the jaws are tried for, before the figures; empty without jaws."""
-    mount = layout.spec.mount
-    if mount is None or mount.jaw is None:
-        return ""
-    return "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
@@ -254,8 +228,7 @@ def _length(size: Toleranced) -> str:
     return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
-HEAVIEST = 6
-"""Pieces whose weight the notes name."""
+HEAVIEST = 6  # Pieces whose weight the notes name
 
 
 def _grams(mass: float) -> str:
@@ -297,8 +270,17 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     for coil in bench.coils:
         direct = _with_sigma(coil.terminal_resistance_dc, relative * coil.terminal_resistance_dc, "ohm")
         inductance, frequency = _readings(coil, FREE)
-        figures = [inductance, direct, frequency, *_metered(bench, coil.name)]
-        lines.append(f"{coil.name} ({_contacts(layout, coil.name)}): {', '.join(figures)}")
+        figures = [inductance, direct, frequency]
+        figures += [
+            f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
+            f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
+            for read in bench.metered
+            if read.coil == coil.name
+        ]
+        nets = {each.net for each in layout.coils if each.name == coil.name}
+        numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
+        contacts = f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
+        lines.append(f"{coil.name} ({contacts}): {', '.join(figures)}")
     said = (
         f"Test the bare board before any glue, at 20 degC, far from metal. Between the contacts of each coil: {READ}, "
         f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
@@ -309,35 +291,17 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     return "\n".join([said, *lines])
 
 
-def _metered(bench: Estimates, coil: str) -> list[str]:
-    """What a usual meter reads of a coil of the bare board, with one sigma."""
-    return [
-        f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
-        f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
-        for read in bench.metered
-        if read.coil == coil
-    ]
-
-
 def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
-    """What the finished sensor shows at rest at 20 degrees Celsius, a line a coil; with the names of the metals about
-    it whose figures are unverified.
-    """
+    """What the finished sensor shows at rest at 20 degC, a line a coil, with the unverified metals about it."""
     lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}" for coil in bench.coils if REST in coil.states]
     if not lines:
         return f"{closes}Measure each coil again."
+    leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
     said = (
         f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
-        f"capacitor; +- is one sigma of manufacture.{_leaning(unseen)}"
+        f"capacitor; +- is one sigma of manufacture.{leaning}"
     )
     return "\n".join([said, *lines])
-
-
-def _leaning(unseen: Sequence[str]) -> str:
-    """That the figures at rest lean on metals that nobody has verified; empty where they do not."""
-    if not unseen:
-        return ""
-    return f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}."
 
 
 def plugged(layout: Layout) -> str:
@@ -350,26 +314,16 @@ def plugged(layout: Layout) -> str:
         "The contacts are on the face with the coils. Seen on that face, along the tail to its end, contact 1 "
         f"({name}) is at the left edge; which contact goes to which pin of the converter is in fpc/readme.txt."
     )
-    return f"{_into(layout)} {where}"
-
-
-def _into(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     if tail is None or tail.connector.insertion_thickness == 0.0:
-        return "Solder wires to the contacts."
+        return f"Solder wires to the contacts. {where}"
     order = order_of("connector", tail.connector.name, contacts=len(layout.pads))
     doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
     code = f"; {order.maker} {order.code}{doubt}" if order is not None else ""
     return (
         f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "
-        "push the tail in straight, close the latch. The connector's springs have to be on the contacts' side."
+        f"push the tail in straight, close the latch. The connector's springs have to be on the contacts' side. {where}"
     )
-
-
-def _contacts(layout: Layout, coil: str) -> str:
-    nets = {each.net for each in layout.coils if each.name == coil}
-    numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
-    return f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
 
 
 def _readings(coil: CoilEstimate, state: str) -> tuple[str, str]:
@@ -392,18 +346,10 @@ def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
 
 def _drive(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     """With which drive code the converter reads a bare board; empty where no code is chosen."""
-    device, used = layout.spec.readout.device, _code_in_use(estimates)
-    code = bare_board_code(bench)
-    if code is None or not used:
+    device, readout, code = layout.spec.readout.device, estimates.readout, bare_board_code(bench)
+    if code is None or readout.high_current or readout.drive_code is None:
         return ""
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
     if used == str(code):
         return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
     return f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
-
-
-def _code_in_use(estimates: Estimates) -> str:
-    """The drive code of the assembled sensor, or the codes of its channels; empty where there is none."""
-    readout = estimates.readout
-    if readout.high_current or readout.drive_code is None:
-        return ""
-    return ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))

@@ -30,14 +30,13 @@ from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts, head
-from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Figure, figures
+from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Plot, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
 from sitscad.units import show
 
-ROOM = (170.0, 96.0, 112.0, 96.0)
-"""Of the drawing on the first page: left, low, width, height (mm)."""
+ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
 
 TOP, LEFT = 192.0, 14.0
 
@@ -51,7 +50,11 @@ def render(
     """
     if not performance or drawn is None:
         return {}
-    plots, found = figures(drawn, performance), _calibration(response)
+    plots = figures(drawn, performance)
+    try:
+        found = foretell(response)  # its target kept level as all here
+    except NoResponse:
+        found = None
     if layout.spec.cells is not None:  # figures are of one cell, limits of every coil
         first, *others = performance
         performance = replace(first, production=production_limits(estimates)), *others
@@ -77,27 +80,17 @@ def figures_for_programs(
     return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
 
 
-def _calibration(response: ResponseModel) -> Calibration | None:
-    """What a calibration of the design is foretold to do, its target kept level as all here; None without one."""
-    try:
-        return foretell(response)
-    except NoResponse:
-        return None
-
-
 def _plain(text: str) -> float:
-    """A figure to six digits, and what rounding leaves of a zero as that: the last bits of a sum differ between
-    machines, and with the number of threads.
-    """
+    """A figure to six digits, rounding's zeros as zero: the last bits of a sum differ between machines."""
     value = float(text)
     return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
 
 
 def _sheets(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Figure], forced: bool, bench: Estimates,
+    plots: Sequence[Plot], forced: bool, bench: Estimates,
 ) -> list[Sheet]:
-    between = from_unit_to_unit(found)
+    between = [] if found is None else list(found.error_rows)
     first = _new(layout, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
     low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
@@ -129,8 +122,7 @@ def _sheets(
     return [sheet for sheet in (first, assembly, curved, beyond, last, own) if sheet is not None]
 
 
-MOST_BESIDE = 4
-"""Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own."""
+MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
 
 
 def _new(layout: Layout, what: str, forced: bool, scale: str = "") -> Sheet:
@@ -161,18 +153,19 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 def _page(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Figure], forced: bool, bench: Estimates,
+    plots: Sequence[Plot], forced: bool, bench: Estimates,
 ) -> str:
     spec = layout.spec
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
     assembly = drawing(layout, forced)
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
         part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates))),
         part("Drawing", shown),
         part("Curves", "".join(map(_plotted, plots))),
-        part("Errors", _unit_part(found) + _table(errors(felt)) + _table(drift(felt))),
+        part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(pinning(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
               + "<p class='soft'>Three sigma of manufacture: a coil outside is "
@@ -184,11 +177,7 @@ def _page(
     return page(f"{spec.name}: data sheet", parts)
 
 
-def _unit_part(found: Calibration | None) -> str:
-    return "" if found is None else f"{_table(from_unit_to_unit(found))}<p class='soft'>{escape(found.errors_are)}</p>"
-
-
-def _plotted(plotted: Figure) -> str:
+def _plotted(plotted: Plot) -> str:
     sheet = Sheet(plotted.caption, plotted.size, decimals=3)
     plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
     return figure(svg(sheet), plotted.caption)
@@ -232,19 +221,17 @@ def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
     row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
     row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    degrees = f"{math.degrees(full.tilt):.3g}"
     for angle in ("rx", "ry"):
-        row(f"error by {_degrees(full.tilt)} of {angle}, either way",
+        row(f"error by {'one degree' if degrees == '1' else f'{degrees} degrees'} of {angle}, either way",
             *(_newtons(full.tilt_error[name][angle]) for name in names))
     row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
     return rows
 
 
-NONE = "-"
-"""In place of a figure that there is not."""
-
-LEAST_TOLD = 1e-4
-"""Crosstalk of a noiseless map below which its digits mean nothing."""
+NONE = "-"  # In place of a figure that there is not
+LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
 
 BESIDE = "contact 0.1 mm beside the middle"
 
@@ -253,18 +240,23 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     """What belongs to the sensor as a whole."""
     full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
-    friction = (
-        "-"
-        if full.friction_error is None or not math.isfinite(full.friction_error)
-        else f"+-{full.friction_error:.2g} (one sigma)"
-    )
+    friction = NONE
+    if full.friction_error is not None and math.isfinite(full.friction_error):
+        friction = f"+-{full.friction_error:.2g} (one sigma)"
+    resonances = ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items())
+    # the normal force that the target bears, and how it is held where that matters
+    ends = SIDEWAYS if full.axes["normal"].limited_by == INSTABILITY else "30 % strain of the pad"
+    overloads = [(f"overload ({ends})", _newtons(full.overload))]
+    if full.free_overload is not None:
+        overloads = [(f"overload, kept level ({ends})", _newtons(full.overload)),
+                     (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]
     return [
         ("sensor", ""),
         *_cells(layout, estimates),
-        *_overloads(full),
+        *overloads,
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
-        ("resonance of target and pad, nothing on it", _resonances(full)),
+        ("resonance of target and pad, nothing on it", resonances or NONE),
         ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
         ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
         ("converter", f"{readout.device.part}, {len(estimates.coils)} channel{'s' * (len(estimates.coils) > 1)}"),
@@ -290,40 +282,16 @@ def _cells(layout: Layout, estimates: Estimates) -> Rows:
     ]
 
 
-def _overloads(full: Performance) -> Rows:
-    """The normal force that the target bears, and how it is held where that matters."""
-    gives_way = full.axes["normal"].limited_by == INSTABILITY
-    ends = SIDEWAYS if gives_way else "30 % strain of the pad"
-    if full.free_overload is None:
-        return [(f"overload ({ends})", _newtons(full.overload))]
-    return [(f"overload, kept level ({ends})", _newtons(full.overload)),
-            (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]
-
-
-SIDEWAYS = "the pad gives way sideways"
-"""Why a normal force is too large before the pad is strained too far."""
-
-
-def _resonances(full: Performance) -> str:
-    """By axis in words, a dash where no density is known."""
-    return ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items()) or "-"
+SIDEWAYS = "the pad gives way sideways"  # Why a normal force is too large before the pad is strained too far
 
 
 def errors(felt: Sequence[Performance]) -> Rows:
     """One sigma by cause at full load, of every unit alike."""
     full = felt[-1]
     names = list(full.axes)
-    rows: Rows = [("one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names))]
-    for cause in full.axes[names[0]].errors:
-        if cause in FROM_UNIT_TO_UNIT:
-            continue
-        rows.append((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)))
-    return rows
-
-
-def from_unit_to_unit(found: Calibration | None) -> Rows:
-    """What forces are off by on any unit, and on one that is calibrated: as calibration/ states it."""
-    return [] if found is None else list(found.error_rows)
+    head = "one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names)
+    causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
+    return [head, *((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)) for cause in causes)]
 
 
 def drift(felt: Sequence[Performance]) -> Rows:
@@ -379,11 +347,6 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
 
 
-def _degrees(angle: float) -> str:
-    degrees = f"{math.degrees(angle):.3g}"
-    return "one degree" if degrees == "1" else f"{degrees} degrees"
-
-
 def _newtons(force: float) -> str:
     if math.isinf(force):
         return "no reading tells it"
@@ -397,7 +360,7 @@ def _share(part: float) -> str:
 def _crosstalk(table: object, name: str) -> str:
     row = table[name]  # type: ignore[index]
     if not row:
-        return "-"
+        return NONE
     worst = max(row.values())
     return _share(worst) if worst >= LEAST_TOLD else f"below {_share(LEAST_TOLD)}"
 

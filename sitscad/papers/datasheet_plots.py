@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,18 +18,16 @@ NAMES = AXIS_WORDS
 Draw = Callable[[Any], None]
 
 NANO = 1e9
-BAND = 0.18
-"""Opacity of a one-sigma band."""
+BAND = 0.18  # Opacity of a one-sigma band
 
 FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
 """Causes that differ between units: the paper has them as a calibration has them."""
 
-DIGITS = 6
-"""Significant digits of what is drawn: so that the last bit of a sum on another machine moves nothing."""
+DIGITS = 6  # Significant digits of what is drawn: so that the last bit of a sum on another machine moves nothing
 
 
 @record(eq=False)
-class Figure:
+class Plot:
     """One plot: its caption, its size (mm), and what draws it on a matplotlib figure."""
 
     caption: str
@@ -36,27 +35,22 @@ class Figure:
     draw: Draw
 
 
-def figures(found: Curves, felt: Sequence[Performance]) -> list[Figure]:
+def figures(found: Curves, felt: Sequence[Performance]) -> list[Plot]:
     """All plots of a sensor."""
     far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears) else ""
-    plots = [Figure("Each coil over the normal force, and over shear under half of it; bands: one sigma from "
+    plots = [Plot("Each coil over the normal force, and over shear under half of it; bands: one sigma from "
                     "unit to unit, tared, not calibrated. Inductance is what firmware/ computes from a "
-                    "reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", (262.0, 72.0), _coils(found)),
-             Figure("Combinations of the coils: their sum over the normal force, and their difference over "
-                    "shear under no, half and full normal force." + far, (262.0, 72.0), _combined(found))]
+                    "reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", (262.0, 72.0),
+                    partial(_coils, found)),
+             Plot("Combinations of the coils: their sum over the normal force, and their difference over "
+                    "shear under no, half and full normal force." + far, (262.0, 72.0), partial(_combined, found))]
     if found.ranges:
-        plots.append(Figure("The working range: where the readings go. Lines of equal normal force (blue) and of equal "
+        plots.append(Plot("The working range: where the readings go. Lines of equal normal force (blue) and of equal "
                             "shear (orange); where lines of one colour cross, no map tells the loads apart."
                             + (f" {BEYOND_LINES}" if far else ""),
-                            (130.0, 100.0), _range(found)))
-    plots.append(
-        Figure(
-            "One sigma of error at full load by cause, of full scale, on any unit alike; the table says "
-            "what differs from unit to unit.",
-            (130.0, 100.0),
-            _errors(felt),
-        )
-    )
+                            (130.0, 100.0), partial(_range, found)))
+    plots.append(Plot("One sigma of error at full load by cause, of full scale, on any unit alike; the table says "
+                        "what differs from unit to unit.", (130.0, 100.0), partial(_errors, felt[-1])))
     return plots
 
 
@@ -76,9 +70,7 @@ def _shade(axes: Any, curve: Curve, held: float) -> None:
 
 
 def difference(found: Curves, axis: str) -> tuple[str, Array]:
-    """The combination of the coils that tells shear along an axis, in words, and its weights (coils): halves of those
-    on the near side less halves of those on the far side.
-    """
+    """The combination of coils that tells shear along an axis: in words, and its weights (coils)."""
     along = found.places[:, 0 if axis == "shear_x" else 1]
     weights = np.where(np.abs(along) < 1e-9, 0.0, -along / np.maximum(np.abs(along), 1e-12))
     low, high = ([name for name, w in zip(found.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
@@ -100,42 +92,34 @@ def _rounded(values: Array) -> Array:
     return np.asarray(np.round(values / scale, DIGITS) * scale)
 
 
-def _coils(found: Curves) -> Draw:
-
-    def draw(figure: Any) -> None:
-        shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
-        for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-            for k, name in enumerate(found.coils):
-                dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
-                _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
-            _shade(axes, curve, found.held)
-            under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
-            axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"each coil{under}")
-            axes.legend()
-
-    return draw
+def _coils(found: Curves, figure: Any) -> None:
+    """Every coil over normal force, and over shear under half of it."""
+    shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
+    for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+        for k, name in enumerate(found.coils):
+            dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
+            _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
+        _shade(axes, curve, found.held)
+        under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
+        axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"each coil{under}")
+        axes.legend()
 
 
-def _combined(found: Curves) -> Draw:
-    """The plot of the sum over normal force, and of the differences over shear."""
-
-    def draw(figure: Any) -> None:
-        kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
-        all_axes = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
-        first, curve = all_axes[0], found.normal
-        total, spread = curve.inductance.sum(axis=1), np.hypot.reduce(curve.sigma, axis=1)
-        _line(first, curve, NANO * total, NANO * spread, "")
-        first.set(xlabel="normal (N)", ylabel="nH", title=_total(found))
-        for axes, kind in zip(all_axes[1:], kinds, strict=True):
-            words, weights = difference(found, kind)
-            for one in (curve for curve in found.shears if curve.axis == kind):
-                sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
-                _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
-            _shade(axes, one, found.held)
-            axes.set(xlabel=f"{NAMES[kind]} (N)", ylabel="nH", title=words)
-            axes.legend()
-
-    return draw
+def _combined(found: Curves, figure: Any) -> None:
+    """The sum over normal force, and the differences over shear."""
+    kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
+    first, *others = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
+    total, spread = found.normal.inductance.sum(axis=1), np.hypot.reduce(found.normal.sigma, axis=1)
+    _line(first, found.normal, NANO * total, NANO * spread, "")
+    first.set(xlabel="normal (N)", ylabel="nH", title=_total(found))
+    for axes, kind in zip(others, kinds, strict=True):
+        words, weights = difference(found, kind)
+        for one in (curve for curve in found.shears if curve.axis == kind):
+            sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
+            _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
+        _shade(axes, one, found.held)
+        axes.set(xlabel=f"{NAMES[kind]} (N)", ylabel="nH", title=words)
+        axes.legend()
 
 
 def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
@@ -144,29 +128,25 @@ def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dash
     axes.fill_between(curve.forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 
 
-def _range(found: Curves) -> Draw:
-    """The plot of the sum over the differences: where in it the working range lies."""
-
-    def draw(figure: Any) -> None:
-        panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
-        for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
-            words, weights = difference(found, kind)
-            apart = _rounded(NANO * inductance @ weights)
-            total = _rounded(NANO * inductance.sum(axis=2))
-            for k, force in enumerate(normal):
-                width = 0.9 if k in (0, len(normal) - 1) else 0.45
-                for part, dashes in _parted(shear, found.held):
-                    line = (np.interp(part, shear, values[k]) for values in (apart, total))
-                    axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
-                if k in (0, len(normal) - 1):
-                    axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
-            for k in range(len(shear)):
-                axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
-                          linestyle="-" if abs(shear[k]) <= found.held else "--")
-            axes.margins(x=0.2)  # room for the words at the ends of the lines
-            axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
-
-    return draw
+def _range(found: Curves, figure: Any) -> None:
+    """The sum over the differences: where in it the working range lies."""
+    panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
+    for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
+        words, weights = difference(found, kind)
+        apart = _rounded(NANO * inductance @ weights)
+        total = _rounded(NANO * inductance.sum(axis=2))
+        for k, force in enumerate(normal):
+            width = 0.9 if k in (0, len(normal) - 1) else 0.45
+            for part, dashes in _parted(shear, found.held):
+                line = (np.interp(part, shear, values[k]) for values in (apart, total))
+                axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
+            if k in (0, len(normal) - 1):
+                axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
+        for k in range(len(shear)):
+            axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
+                      linestyle="-" if abs(shear[k]) <= found.held else "--")
+        axes.margins(x=0.2)  # room for the words at the ends of the lines
+        axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
 
 
 def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
@@ -178,28 +158,22 @@ def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
             yield np.array([low, *shear[(shear > low) & (shear < high)], high]), "--"
 
 
-def _errors(felt: Sequence[Performance]) -> Draw:
-    """The plot of every error by its cause, in per cent of full scale."""
-    full = felt[-1]
-
-    def draw(figure: Any) -> None:
-        axes, names = figure.subplots(), list(full.axes)
-        causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
-        for k, name in enumerate(names):
-            axis = full.axes[name]
-            shares = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
-            at = np.arange(len(causes)) + (k - 0.5 * (len(names) - 1)) * 0.8 / len(names)
-            axes.barh(at, shares, 0.8 / len(names), left=LEAST, label=NAMES[name])
-        axes.set_axisbelow(True)
-        axes.set_yticks(np.arange(len(causes)), causes)
-        axes.set(xscale="log", xlim=(LEAST, 1000.0), xlabel="of full scale (%)")
-        axes.set_xticks([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], ["0.01", "0.1", "1", "10", "100", "1000"])
-        axes.minorticks_off()
-        axes.invert_yaxis()
-        axes.legend(loc="upper right")
-
-    return draw
+def _errors(full: Performance, figure: Any) -> None:
+    """Every error at full load by its cause, in per cent of full scale."""
+    axes, names = figure.subplots(), list(full.axes)
+    causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
+    for k, name in enumerate(names):
+        axis = full.axes[name]
+        shares = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
+        at = np.arange(len(causes)) + (k - 0.5 * (len(names) - 1)) * 0.8 / len(names)
+        axes.barh(at, shares, 0.8 / len(names), left=LEAST, label=NAMES[name])
+    axes.set_axisbelow(True)
+    axes.set_yticks(np.arange(len(causes)), causes)
+    axes.set(xscale="log", xlim=(LEAST, 1000.0), xlabel="of full scale (%)")
+    axes.set_xticks([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], ["0.01", "0.1", "1", "10", "100", "1000"])
+    axes.minorticks_off()
+    axes.invert_yaxis()
+    axes.legend(loc="upper right")
 
 
-LEAST = 0.003
-"""Where the bars of errors begin (per cent)."""
+LEAST = 0.003  # Where the bars of errors begin (per cent)

@@ -20,9 +20,7 @@ SILICONE = "silicone"
 
 
 def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
-    """The text; it begins with a warning where ``forced`` is not empty. Raises ValueError where a sheet cannot be laid
-    out.
-    """
+    """The text, ``forced`` a warning first. Raises ValueError where a sheet cannot be laid out."""
     found = sheets(layout)
     return {"laser/readme.txt": text(layout, found, bool(forced)).encode("utf-8")} if found else {}
 
@@ -34,7 +32,11 @@ def text(layout: Layout, sheets: tuple[LaserSheet, ...], forced: bool = False) -
     lines += [f"{layout.spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
     for sheet in sheets:
         lines += [*_sheet(layout, sheet), ""]
-    lines += [*_wrapped("Colours and order", ""), *_order(), ""]
+    lines.append("Colours and order")
+    for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
+        look = LOOKS[layer]
+        lines.append(f"   {number}. {look.colour:<8} {look.rgb}  layer {layer:<10} {look.work}")
+    lines += [f"   -  {LOOKS[CutLayer.REF].colour:<8} {LOOKS[CutLayer.REF].rgb}  layer {CutLayer.REF:<10} not cut", ""]
     for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
         lines += [*_lasers(material), ""]
     if any(sheet.part == "shield" for sheet in sheets):
@@ -90,13 +92,6 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
 
 
-def _order() -> Iterator[str]:
-    for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
-        look = LOOKS[layer]
-        yield f"   {number}. {look.colour:<8} {look.rgb}  layer {layer:<10} {look.work}"
-    yield f"   -  {LOOKS[CutLayer.REF].colour:<8} {LOOKS[CutLayer.REF].rgb}  layer {CutLayer.REF:<10} not cut"
-
-
 def _lasers(material: str) -> Iterator[str]:
     known = [row for row in _table() if row["material"] == material]
     yield f"Lasers for {material}" + ("" if known else ": nothing is known; ask the shop")
@@ -116,11 +111,9 @@ def _bought(layout: Layout) -> str | None:
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None
-    moulded = (
-        "or cast single pads in the mould of mount/, which need no laser"
-        if layout.spec.mount is not None
-        else "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
-    )
+    moulded = "or cast single pads in the mould of mount/, which need no laser"
+    if layout.spec.mount is None:
+        moulded = "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
     return (
         f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "
         f"of {in_mm(pad.thickness)} mm between two plates with spacers, {moulded}. Cured sheet of the same hardness is "

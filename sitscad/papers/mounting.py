@@ -20,25 +20,23 @@ from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bend_words
 from sitscad.layout.board import Layout
 from sitscad.parts.clash import at_pin, carried, clashes
-from sitscad.parts.mass import Balance, Weight, balance, weigh
+from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.printable import as_json, printable
-from sitscad.parts.proof import Load, Measured, Proof, prove, require_clear
+from sitscad.parts.proof import Measured, PadLoad, Proof, prove, require_clear
 from sitscad.parts.solid import Solid, of_role
 from sitscad.parts.tooling import LEAST_MIX, Pour, skin_pour
 from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import print_limit
 from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import fitted_jaw, jaw_range
-from sitscad.scene.plate import adapter_needed
-from sitscad.scene.seating import joint_clearance, relief, retention, tongue_across
+from sitscad.scene.seating import adapter_needed, joint_clearance, relief, retention, tongue_across
 from sitscad.scene.state import Pose
 from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
 from sitscad.spec.materials import Encapsulation
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
-LEAST_FIXED = 3e-3
-"""How much of a tail (m) is glued to the jaw where nothing else holds it."""
+LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
 
 
 def jaw_cut(layout: Layout) -> Iterator[str]:
@@ -73,10 +71,7 @@ def tail_held(layout: Layout, glue: str) -> str:
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
     path, jaw = tail_path(layout), fitted_jaw(layout)
     assert path is not None and jaw is not None
-    here = path.start
-    for stretch in path.stretches[:-1]:
-        here = here.after(stretch)
-    begin, room = here.x, jaw_range(layout, jaw)[1] - here.x
+    begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
     if room >= LEAST_FIXED:
         return (
             f"{said} Fix the tail with {glue} to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind the "
@@ -206,7 +201,7 @@ def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
     return {"mount/fit.json": (json.dumps(said, indent=1) + "\n").encode("ascii")}
 
 
-def loads(spec: SensorSpec) -> tuple[Load, ...]:
+def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
     """The forces that the spec asks to be borne, shear along every axis; none without a pad or a force."""
     normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
     if not (normal or shear):
@@ -222,16 +217,15 @@ def loads(spec: SensorSpec) -> tuple[Load, ...]:
     press = f"{show(normal, 'N')} of press"
     names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in ways]
     return tuple(
-        Load(name, Pose(*(float(value) for value in pose)), bulge(spec, -float(pose[2])))
+        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(spec, -float(pose[2])))
         for name, pose in zip(names, poses, strict=True)
     )
 
 
 def bulge(spec: SensorSpec, press: float) -> float:
-    """How far (m) the elastomer's free sides come out in the middle when it is pressed by so much (m).
-
-    An incompressible pad pushes out what its face takes away: over the whole side that is area times press over
-    perimeter times the height that is left, half as far again in the middle of a parabola.
+    """How far (m) the elastomer's free sides come out in the middle when it is pressed by so much (m). An
+    incompressible pad pushes out what its face takes away: over the whole side that is area times press over perimeter
+    times the height that is left, half as far again in the middle of a parabola.
     """
     pad = elastomer(spec)
     if pad is None or press <= 0.0:
@@ -243,13 +237,13 @@ def bulge(spec: SensorSpec, press: float) -> float:
 def document(proof: Proof) -> dict[str, Any]:
     """The proof in plain values: lengths in metres, volumes in cubic metres."""
     return {
-        "closed_pair_radius_m": _nanometres(proof.radius),
-        "closed_pair_radius_from_figures_m": _nanometres(proof.plane_radius),
+        "closed_pair_radius_m": _rounded(proof.radius),
+        "closed_pair_radius_from_figures_m": _rounded(proof.plane_radius),
         "port_radius_m": proof.port_radius,
         "fits": proof.fits,
         "opened_rad": proof.opened,
         "measured": [_measured(each) for each in proof.measured],
-        "clearances": [{"first": c.first, "second": c.second, "gap_m": _nanometres(c.gap)} for c in proof.clearances],
+        "clearances": [{"first": c.first, "second": c.second, "gap_m": _rounded(c.gap)} for c in proof.clearances],
     }
 
 
@@ -257,14 +251,9 @@ def _measured(each: Measured) -> dict[str, Any]:
     digits = {"m": 9, "m2": 12}.get(each.unit, 15)
     return {
         "what": each.what, "first": each.first, "second": each.second, "when": each.when,
-        "value": round(each.value, digits) + 0.0, "limit": round(each.limit, digits) + 0.0, "unit": each.unit,
-        "kept": each.is_kept, "where_m": [_nanometres(value) for value in each.where],
+        "value": _rounded(each.value, digits), "limit": _rounded(each.limit, digits), "unit": each.unit,
+        "kept": each.is_kept, "where_m": [_rounded(value) for value in each.where],
     }
-
-
-def _nanometres(length: float) -> float:
-    """To a nanometre: what lies below is the kernel's, and differs between machines."""
-    return round(length, 9) + 0.0
 
 
 FIGURES = ("wall", "free_wall", "hole", "clearance", "pin", "groove")
@@ -297,30 +286,26 @@ def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
         "sensor": _balance(balance(sensor)),
         "with_jaws": _balance(balance(weights)),
         "tail_drawn_straight_because": path.reason if path is not None and path.reason else None,
-        "pieces": [_piece(weight) for weight in weights],
+        "pieces": [{
+            "name": weight.name, "is_carrier": weight.is_carrier, "material": weight.material,
+            "volume_m3": _rounded(weight.volume, 16), "share_of_volume": _rounded(weight.share, 6),
+            "copper_m3": _rounded(weight.copper, 16), "density_kg_per_m3": weight.density,
+            "mass_kg": None if weight.mass is None else _rounded(weight.mass, 12),
+            "centre_m": [_rounded(value) for value in weight.centre], "density_source": weight.source,
+        } for weight in weights],
     }
     return {"mount/assembly.json": (json.dumps(document, indent=1) + "\n").encode("utf-8")}
 
 
 def _balance(found: Balance) -> dict[str, Any]:
     return {
-        "mass_kg": _rounded(found.mass, 12), "centre_m": [_rounded(value, 9) for value in found.centre],
+        "mass_kg": _rounded(found.mass, 12), "centre_m": [_rounded(value) for value in found.centre],
         "not_weighed": list(found.unknown),
     }
 
 
-def _piece(weight: Weight) -> dict[str, Any]:
-    return {
-        "name": weight.name, "is_carrier": weight.is_carrier, "material": weight.material,
-        "volume_m3": _rounded(weight.volume, 16), "share_of_volume": _rounded(weight.share, 6),
-        "copper_m3": _rounded(weight.copper, 16), "density_kg_per_m3": weight.density,
-        "mass_kg": None if weight.mass is None else _rounded(weight.mass, 12),
-        "centre_m": [_rounded(value, 9) for value in weight.centre], "density_source": weight.source,
-    }
-
-
-def _rounded(value: float, digits: int) -> float:
-    """What lies below is the kernel's rounding, and differs between machines."""
+def _rounded(value: float, digits: int = 9) -> float:
+    """To a nanometre, or so many digits: what lies below is the kernel's rounding, and differs between machines."""
     return round(value, digits) + 0.0
 
 

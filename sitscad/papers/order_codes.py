@@ -32,8 +32,7 @@ def order_of(kind: str, name: str, **values: Any) -> Order | None:
     )  # fmt: skip
     if row is None:
         return None
-    source = cited(row)
-    return Order(row["maker"], row["code"].format(**values), row["words"], source)
+    return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))
 
 
 def capacitor(package: str, capacitance: float) -> Order | None:
@@ -48,9 +47,8 @@ def capacitor(package: str, capacitance: float) -> Order | None:
 
 
 def three_digits(capacitance: float) -> str:
-    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros.
-
-    220 pF are ``221``; ``R`` is the decimal point below 10 pF.
+    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros. 220 pF are
+    ``221``; ``R`` is the decimal point below 10 pF.
     """
     value = capacitance * 1e12
     if value < 9.95:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.drawing.frame import FORCED
+from sitscad.fabrication import notes
 from sitscad.fabrication.board_end import contact_text, end_tolerance, plug_text
 from sitscad.fabrication.files import (
     FOLDER,
@@ -20,27 +21,6 @@ from sitscad.fabrication.files import (
     shell_line,
     stack_names,
     tail_coverlay_files,
-)
-from sitscad.fabrication.notes import (
-    TEXT_WIDTH,
-    bend_text,
-    bond_texts,
-    build_text,
-    copper_text,
-    finish_text,
-    holes_text,
-    laminate_text,
-    layer_text,
-    outline_text,
-    plating_text,
-    quantity_text,
-    questions,
-    section,
-    step_text,
-    stiffener_text,
-    thickness_text,
-    thickness_texts,
-    turn_text,
 )
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
@@ -65,16 +45,19 @@ def readme(
     layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None, forced: bool = False
 ) -> str:
     """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
+    incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
+    if incomplete:
+        incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
     sections = [
-        [f"{FORCED}.", ""] if forced else [], _incomplete(layout), section("What to make", _order(layout, panel)),
-        section("Stack-up, from the top", _layers(layout)), section("What the sensor depends on", _care(layout)),
-        section("Test", _test(layout)),
-        *([section("Questions", questions(layout))] if layout.spec.fpc.rules.one_process else ()),
-        _contact_table(layout), section("Files", _files(layout, panel)),
-        _fingerprint(layout, panel, files) if files else [],
+        [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
+        notes.section("Stack-up, from the top", _layers(layout)),
+        notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout)),
+        *([notes.section("Questions", notes.questions(layout))] if layout.spec.fpc.rules.one_process else ()),
+        _contact_table(layout), notes.section("Files", _files(layout, panel)),
+        _fingerprint(layout, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
-    return "\n".join([title, "=" * len(title), "", *(line for section in sections for line in section)])
+    return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
 
 
 def _contact_table(layout: Layout) -> list[str]:
@@ -83,13 +66,12 @@ def _contact_table(layout: Layout) -> list[str]:
         return []
     widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(rows[0]))]
     lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    title = "Contacts, for whoever wires the sensor (numbered as in the drawing)"
-    return [title, "-" * len(title), *lines, ""]
+    return notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", lines)
 
 
 def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
     """What is hashed, and the line of a shell that prints the same."""
-    title, images = "Fingerprint", board_images(files)
+    images = board_images(files)
     what = (
         "SHA-256 of the board's Gerber and drill files one after another, in the order of the line below; in the "
         "folder that holds them that line prints the same. Drawings show its first 16 digits."
@@ -100,19 +82,8 @@ def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]
             f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
             f"{name}."
         )
-    digest, line = fingerprint(files, images), shell_line(images)
-    return [
-        title, "-" * len(title), *wrap(what, TEXT_WIDTH, break_long_words=False, break_on_hyphens=False), "", digest,
-        line, "",
-    ]
-
-
-def _incomplete(layout: Layout) -> list[str]:
-    """A warning in front of everything where the layout lacks pieces."""
-    if not layout.shortfalls:
-        return []
-    lines = [f"- {lack.message}" for lack in layout.shortfalls]
-    return ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *lines, ""]
+    words = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
+    return notes.headed("Fingerprint", [*words, "", fingerprint(files, images), shell_line(images)])
 
 
 def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
@@ -122,23 +93,28 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield from layout.spec.issue.rows
     yield "Type", f"flexible circuit, {len(copper)} copper layer{'s' * (len(copper) > 1)}"
     yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
-    if quantity := quantity_text(fpc.boards, len(panel.parts) if panel is not None else None, fpc.rules.order_multiple):
+    parts = None if panel is None else len(panel.parts)
+    if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
-    yield "Delivery", _delivery(layout, panel)
+    if panel is not None:
+        width, height = (show(side, "m") for side in panel.size)
+        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout)}"
+        yield "Delivery", f"in panels of {width} x {height}, {many}"
+    else:
+        small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
+        yield "Delivery", f"single boards, cut out{small}"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished, without stiffener"
     yield "Tolerances", _tolerances(layout)
     if tail_copper(layout) < len(copper):
         yield "Tail", _thin_tail(layout)
-        yield "Build", build_text(layout)
+        yield "Build", notes.build_text(layout)
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
-    yield (
-        "Coil",
-        (f"tracks {show(layout.spec.coil.trace_width, 'm')} wide, {show(layout.spec.coil.trace_spacing, 'm')} apart"),
-    )
+    coil = layout.spec.coil
+    yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
     yield "Holes", _holes(layout)
-    yield "Finish", finish_text(layout).removeprefix("Finish on bare contacts: ")
+    yield "Finish", notes.finish_text(layout).removeprefix("Finish on bare contacts: ")
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
-    yield "Laminates", laminate_text(layout)
+    yield "Laminates", notes.laminate_text(layout)
     if not fpc.rules.one_process:
         yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
@@ -149,26 +125,15 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Contacts", f"{contact_text(layout)}, for solder"
     if layout.capacitors:
         names = ", ".join(each.reference for each in layout.capacitors)
-        yield (
-            "Capacitors",
-            (
-                f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; "
-                "soldered on by hand or by an assembler, not part of this order unless it says so"
-            ),
+        yield "Capacitors", (
+            f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; "
+            "soldered on by hand or by an assembler, not part of this order unless it says so"
         )
     if layout.bend_zone is not None:
-        yield "Bend", bend_text(layout)
-    if turn := turn_text(layout):
+        yield "Bend", notes.bend_text(layout)
+    if turn := notes.turn_text(layout):
         yield "Outline", turn
     yield "Made for rules", _rules(layout)
-
-
-def _delivery(layout: Layout, panel: Panel | None) -> str:
-    if panel is None:
-        small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
-        return f"single boards, cut out{small}"
-    width, height = (show(side, "m") for side in panel.size)
-    return f"in panels of {width} x {height}, {len(panel.parts)} boards each, as drawn in {_panel_name(layout)}"
 
 
 def _panel_name(layout: Layout) -> str:
@@ -177,9 +142,9 @@ def _panel_name(layout: Layout) -> str:
 
 def _tolerances(layout: Layout) -> str:
     rules = layout.spec.fpc.rules
-    places = ", ".join(f"{place} {text}" for place, text in thickness_texts(layout).items())
+    places = ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
     return (
-        f"outline {outline_text(layout)}, layers in register within {show(rules.registration, 'm')}, "
+        f"outline {notes.outline_text(layout)}, layers in register within {show(rules.registration, 'm')}, "
         f"finished thickness {places}"
     )
 
@@ -193,7 +158,7 @@ def _thin_tail(layout: Layout) -> str:
         f"beyond x = {show(layout.body[2], 'm')} the board has only its first {first - 1} copper "
         f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}); the tail is "
         f"{show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
-        + "".join(f"{step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
+        + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
         + "Holes in the tail go through its own layers only and have a drill file of their own."
     )
 
@@ -203,11 +168,8 @@ def _holes(layout: Layout) -> str:
         return "none"
     sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in layout.vias})
     counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in layout.vias) for size in sizes]
-    kinds = [
-        f"{count} of {show(drill, 'm')} (pad {show(pad, 'm')})"
-        for count, (drill, pad) in zip(counts, sizes, strict=True)
-    ]
-    return f"{', '.join(kinds)}, plated, finished diameters; {holes_text(layout)}"
+    kinds = (f"{n} of {show(drill, 'm')} (pad {show(pad, 'm')})" for n, (drill, pad) in zip(counts, sizes, strict=True))
+    return f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}"
 
 
 def _stiffener(layout: Layout) -> str:
@@ -215,7 +177,7 @@ def _stiffener(layout: Layout) -> str:
     assert plate is not None
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
     where = f"x = {show(x0, 'm')} to {show(x1, 'm')}, y = {show(y0, 'm')} to {show(y1, 'm')}"
-    return f"{stiffener_text(layout)}, on the bottom face, {where}"
+    return f"{notes.stiffener_text(layout)}, on the bottom face, {where}"
 
 
 def _contacts(layout: Layout) -> str:
@@ -223,10 +185,16 @@ def _contacts(layout: Layout) -> str:
     assert tail is not None
     connector = tail.connector
     made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
-    allowed = connector.insertion_thickness_tolerance
+    allowed, where = connector.insertion_thickness_tolerance, notes.thickness_text(layout, Where.CONTACT)
+    closer, usual = "", layout.spec.fpc.rules.outline_tolerance
+    if end_tolerance(layout) < usual - 1e-9:
+        closer = (
+            f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
+            f"confirmed, or every board is measured before it is plugged in)"
+        )
     text = (
-        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{_closer_cut(layout)}; thickness at the "
-        f"contacts {thickness_text(layout, Where.CONTACT)}; the stack-up and stiffener above give {show(made, 'm')}"
+        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{closer}; thickness at the "
+        f"contacts {where}; the stack-up and stiffener above give {show(made, 'm')}"
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
@@ -234,56 +202,36 @@ def _contacts(layout: Layout) -> str:
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
 
 
-def _closer_cut(layout: Layout) -> str:
-    """That the width at the contacts is asked closer than the rest of the outline, where it is."""
-    asked, usual = end_tolerance(layout), layout.spec.fpc.rules.outline_tolerance
-    if asked >= usual - 1e-9:
-        return ""
-    return (
-        f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
-        f"confirmed, or every board is measured before it is plugged in)"
-    )
-
-
 def _rules(layout: Layout) -> str:
     rules = layout.spec.fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
-    return (
-        f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
-        f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{_beyond(layout)}"
-        f"{_unverified(layout)}"
-    )
-
-
-def _unverified(layout: Layout) -> str:
-    """Those figures of the rules for which no page was seen: the fabricator knows better."""
-    rules = layout.spec.fpc.rules
+    # Where the copper is thicker than any for which the rules give widths: for which they hold
+    foil = layout.spec.fpc.stackup.line_foil(layout.spec.coil.layers)
+    thickest = max((row.copper for row in rules.track_lines), default=foil)
+    beyond = f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
+    beyond = beyond if foil > thickest + 1e-9 else ""
+    # Those figures of the rules for which no page was seen: the fabricator knows better
     named = {"hole_to_hole": "from hole to hole", "drill_to_copper": "from hole to copper", "trace_width": "track",
              "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
              "outline_tolerance": "outline", "registration": "register"}
     words = [
         f"{word} {show(getattr(rules, field), 'm')}" for field, word in named.items() if is_unverified(rules, field)
     ]
-    return f"; not verified, tell us if yours are larger: {', '.join(words)}" if words else ""
-
-
-def _beyond(layout: Layout) -> str:
-    """Where the copper is thicker than any for which the rules give widths: for which they hold."""
-    foil = layout.spec.fpc.stackup.line_foil(layout.spec.coil.layers)
-    thickest = max((row.copper for row in layout.spec.fpc.rules.track_lines), default=foil)
-    if foil <= thickest + 1e-9:
-        return ""
-    return f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
+    unseen = f"; not verified, tell us if yours are larger: {', '.join(words)}" if words else ""
+    return (
+        f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
+        f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{beyond}{unseen}"
+    )
 
 
 def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
     stackup = layout.spec.fpc.stackup
     for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
-        words = copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else layer_text(layer)
+        words = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
         yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
-    yield from ((f"Bond, {where}", text) for where, text in bond_texts(layout).items())
+    yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(layout).items())
     if layout.vias and stackup.plating_thickness and not layout.spec.fpc.rules.one_process:
-        yield "Plating", f"{plating_text(layout)}. The copper above is finished, foil and plating together"
+        yield "Plating", f"{notes.plating_text(layout)}. The copper above is finished, foil and plating together"
     if layout.vias and stackup.plating is Plating.BUTTONS:
         rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
         yield "Buttons", f"rings are {rings} wide: tell us if your resist for the buttons needs wider ones"
@@ -291,34 +239,21 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
     if any(has_coverlay(stackup)):
         masks = {layer.material == MASK for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
-        yield (
-            "Coverlay",
-            f"{_COVERS[frozenset(masks)]}; a file without any opening means that this side is closed throughout",
-        )
-
-
-_COVERS = {
-    frozenset({False}): "film and adhesive together",
-    frozenset({True}): "solder mask",
-    frozenset({False, True}): "film (with its adhesive) on one side, solder mask on the other",
-}
-"""What covers the copper, by whether it is a mask."""
+        words = "solder mask" if masks == {True} else "film and adhesive together"
+        if len(masks) > 1:
+            words = "film (with its adhesive) on one side, solder mask on the other"
+        yield "Coverlay", f"{words}; a file without any opening means that this side is closed throughout"
 
 
 def _care(layout: Layout) -> Iterator[tuple[str, str]]:
-    yield (
-        "Copper",
-        (
-            "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, "
-            "test coupons or closed rings), remove none, add no teardrops."
-        ),
+    yield "Copper", (
+        "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, test "
+        "coupons or closed rings), remove none, add no teardrops."
     )
     yield "Tracks", "Width and copper thickness set the coils' resistance: tell us before compensating the artwork."
     if layout.copper_layers > 1:
-        yield (
-            "Dielectric",
-            "The thickness between copper layers sets the coils' inductance: do not replace the film by another.",
-        )
+        words = "The thickness between copper layers sets the coils' inductance: do not replace the film by another."
+        yield "Dielectric", words
     yield "Registration", "Layers lie on each other as drawn; no layer is mirrored, all are seen from the top."
     yield "Metal", "No magnetic or conducting part (steel stiffener, shielding film) on or under the coils."
 
@@ -334,24 +269,18 @@ def _test(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
-    for file in (*gerber_files(layout), *drill_files(layout)):
-        kind = "Excellon, metric" if file.path.endswith(".drl") else f"Gerber X2, {file.function}"
-        yield file.name, f"{file.title} ({kind})"
+    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
     yield _name(layout, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
     yield _name(layout, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout, "Drill_Map.gbr"), "drill map (Gerber drawing)"
-    yield (
-        _name(layout, "drawing.pdf"),
-        "board drawing with dimensions, contacts with their table on its second page (also as SVG)",
-    )
+    words = "board drawing with dimensions, contacts with their table on its second page (also as SVG)"
+    yield _name(layout, "drawing.pdf"), words
     yield _name(layout, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
     if panel is not None:
         readme = panel_path(layout, "-readme.txt").rpartition("/")[2]
-        yield (
-            "Archive",
-            f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the package",
-        )
+        words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
+        yield "Archive", f"{words} package"
         yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({_panel_name(layout)})"
     yield _name(layout, "order.zip"), "what is sent: the files of the order under the fabricator's names"
     yield _name(layout, "board.svg"), "picture of the whole board, for orientation only"

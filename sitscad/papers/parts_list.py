@@ -26,7 +26,7 @@ from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
 from sitscad.scene.column import column
-from sitscad.scene.plate import adapter_needed
+from sitscad.scene.seating import adapter_needed
 from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
@@ -34,17 +34,14 @@ from sitscad.spec.places import cell_placements, place_in_words
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
-USUAL_CHIP = "chip-0603"
-"""What a tank capacitor is where the spec names no package: it can still be soldered by hand."""
+USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
 
 LIQUIDS = "two liquids"
 
 
 @record
 class Item:
-    """One row: what is needed for one sensor, and (``for_boards``) for as many as `fpc.boards` asks; maker and order
-    code where the data have them.
-    """
+    """One row: what one sensor, and (``for_boards``) all of `fpc.boards`, need; maker and order code where known."""
 
     item: str
     quantity: int
@@ -58,9 +55,7 @@ class Item:
 
 
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
-    """``bom.csv``: UTF-8, comma separated, one header row, quantities for one sensor and for all; the first row is a
-    warning, of quantity 0, where ``forced`` is not empty.
-    """
+    """``bom.csv``: UTF-8, commas, one header row; the first row a warning, of quantity 0, where ``forced``."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([field.name for field in fields(Item)])
@@ -182,8 +177,11 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         if joined is not None:
             count, shape, note = 1, "joined pads", f"{joined.words}; {note}"
             size = _plate_size("rectangle", joined.size, pad.thickness)
-        item = Item("elastomer", count, shape, name, size, note + _bought_as(name) + _place(pad))
-        yield _ordered(item, order_of("elastomer", name))
+        order = order_of("elastomer", name)
+        if order is not None and order.words == LIQUIDS:
+            note += f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone "
+            note += "sheet"
+        yield _ordered(Item("elastomer", count, shape, name, size, note + _place(pad)), order)
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
@@ -193,23 +191,13 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         film = spec.encapsulation
         x, y = layout.body_size
         size = f"over {in_mm(x)} x {in_mm(y)} mm, {in_mm(film.thickness)} mm thick"
-        yield Item(
-            "encapsulation", 1, "film", film.material.name, size, "cast or coated over board, elastomer and target"
-        )
-
-
-def _bought_as(material: str) -> str:
-    """How a silicone is bought; nothing where the data do not say."""
-    order = order_of("elastomer", material)
-    if order is None or order.words != LIQUIDS:
-        return ""
-    return f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone sheet"
+        words = "cast or coated over board, elastomer and target"
+        yield Item("encapsulation", 1, "film", film.material.name, size, words)
 
 
 def _place(plate: Target | ElastomerPad) -> str:
     """Where a plate is to be mounted, if it does not stand straight over the mean of the coils."""
-    place = place_in_words(plate)
-    return f"; {place}" if place else ""
+    return f"; {place}" if (place := place_in_words(plate)) else ""
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:
@@ -232,13 +220,11 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
         size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
-        yield Item(
-            "jaw", 1, jaw.name, jaw.material.name, size, "the instrument that the sensor is glued into; not made here"
-        )
+        words = "the instrument that the sensor is glued into; not made here"
+        yield Item("jaw", 1, jaw.name, jaw.material.name, size, words)
     if spec.target is not None or spec.elastomer is not None:
-        yield Item(
-            "jig", 1, "jig-*", "printed", "", "print from mount/: aligns the pieces while the glue sets; reusable"
-        )
+        words = "print from mount/: aligns the pieces while the glue sets; reusable"
+        yield Item("jig", 1, "jig-*", "printed", "", words)
     poured, cast = pour(layout), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
@@ -266,28 +252,22 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
     """The printed pieces, named and measured as in the drawing of the assembly."""
     note = "print from mount/"
     if mount.kind != "grasper-pad":
-        yield from _not_in_a_jaw(layout, mount, note)
+        standoff = f"standoff {in_mm(mount.standoff)} mm"
+        if mount.kind != "custom":
+            yield Item("mount", 1, mount.kind, "printed", standoff, note)
+        elif mount.step is not None:
+            yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
+        if mount.finger is not None:
+            thread = f"M{in_mm(mount.finger.screw)}"
+            yield Item("set screw", 2, thread, "plastic or brass", "", "tap the cap's holes for them; clamp the finger")
+        if mount.holes is not None and mount.kind != "custom":
+            yield from _screws(layout, mount.holes)
         return
     sheet = shield_heights(spec)
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
     spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
-
-
-def _not_in_a_jaw(layout: Layout, mount: Mount, note: str) -> Iterator[Item]:
-    """A plate, a cap or a part of the user's own, and the screws for it."""
-    standoff = f"standoff {in_mm(mount.standoff)} mm"
-    if mount.kind == "custom":
-        if mount.step is not None:
-            yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
-        return
-    yield Item("mount", 1, mount.kind, "printed", standoff, note)
-    if mount.finger is not None:
-        thread = f"M{in_mm(mount.finger.screw)}"
-        yield Item("set screw", 2, thread, "plastic or brass", "", "tap the cap's holes for them; clamp the finger")
-    if mount.holes is not None:
-        yield from _screws(layout, mount.holes)
 
 
 def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
@@ -298,8 +278,7 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
         yield Item("screw", len(below), pattern.thread or f"for {in_mm(below[0].diameter)} mm holes", "", "", words)
         yield Item("screw and nut", 4, corner, "", "", "plate on adapter; nuts let in from below")
         return
-    own = [hole for hole in pattern.holes if pattern.name not in ("corners-m2",)]
-    count = 4 if pattern.grid is not None or not own else len(own)
+    count = 4 if pattern.grid is not None or pattern.name == "corners-m2" else len(pattern.holes) or 4
     thread = pattern.thread or f"for {in_mm(pattern.holes[0].diameter)} mm holes"
     yield Item("screw", count, thread, "", "", f"of the plate ({pattern.name})")
 
@@ -308,10 +287,9 @@ PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")
 
 
 def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, bytes]:
-    """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part.
-
-    The rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance
-    that ``estimates`` chose, as in ``bom.csv``.
+    """``placement.csv`` with KiCad's columns (millimetres, degrees); nothing where the board carries no part. The
+    rotation counts from a chip that lies along x with its first terminal at the left. The value is the capacitance that
+    ``estimates`` chose, as in ``bom.csv``.
     """
     if not layout.capacitors:
         return {}

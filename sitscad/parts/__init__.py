@@ -1,7 +1,6 @@
-"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount.
-
-Importing this package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that
-need them, and a missing one is a `MissingExtra` with the command that mends it.
+"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount. Importing this
+package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that need them, and a
+missing one is a `MissingExtra` with the command that mends it.
 """
 
 from __future__ import annotations
@@ -18,10 +17,8 @@ __all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
 
 
 def solids(layout: Layout) -> tuple[Solid, ...]:
-    """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation.
-
-    Raises `MissingExtra` without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into
-    the standoff).
+    """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation. Raises `MissingExtra`
+    without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into the standoff).
     """
     from sitscad.parts.pieces import assemble
 
@@ -29,10 +26,7 @@ def solids(layout: Layout) -> tuple[Solid, ...]:
 
 
 def aids(layout: Layout) -> tuple[Solid, ...]:
-    """What the sensor is put together with: the pieces of the jig, and the moulds for the elastomer and for the skin.
-
-    Raises `MissingExtra` without a CAD kernel.
-    """
+    """The jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
     from sitscad.parts.tooling import jig, mould, skin_mould
 
     skin = skin_mould(layout)

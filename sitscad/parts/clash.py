@@ -1,8 +1,6 @@
 """What stands where it must not, as bodies to be looked at (the pieces where they are then, cut open at the place, and
-the volume that is too much), and how much of the board lies on something.
-
-The latter is measured on the solids of any mount, a STEP file's among them; `sitscad.scene.stack` says it of the
-figures alone.
+the volume that is too much), and how much of the board lies on something. The latter is measured on the solids of any
+mount, a STEP file's among them; `sitscad.scene.stack` says it of the figures alone.
 """
 
 from __future__ import annotations
@@ -25,9 +23,10 @@ from sitscad.parts.proof import (
     PORT,
     SUPPORT,
     TRAVEL,
-    Load,
     Measured,
+    PadLoad,
     Proof,
+    between,
     bulged,
     posed,
     turned,
@@ -44,13 +43,10 @@ RED = "#d00000"
 """What is too much."""
 PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
 BOARD = "board"
-BEFORE, BEHIND = 11.0, 4.0
-"""What is shown of the tail before and behind the pin (mm)."""
+BEFORE, BEHIND = 11.0, 4.0  # What is shown of the tail before and behind the pin (mm)
 MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
-MOST = 4
-"""Clashes that are drawn of one sensor: the gravest of each pair, and no more pictures than anybody looks at."""
-ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-"""Normals of the cuts: across the jaw, and along it."""
+MOST = 4  # Clashes that are drawn of one sensor: the gravest of each pair, and no more pictures than anybody looks at
+ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across the jaw, and along it
 
 
 @record(eq=False)
@@ -79,7 +75,7 @@ class Clash:
 
 
 @record(eq=False)
-class Piece:
+class MeshedPiece:
     """A piece or several films as one, and its mesh (mm) where it is while it clashes."""
 
     name: str
@@ -88,7 +84,7 @@ class Piece:
     body: Any
 
 
-def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[Load, ...]) -> tuple[Clash, ...]:
+def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
     """What `sitscad.parts.proof` has found wrong, the largest of each kind and pair first; none where it fits."""
     worst: dict[tuple[str, str, str], Measured] = {}
     for each in proof.faults:
@@ -105,10 +101,7 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     across = 0.5 * jaw.width * MM
     m3 = require("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
-    near = [
-        replace(piece, body=piece.body.trim_by_plane(ACROSS, x - BEFORE).trim_by_plane((-1.0, 0.0, 0.0), -x - BEHIND))
-        for piece in _pieces(whole, set())
-    ]
+    near = [replace(piece, body=between(piece.body, x - BEFORE, x + BEHIND)) for piece in _pieces(whole, set())]
     shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
     shown = _shown(near, {BOARD}, shared, ALONG, y)
     pin = (pin - shared).trim_by_plane(ALONG, y)
@@ -117,23 +110,23 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
 
 
-def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[Piece]:
+def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
     """Every solid's mesh, glue left out; the board's films are one piece, but for those that are named."""
     meshes = list(zip(whole, seen(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
     found = [
-        Piece(solid.name, solid.role, solid.colour, manifold(mesh))
+        MeshedPiece(solid.name, solid.role, solid.colour, manifold(mesh))
         for solid, mesh in meshes
         if solid.role is not BodyRole.GLUE and (solid, mesh) not in films
     ]
     if films:
         m3 = require("manifold3d")
         body = m3.Manifold.batch_boolean([manifold(mesh) for _, mesh in films], m3.OpType.Add)
-        found.append(Piece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
+        found.append(MeshedPiece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
     return found
 
 
-def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[Load, ...]) -> Clash:
+def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[PadLoad, ...]) -> Clash:
     pieces = _pieces(whole, {fault.first, fault.second})
     there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
     if fault.what == PORT:
@@ -146,8 +139,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
         port = (
             m3.Manifold.cylinder(x1 - x0 + 2.0, radius, -1.0, 180).rotate((0.0, 90.0, 0.0)).translate((x0 - 1.0, y, z))
         )
-        between = [p.body.trim_by_plane(ACROSS, x0).trim_by_plane((-1.0, 0.0, 0.0), -x1) for p in there]
-        outside = [body - port for body in between]
+        outside = [between(piece.body, x0, x1) - port for piece in there]
         names = {p.name for p, out in zip(there, outside, strict=True) if float(out.volume()) > 1e-4}
         red = m3.Manifold.compose([body for body in outside if not body.is_empty()])
         x = _middle(red) if not red.is_empty() else fault.where[0] * MM
@@ -174,7 +166,7 @@ def _figure(fault: Measured, shared: Any) -> str:
     return both
 
 
-def _moved(layout: Layout, piece: Piece, fault: Measured, loads: tuple[Load, ...]) -> Any:
+def _moved(layout: Layout, piece: MeshedPiece, fault: Measured, loads: tuple[PadLoad, ...]) -> Any:
     role, body = piece.role, piece.body
     if fault.what in (INTERFERENCE, PORT):
         return body
@@ -191,7 +183,7 @@ def _moved(layout: Layout, piece: Piece, fault: Measured, loads: tuple[Load, ...
 
 
 def _shown(
-    pieces: list[Piece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
+    pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
 ) -> tuple[Shown, ...]:
     """Every piece and the red volume, what lies before the cut (a place in mm along its normal) taken away."""
     away = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
@@ -219,8 +211,7 @@ def _middle(body: Any) -> float:
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
-HOLLOW = 0.1
-"""How far (mm) below a carrier's face glue still fills a groove or a dent."""
+HOLLOW = 0.1  # How far (mm) below a carrier's face glue still fills a groove or a dent
 BELOW = 5e-3
 """How far (mm) below a face it is cut, so that its own plane is not: flat faces are exact, round ones within 5 um."""
 CARRIER = "what carries the board"
@@ -257,4 +248,3 @@ def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, floa
     of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
     what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
     return Measured(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)
-

@@ -1,7 +1,6 @@
-"""Solids out of STEP files that a spec names: read in a process of its own, and laid where their datum says.
-
-A CAD kernel in C++ may crash, hang or eat memory on a file that was made to do so. The process that reads has limits of
-time and memory, and hands back what it read in OpenCASCADE's own form, so that only its death is seen here.
+"""Solids out of STEP files that a spec names: read in a process of its own, and laid where their datum says. A CAD
+kernel in C++ may crash, hang or eat memory on a file that was made to do so. The process that reads has limits of time
+and memory, and hands back what it read in OpenCASCADE's own form, so that only its death is seen here.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ from typing import Any
 from sitscad.geometry.path import Point
 from sitscad.layout.board import Layout
 from sitscad.parts.solid import MM, PartsError, require
+from sitscad.scene.state import Vector
 from sitscad.spec.mount import StepPart
 
 SECONDS = 120
-LARGEST = 1000.0
-"""A part's longest side at most (mm)."""
+LARGEST = 1000.0  # A part's longest side at most (mm)
 
 _NAME = r"'((?:[^']|''){0,80})'"
 _PLACEMENT = re.compile(
@@ -31,7 +30,6 @@ _PLACEMENT = re.compile(
 )
 _TRIPLE = r"{}\s*=\s*{}\s*\(\s*'[^']*'\s*,\s*\(([^()]*)\)\s*\)"
 
-Vector = tuple[float, float, float]
 AXES: dict[str, Vector] = {
     f"{sign}{name}": (scale * (name == "x"), scale * (name == "y"), scale * (name == "z"))
     for name in "xyz"
@@ -40,22 +38,18 @@ AXES: dict[str, Vector] = {
 
 
 def imported(layout: Layout, part: StepPart, at: Point, height: float) -> Any:
-    """The solid of a file, its datum at a point and a height (m) of the sensor, its axes turned to the sensor's.
-
-    Raises `PartsError` where the file is not with the spec, is no single closed solid, or has no such coordinate
-    system.
+    """The solid of a file, its datum at a point and a height (m) of the sensor, its axes turned to the sensor's. Raises
+    `PartsError` where the file is not with the spec, is no single closed solid, or has no such coordinate system.
     """
     content = layout.spec.source.files.get(part.file)
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
     brep, unit = _converted(content, part.file)
     origin, along, up = _frame(content.decode("latin-1"), part, unit)
-    # A copy with its datum and axes brought to the sensor's; raises `PartsError` for axes that are none
-    axes = (along, up)
     bd, gp = require("build123d"), require("OCP.gp")
     turn = gp.gp_Trsf()
     try:
-        frame = gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*axes[1]), gp.gp_Dir(*axes[0]))
+        frame = gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*up), gp.gp_Dir(*along))
     except Exception as error:  # of the kernel: parallel or vanishing axes
         raise PartsError("the coordinate system's axes do not stand on each other") from error
     turn.SetDisplacement(
@@ -79,14 +73,11 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
         except subprocess.TimeoutExpired:
             raise PartsError(f"{name} could not be read in {SECONDS} s") from None
         if ran.returncode or not target.is_file():
-            raise PartsError(f"{name} cannot be read: {_last_line(ran.stderr)}")
+            lines = ran.stderr.decode("utf-8", "replace").strip().splitlines()
+            last_line = lines[-1][:200] if lines else "the CAD kernel gave up on it"
+            raise PartsError(f"{name} cannot be read: {last_line}")
         said = json.loads(ran.stdout.splitlines()[-1])
         return target.read_bytes(), float(said["unit_mm"])
-
-
-def _last_line(text: bytes) -> str:
-    lines = text.decode("utf-8", "replace").strip().splitlines()
-    return lines[-1][:200] if lines else "the CAD kernel gave up on it"
 
 
 def _solid(brep: bytes, name: str) -> Any:

@@ -7,13 +7,12 @@ from functools import cache
 
 from sitscad.data import cited, rows
 from sitscad.layout.board import Layout
-from sitscad.parts.solid import Solid
+from sitscad.parts.solid import Solid, require
 from sitscad.parts.whole import copper_in_films
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
+from sitscad.scene.state import Vector
 from sitscad.spec.materials import ElastomerMaterial
-
-Vector = tuple[float, float, float]
 
 CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
 """What the sensor is put into, and is no part of."""
@@ -53,11 +52,8 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
     spec = layout.spec
     parts = (spec.elastomer, spec.encapsulation)
     silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
-    known, drawn = (
-        {each.name: (each.density, each.source) for each in silicones if each.density is not None},
-        frozenset(s.name for s in solids if s.role is BodyRole.COPPER),
-    )
-    leads = copper_in_films(layout, drawn)
+    known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
+    leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
     return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids)
 
 
@@ -69,33 +65,25 @@ def balance(weights: tuple[Weight, ...]) -> Balance:
     return Balance(mass, (centre[0], centre[1], centre[2]), tuple(w.name for w in weights if w.mass is None))
 
 
+@cache
 def density(material: str) -> tuple[float, str] | None:
     """A material's density (kg/m3) and its source; None where the data have none."""
-    row = _table().get(material)
-    if row is None:
-        return None
-    source = cited(row)
-    return float(row["density"]), source
+    of = (row for row in rows("densities") if row["material"] == material)
+    return next(((float(row["density"]), cited(row)) for row in of), None)
 
 
 def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
     """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no
     mass, and why.
     """
-    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(_centre_of_mass()))
+    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
     share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
-    found = own.get(solid.material) or density(solid.material)
-    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * _copper_density()
+    found, of_copper = own.get(solid.material) or density(solid.material), density("copper")
+    assert of_copper is not None
+    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * of_copper[0]
     value, source = found or (None, "no density is known: weigh it")
     is_carrier = solid.role in CARRIERS
     return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
-
-
-def _copper_density() -> float:
-    """Copper's density (kg/m3)."""
-    found = density("copper")
-    assert found is not None
-    return found[0]
 
 
 def track_share(layout: Layout, solid: Solid) -> float:
@@ -105,14 +93,3 @@ def track_share(layout: Layout, solid: Solid) -> float:
     winding = next(winding for winding in coil.windings if winding.layer == int(number))
     tracks = winding.path.length * layout.spec.coil.trace_width * winding.thickness
     return min(1.0, tracks / solid.volume)
-
-
-def _centre_of_mass() -> object:
-    from sitscad.parts.solid import require
-
-    return require("build123d").CenterOf.MASS
-
-
-@cache
-def _table() -> dict[str, dict[str, str]]:
-    return {row["material"]: row for row in rows("densities")}

@@ -1,8 +1,6 @@
 """Triangle meshes of solids, tessellated by OpenCASCADE, proven closed by manifold3d, and what is measured of them:
-clearances, and the closed pair of jaws against its port's circle.
-
-`sitscad.scene.fit.closed_section` says the latter of the spec's figures alone, by an independent way that needs no CAD
-kernel.
+clearances, and the closed pair of jaws against its port's circle. `sitscad.scene.fit.closed_section` says the latter of
+the spec's figures alone, by an independent way that needs no CAD kernel.
 """
 
 from __future__ import annotations
@@ -40,9 +38,8 @@ class TriangleMesh:
 
 
 def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> TriangleMesh:
-    """A solid's closed mesh within `chord` (mm) of its faces, curves in steps of at most `turn` (rad).
-
-    Raises `NotManifold`. Cached triangles are thrown away first: they depend on what was asked of the shape before.
+    """A solid's closed mesh within `chord` (mm) of its faces, curves in steps of at most `turn` (rad). Raises
+    `NotManifold`. Cached triangles are thrown away first: they depend on what was asked of the shape before.
     """
     clean = require("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
@@ -62,9 +59,7 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
 
 
 def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (n, 3; mm) and triangles (m, 3) of a meshed shape, face by face: build123d's own way makes a vector of
-    every point, in twice the time.
-    """
+    """Vertices (n, 3; mm) and triangles (m, 3) of a meshed shape; build123d's own way takes twice the time."""
     tool, reversed_ = require("OCP.BRep").BRep_Tool, require("OCP.TopAbs").TopAbs_Orientation.TopAbs_REVERSED
     place = require("OCP.TopLoc").TopLoc_Location
     vertices: list[tuple[float, float, float]] = []
@@ -132,10 +127,9 @@ def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:
 
 
 def interferences(solids: tuple[Solid, ...], tolerance: float = 1e-15) -> tuple[Interference, ...]:
-    """Every two solids that share more than `tolerance` (m3): faces that touch share nothing.
-
-    The meshes find the pairs (manifold3d); since two chord meshes of one touching round face overlap by slivers, what
-    they find is then settled on the exact shapes (OpenCASCADE).
+    """Every two solids that share more than `tolerance` (m3): faces that touch share nothing. The meshes find the pairs
+    (manifold3d); since two chord meshes of one touching round face overlap by slivers, what they find is then settled
+    on the exact shapes (OpenCASCADE).
     """
     bodies = [(solid, manifold(tessellate(solid))) for solid in solids]
     found = []

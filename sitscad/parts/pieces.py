@@ -19,19 +19,19 @@ from sitscad.layout.board import Layout
 from sitscad.parts.imported import imported
 from sitscad.parts.plates import adapter, bench_plate, fingertip, over_body
 from sitscad.parts.seat import cut_for, grasper_pad
-from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges
+from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges, without
 from sitscad.scene import bodies, stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
 from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Jaw
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
 
+PAD_COLOUR = "#e8d8c8"
+
 
 def board_body(layout: Layout) -> Solid:
-    """The board's outline with its tail held straight, up to z = 0: the body of all layers, beyond it the tail of those
-    that run down it.
-    """
+    """The board with its tail held straight, up to z = 0; beyond the body only the layers that run down the tail."""
     board, under = stack.board(layout), stack.tail_heights(layout)[0]
     whole = _drawn_out(board, "#c8821e")
     if under - board.lower < 1e-9:
@@ -47,56 +47,39 @@ def stiffener(layout: Layout) -> Solid | None:
     return None if plate is None else _drawn_out(plate, "#8c6a3f")
 
 
-def shield(layout: Layout) -> Solid | None:
-    """The sheet between coil and jaw, as large as the board's body, narrower where the port asks for it."""
-    sheet = stack.shield(layout)
-    return None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
-
-
 def _drawn_out(body: Body, colour: str) -> Solid:
     return Solid(body.name, prism(body.region, *body.heights), body.material, colour, body.role)
 
 
 def elastomer(layout: Layout) -> Solid | None:
-    """The soft pad at its nominal size (the laser's kerf is the cut file's business), in its place; of cells the first
-    one's.
-    """
-    return next((_solid(body) for body in bodies.elastomers(layout.spec)), None)
+    """The soft pad at its nominal size (the kerf is the cut file's business), in its place; the first of cells."""
+    return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
 
 
 def above_board(layout: Layout) -> tuple[Solid, ...]:
     """Elastomers and targets: the pads, and on them, or on the board's face where there are none, the plates."""
-    return tuple(map(_solid, bodies.above_board(layout.spec)))
-
-
-def _solid(body: Body) -> Solid:
-    colour = "#e8d8c8" if body.role is BodyRole.ELASTOMER else metal_colour(body.material)
-    return Solid(body.name, prism(body.outline(), *body.heights), body.material, colour, body.role)
+    return tuple(
+        _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
+        for body in bodies.above_board(layout.spec)
+    )
 
 
 def encapsulation(layout: Layout) -> Solid | None:
-    """The film over the board's body, round the elastomer and over the target, its outer edges rounded.
-
-    It is nowhere thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the
-    board's own edges and its bottom face are not covered.
+    """The film over the board's body, round the elastomer and over the target, its outer edges rounded. It is nowhere
+    thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the board's own edges
+    and its bottom face are not covered.
     """
     film = layout.spec.encapsulation
     if film is None:
         return None
-    shape = _board_film(layout, film.thickness)
+    shape = over_body(layout, 0.0, film.thickness)
+    for opening in layout.top_openings:
+        shape = shape - prism(opening, -film.thickness, 2 * film.thickness)
+    shape = one_solid(shape, "encapsulation")
     for cover in _covers(layout):
         shape = one_solid(shape + cover, "encapsulation")
-    for inside in above_board(layout):
-        shape = one_solid(shape - inside.shape, "encapsulation")
+    shape = without(shape, (inside.shape for inside in above_board(layout)), "encapsulation")
     return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
-
-
-def _board_film(layout: Layout, thickness: float) -> Any:
-    """The film on the body's top face, cut back to the body where the tail leaves it and open over contacts."""
-    film = over_body(layout, 0.0, thickness)
-    for opening in layout.top_openings:
-        film = film - prism(opening, -thickness, 2 * thickness)
-    return one_solid(film, "encapsulation")
 
 
 def _covers(layout: Layout) -> list[Any]:
@@ -167,9 +150,7 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
-    """The other jaw lying face up, its face at a height (m): the file's again where the jaw is one, as its mirror
-    image; else the jaw's section with a pocket of its own.
-    """
+    """The other jaw, face up at a height (m): a mirrored file, or the jaw's section with a pocket of its own."""
     if fitted.step is not None:
         return imported(layout, fitted.step, axis(layout), floor)
     recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
@@ -194,24 +175,21 @@ def _pocketed(
 def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:
     """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
     bd = require("build123d")
-    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
     upright = prism(section(fitted).outline, 0.0, x1 - x0)
     # the section's x becomes the jaw's y, its y the jaw's z, and the prism's height runs along x
     stand = bd.Location(bd.Plane((x0 * MM, y * MM, height * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0)))
-    return one_solid(upright.moved(stand) & _plan(layout, fitted, height), "jaw")
-
-
-def _plan(layout: Layout, fitted: Jaw, height: float) -> Any:
-    """A block with the jaw's outline seen from above: the two corners of the tip are rounded."""
-    (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
     cut = min(TIP_ROUNDING, fitted.width / 4)
     corners = [Point(x0, y - half), Point(x1, y - half), Point(x1, y + half), Point(x0, y + half)]
-    return prism(rounded(corners, [cut, 0.0, 0.0, cut]), height - 2 * fitted.height, height + fitted.height)
+    plan = prism(rounded(corners, [cut, 0.0, 0.0, cut]), height - 2 * fitted.height, height + fitted.height)
+    return one_solid(upright.moved(stand) & plan, "jaw")
 
 
 def assemble(layout: Layout) -> tuple[Solid, ...]:
     """The solids that the spec contains, from the jaw upwards."""
-    below = [solid for solid in (jaw(layout), *mount(layout), shield(layout), stiffener(layout)) if solid]
+    sheet = stack.shield(layout)
+    shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
+    below = [solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid]
     below.sort(key=lambda solid: round(solid.shape.bounding_box().min.Z, 6))
     above = (board_body(layout), *above_board(layout), encapsulation(layout))
     return (*below, *(solid for solid in above if solid))
@@ -230,17 +208,13 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
     wanted = layout.spec.mount
     if wanted is None:
         return ()
-    named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, _shapes(layout, wanted), strict=False))
+    shapes: tuple[Any, ...] = ()
+    if wanted.kind != "custom":
+        shapes = BUILDERS[wanted.kind](layout, wanted.standoff)
+    elif wanted.step is not None:
+        shapes = (imported(layout, wanted.step, axis(layout), board_heights(layout.spec)[0]),)
+    named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
     if wanted.kind == "bench-plate" and (below := adapter(layout, wanted.standoff)) is not None:
         named.insert(0, (ADAPTER, below))
     material = MATERIALS[wanted.process]
     return tuple(Solid(name, shape, material, COLOUR, BodyRole.MOUNT) for name, shape in named)
-
-
-def _shapes(layout: Layout, wanted: Mount) -> tuple[Any, ...]:
-    if wanted.kind != "custom":
-        return BUILDERS[wanted.kind](layout, wanted.standoff)
-    if wanted.step is None:
-        return ()
-    middle = axis(layout)
-    return (imported(layout, wanted.step, Point(middle.x, middle.y), board_heights(layout.spec)[0]),)

@@ -14,28 +14,33 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised, require
+from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised, require, without
 from sitscad.scene.bodies import Heights, board_heights, film_thickness
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
-from sitscad.scene.plate import CORNER_SCREW, adapter_needed, corner_holes, holes_in_plate, plate_plan
-from sitscad.scene.seating import cap_end, clearance, ledge
+from sitscad.scene.seating import (
+    CORNER_SCREW,
+    adapter_needed,
+    cap_end,
+    clear_pattern,
+    clearance,
+    corner_holes,
+    ledge,
+    plate_plan,
+)
 from sitscad.scene.stack import ground, has_round_body
 from sitscad.scene.tail_path import Lip, lip, round_edge
 from sitscad.spec.mount import Finger, Hole
 
 FLOOR = 2.0e-3
 CORNER = 2.0e-3
-EDGE = 0.5e-3
-"""Rounding of the plate's upper edge (m)."""
+EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
 
 TAIL_RELIEF = 0.5e-3
-LEFT = 0.3
-"""Share of the plastic under the tail that the round lip leaves at the plate's end."""
-
-Box = tuple[float, float, float, float]
+LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at the plate's end
 
 
 def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
@@ -49,9 +54,8 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
     plate = plate.fillet(EDGE * MM, edges)
-    for cut in (*recess(layout, shield), *_tail_relief(layout, plan, floor)):
-        plate = one_solid(plate - cut, "mount")
-    for hole in holes_in_plate(layout, plan):
+    plate = without(plate, (*recess(layout, shield), *_tail_relief(layout, plan, floor)), "mount")
+    for hole in clear_pattern(layout) or corner_holes(plan):
         shaft = circle(Point(*hole.at), hole.diameter / 2)
         plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
     return (plate, *spacer(layout, shield))
@@ -89,15 +93,10 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
     """What a screw with a nut, let in from below, takes out of the adapter."""
     bd = require("build123d")
     shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
-    outline = bd.Face(bd.Wire.make_polygon([bd.Vector(*corner) for corner in _hexagon(hole.at)], close=True))
+    (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
+    corners = [bd.Vector((x + radius * math.cos(t)) * MM, (y + radius * math.sin(t)) * MM) for t in turns]
+    outline = bd.Face(bd.Wire.make_polygon(corners, close=True))
     return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
-
-
-def _hexagon(at: tuple[float, float]) -> list[tuple[float, float]]:
-    """The corners (mm) of a nut's pocket about a point (m)."""
-    radius = CORNER_SCREW.nut_across / math.sqrt(3.0)
-    turns = [math.pi / 3 * i for i in range(6)]
-    return [((at[0] + radius * math.cos(t)) * MM, (at[1] + radius * math.sin(t)) * MM) for t in turns]
 
 
 def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
@@ -129,9 +128,7 @@ def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
 
 
 def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
-    """A deeper slot under the tail from the body to the plate's edge, round where the tail leaves it, so that the tail
-    may bend down freely over no sharp edge.
-    """
+    """A deeper slot under the tail from the body to the plate's edge, rounded there for the tail to bend over."""
     start = layout.body[2] + clearance(layout.spec.mount)
     depth = min(TAIL_RELIEF, floor / 2)
     beyond = grown(layout) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
@@ -174,17 +171,10 @@ def _box_of(shape: Any) -> Box:
     return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM
 
 
-FRONT = 2.0e-3
-"""Plastic before the finger's end (m)."""
-
-ENGAGED = 1.5
-"""Length of thread over the screw's diameter, in plastic."""
-
-TAPPED = 0.82
-"""Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)."""
-
-TOUCHED = 1.5e-3
-"""Radius of the edges that are touched (m)."""
+FRONT = 2.0e-3  # Plastic before the finger's end (m)
+ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
+TAPPED = 0.82  # Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)
+TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
 
 LEAST_GRIP = 3e-3
 
@@ -200,7 +190,6 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     end = cap_end(layout)
     if end is None or end - layout.body[2] < LEAST_GRIP:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
-    end = end
     side = max(ENGAGED * finger.screw, ledge(mount))
     half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
     top, y = under - standoff, axis(layout).y
@@ -213,17 +202,14 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
     cap = block.fillet(radius, edges)
     cap = one_solid(cap - _bore(layout, finger, top, x0 - room, end + 1e-3), "cap")
-    for cut in (*recess(layout, shield), *_leaving(layout, end, standoff)):
-        cap = one_solid(cap - cut, "cap")
+    cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, standoff)), "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
     z = top - finger.size[1] / 2
-    bd, y = require("build123d"), axis(layout).y
-    found = []
+    bd = require("build123d")
     for side in (-1.0, 1.0):
         lie = bd.Plane((x * MM, y * MM, z * MM), z_dir=(0, side, 0))
-        found.append(bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie))
-    for screw in tuple(found):
+        screw = bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie)
         cap = one_solid(cap - screw, "cap")
     return (cap, *spacer(layout, shield))
 
@@ -248,4 +234,3 @@ def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
     room, under = clearance(layout.spec.mount), board_heights(layout.spec)[0]
     edge = lip(layout) or round_edge(layout.spec, end, standoff / 2, 0.0)
     return (rounding(edge, (low - room, high + room), under),)
-

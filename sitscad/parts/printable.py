@@ -1,7 +1,6 @@
-"""Can a piece be made: what is measured on its solid, against what its process makes.
-
-Walls are measured between faces that look away from each other, by rays through the piece from the middle of every
-triangle; holes are whole cylinders that open inwards; a hollow that nothing leads out of is a shell inside the solid.
+"""Can a piece be made: what is measured on its solid, against what its process makes. Walls are measured between faces
+that look away from each other, by rays through the piece from the middle of every triangle; holes are whole cylinders
+that open inwards; a hollow that nothing leads out of is a shell inside the solid.
 """
 
 from __future__ import annotations
@@ -21,14 +20,9 @@ from sitscad.scene.column import print_limit
 COARSE = (0.05, 0.5)
 """Chord (mm) and turn (rad) of the triangles that walls are measured on: they are flat, or nearly."""
 
-FACING = 0.9
-"""Cosine between two faces from which on they are the two sides of one wall."""
-
-SUPPORTED = math.cos(math.radians(45.0))
-"""Faces that look down more steeply than this want support: 45 degrees."""
-
-GRAIN = 2e-6
-"""What is thinner than a limit by less than this (m) is not."""
+FACING = 0.9  # Cosine between two faces from which on they are the two sides of one wall
+SUPPORTED = math.cos(math.radians(45.0))  # Faces that look down more steeply than this want support: 45 degrees
+GRAIN = 2e-6  # What is thinner than a limit by less than this (m) is not
 
 BEDS: dict[str, tuple[int, float]] = {
     f"{sign}{axis}": (i, s) for i, axis in enumerate("xyz") for sign, s in (("-", -1.0), ("+", 1.0))
@@ -86,34 +80,29 @@ def printable(solid: Solid, process: str) -> Printable:
         faces = np.einsum("ij,ij->i", normals[chosen], normals[hit])
         through = distance[faces < -FACING]
         best = min(best, float(through.min(initial=math.inf)))
-    wall, hole, hollow = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None), _hollow(solid)
+    wall, hole = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None)
+    # The volume (m3) of hollows that nothing leads out of
+    shells = [abs(float(require("build123d").Solid(shell).volume)) for shell in solid.shape.shells()]
+    hollow = 1e-9 * (sum(shells) - max(shells)) if len(shells) > 1 else 0.0
     bed, unsupported = _bed(corners, normals)
     x, y, z = (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)) * 1e-3
     size = float(x), float(y), float(z)
-    return Printable(
-        solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(_faults(process, wall, hole, hollow))
-    )
-
-
-def _faults(process: str, wall: float | None, hole: float | None, hollow: float) -> list[Fault]:
-    """What a printing process cannot make of walls (m), holes (m) and trapped volume (m3)."""
-    found = []
+    # What the process cannot make of walls (m), holes (m) and trapped volume (m3)
+    faults = []
     for what, measured, fix in (
         ("wall", wall, "a larger standoff, a thicker piece, or another mount.process"),
         ("hole", hole, "drill it after printing, or another mount.process"),
     ):
         limit = print_limit(process, what).value
         if measured is not None and measured < limit - GRAIN:
-            found.append(Fault(what, measured, limit, fix))
+            faults.append(Fault(what, measured, limit, fix))
     if hollow > 0.0:
-        found.append(
-            Fault("trapped volume", hollow, 0.0, "open it by two holes (sitscad/data/print_limits.csv: escape)")
-        )
-    return found
+        fix = "open it by two holes (sitscad/data/print_limits.csv: escape)"
+        faults.append(Fault("trapped volume", hollow, 0.0, fix))
+    return Printable(solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(faults))
 
 
-CHUNK = 128
-"""Rays that are traced at once: each meets every triangle."""
+CHUNK = 128  # Rays that are traced at once: each meets every triangle
 
 
 def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -143,13 +132,6 @@ def _opens_inwards(face: Any) -> bool:
     straight = np.array([along.X(), along.Y(), along.Z()])
     away -= straight * float(away @ straight)
     return float(away @ np.array([normal.X, normal.Y, normal.Z])) < 0.0
-
-
-def _hollow(solid: Solid) -> float:
-    """The volume (m3) of hollows that nothing leads out of."""
-    bd = require("build123d")
-    shells = [abs(float(bd.Solid(shell).volume)) for shell in solid.shape.shells()]
-    return 1e-9 * (sum(shells) - max(shells)) if len(shells) > 1 else 0.0
 
 
 def _bed(corners: Array, normals: Array) -> tuple[str, float]:

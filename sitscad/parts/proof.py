@@ -1,7 +1,6 @@
 """The proof that it fits, on the solids themselves: what the plane tier says of figures, measured on meshes of the
-pieces as they are glued together, closed, opened about their hinge, and with the pad under its load.
-
-The two know nothing of each other but the spec: `sitscad.scene.fit` adds figures up, this measures triangles.
+pieces as they are glued together, closed, opened about their hinge, and with the pad under its load. The two know
+nothing of each other but the spec: `sitscad.scene.fit` adds figures up, this measures triangles.
 """
 
 from __future__ import annotations
@@ -22,16 +21,13 @@ from sitscad.scene.fit import closed_section
 from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
 from sitscad.scene.state import Pose
 
-TIP_STEP = 0.5e-3
-"""How far (m) the other jaw's tip goes between two positions that it is tried in."""
-SEARCH = 2.0
-"""Gaps (mm) are looked for up to here: what is farther apart is said to be this far."""
+TIP_STEP = 0.5e-3  # How far (m) the other jaw's tip goes between two positions that it is tried in
+SEARCH = 2.0  # Gaps (mm) are looked for up to here: what is farther apart is said to be this far
 SLIVER = 1e-12
 """Volumes (m3) below this are where two chord meshes of one touching round face overlap: 10 um by 0.3 mm by 0.3 mm."""
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
-SUPPORT, NO_SUPPORT = "support", "no support"
-"""What is measured."""
+SUPPORT, NO_SUPPORT = "support", "no support"  # What is measured
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
 """Pieces that gaps are told of together; all others go by their names."""
@@ -94,10 +90,8 @@ class Meshed:
         return GROUPS.get(self.solid.role, self.solid.name)
 
 
-def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[Load, ...] = ()) -> Proof | None:
-    """Measure the solids of `sitscad.parts.whole.whole`; None without a jaw. Raises `MissingExtra`, and `PartsError`
-    where the shield does not fit.
-    """
+def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
+    """Measure the solids of `sitscad.parts.whole.whole`; None without a jaw. Raises `MissingExtra`, `PartsError`."""
     jaw, plane = fitted_jaw(layout), closed_section(layout)
     if jaw is None or plane is None:
         return None
@@ -144,7 +138,7 @@ def _in_port(layout: Layout, meshed: tuple[Meshed, ...], radius: float) -> Measu
     y, z = axis(layout).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
     reaches = []
     for each in meshed:
-        part = each.body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
+        part = between(each.body, x0, x1)
         points = np.asarray(part.to_mesh64().vert_properties)
         if len(points):
             reach = np.hypot(points[:, 1] - y, points[:, 2] - z)
@@ -174,28 +168,19 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
             there = turned(layout, one.body, angle)
             if not _boxes_meet(there, around) or float((there ^ around).volume()) * 1e-9 <= SLIVER:
                 continue
-            for hit in _hits(one.solid.name, there, still, angle):
-                if (hit.first, hit.second) not in worst or hit.value > worst[hit.first, hit.second].value:
-                    worst[hit.first, hit.second] = hit
+            when = f"open by {math.degrees(angle):.3g} deg"
+            for other in (other for other in still if _boxes_meet(there, other.body)):
+                shared, key = there ^ other.body, (other.solid.name, one.solid.name)
+                volume = float(shared.volume()) * 1e-9  # that both take
+                if volume > SLIVER and (key not in worst or volume > worst[key].value):
+                    worst[key] = Measured(OPENING, *key, volume, 0.0, "m3", False, _middle(shared), when, angle)
     if worst:
         return [worst[key] for key in sorted(worst)]
     when = f"in {steps} steps to {math.degrees(opening):.3g} deg"
     return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _hits(name: str, there: Any, still: list[Meshed], angle: float) -> list[Measured]:
-    """Every piece that a turned jaw stands in, with the volume (m3) that both take."""
-    shared = [(other, there ^ other.body) for other in still if _boxes_meet(there, other.body)]
-    when = f"open by {math.degrees(angle):.3g} deg"
-    return [
-        Measured(OPENING, other.solid.name, name, volume, 0.0, "m3", False, _middle(body), when, angle)
-        for other, body in shared
-        for volume in [float(body.volume()) * 1e-9]
-        if volume > SLIVER
-    ]
-
-
-def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: Load) -> list[Measured]:
+def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
     """The gap that is left to what does not give way: of the loaded target, of the pad with its sides bulged, and of
     the other jaw, which comes down with the target where nothing is grasped.
     """
@@ -225,16 +210,14 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -
 def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
     """The least gap of every two groups of pieces, glue left out."""
     m3 = require("manifold3d")
-    names = [name for name in dict.fromkeys(each.group for each in meshed) if name != GROUPS[BodyRole.GLUE]]
-    bodies = {
-        name: m3.Manifold.compose([each.body for each in meshed if each.group == name])
-        if sum(each.group == name for each in meshed) > 1
-        else next(each.body for each in meshed if each.group == name)
-        for name in names
-    }
+    groups: dict[str, list[Any]] = {}
+    for each in meshed:
+        if each.group != GROUPS[BodyRole.GLUE]:
+            groups.setdefault(each.group, []).append(each.body)
+    bodies = [(name, m3.Manifold.compose(own) if len(own) > 1 else own[0]) for name, own in groups.items()]
     return tuple(
-        Clearance(one, other, float(bodies[one].min_gap(bodies[other], SEARCH)) / MM)
-        for one, other in combinations(names, 2)
+        Clearance(one, other, float(body.min_gap(beside, SEARCH)) / MM)
+        for (one, body), (other, beside) in combinations(bodies, 2)
     )
 
 
@@ -251,7 +234,7 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 
 @record
-class Load:
+class PadLoad:
     """The pad under the forces that the spec asks it to bear: in words, where the target has gone, and how far the
     elastomer's sides bulge (m).
     """
@@ -259,6 +242,11 @@ class Load:
     name: str
     pose: Pose
     bulge: float
+
+
+def between(body: Any, x0: float, x1: float) -> Any:
+    """What of a mesh lies between two places along the jaw (mm)."""
+    return body.trim_by_plane((1.0, 0.0, 0.0), x0).trim_by_plane((-1.0, 0.0, 0.0), -x1)
 
 
 def turned(layout: Layout, body: Any, angle: float) -> Any:
@@ -281,7 +269,7 @@ def posed(layout: Layout, body: Any, pose: Pose) -> Any:
     return body.transform(np.column_stack([turn, shift]))
 
 
-def bulged(body: Any, load: Load) -> Any:
+def bulged(body: Any, load: PadLoad) -> Any:
     """The pad (mm) lower by the press and wider by its bulge, its upper half drawn along with the target."""
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     grow, m3 = load.bulge * MM, require("manifold3d")

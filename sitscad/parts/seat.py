@@ -14,9 +14,9 @@ from sitscad.geometry.path import Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.plates import rounding
-from sitscad.parts.solid import MM, PartsError, Solid, box, one_solid, prism, require
+from sitscad.parts.solid import MM, PartsError, Solid, box, one_solid, prism, require, top_edges
 from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
-from sitscad.scene.column import print_limit
+from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import (
     POCKET_CLEARANCE,
     axis,
@@ -44,17 +44,10 @@ from sitscad.spec.mount import Jaw, Retention
 
 LEDGE_ROUNDING = 0.2e-3
 HEEL_ROUNDING = 0.3e-3
-TIP_ROUNDING = 0.4e-3
-"""Of the seat's upright edges at the tip (m): tissue slides over them."""
-
-CORNER_ROUNDING = 0.3e-3
-"""Of the outer upright edges of the ledges beside the board (m)."""
-
-CHEEK_BACK = 0.2e-3
-"""Between the cheeks' end and the tongue's (m)."""
-
-MESH_ERROR = 5e-3
-"""Share of a volume by which a mesh may differ from its solid: a wrong cut is off by more."""
+TIP_ROUNDING = 0.4e-3  # Of the seat's upright edges at the tip (m): tissue slides over them
+CORNER_ROUNDING = 0.3e-3  # Of the outer upright edges of the ledges beside the board (m)
+CHEEK_BACK = 0.2e-3  # Between the cheeks' end and the tongue's (m)
+MESH_ERROR = 5e-3  # Share of a volume by which a mesh may differ from its solid: a wrong cut is off by more
 
 GROOVE_DEPTH = 0.1e-3
 GROOVES = (0.2, 0.4, 0.6, 0.8)
@@ -65,31 +58,21 @@ def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
     spans = seat_spans(board_heights(layout.spec)[0], standoff, shield_that_fits(layout.spec))
     if not spans:
         return ()
-    tongue = relief(layout)
-    slabs = [_slab(layout, span) for span in spans]
+    tongue, (x0, y0, x1, y1) = relief(layout), layout.body
+    tip = 0.0 if stop_place(layout) else min(TIP_ROUNDING, (y1 - y0) / 4)
+    under = rounded([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)], [tip, 0.0, 0.0, tip])
+    slabs = [prism(under, *span) for span in spans]
     slabs[-1] = _grooved(layout, slabs[-1], spans[-1])
-    slabs[-1] = (
-        _rounded_heel(slabs[-1], spans[-1]) if tongue is None else _relieved(layout, slabs[-1], spans[-1], tongue)
-    )
+    if tongue is not None:
+        slabs[-1] = _relieved(layout, slabs[-1], spans[-1], tongue)
+    else:  # its upper edge towards the hinge is rounded, so that the tail bends over no sharp edge
+        radius = min(HEEL_ROUNDING, 0.6 * (spans[-1][1] - spans[-1][0]))
+        slabs[-1] = slabs[-1].fillet(radius * MM, _top_edges_at_heel(slabs[-1]))
     for placing in (*_stop(layout, *spans[0]), *_sides(layout, *spans[0])):
         slabs[0] = one_solid(slabs[0] + placing, "mount")
     shapes = [_within_port(layout, slab) for slab in slabs]
     shapes[0] = with_retention(layout, shapes[0], spans[0][0])
     return tuple(shapes)
-
-
-def _slab(layout: Layout, span: Heights) -> Any:
-    """What lies under the board's body, its edges at the tip rounded."""
-    x0, y0, x1, y1 = layout.body
-    corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
-    has_stop = bool(stop_place(layout))
-    tip = 0.0 if has_stop else min(TIP_ROUNDING, (y1 - y0) / 4)
-    return prism(rounded(corners, [tip, 0.0, 0.0, tip]), *span)
-
-
-def _rounded_heel(slab: Any, span: Heights) -> Any:
-    """The slab with its upper edge towards the hinge rounded, so that the tail bends over no sharp edge."""
-    return slab.fillet(min(HEEL_ROUNDING, 0.6 * (span[1] - span[0])) * MM, _top_edges_at_heel(slab))
 
 
 def _top_edges_at_heel(shape: Any) -> list[Any]:
@@ -101,9 +84,7 @@ def _top_edges_at_heel(shape: Any) -> list[Any]:
 
 
 def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
-    """The slab with a tongue under the tail, whose end is round, and with cheeks beside the tail where they have room:
-    the tail is glued down there, and a pull on it ends there.
-    """
+    """The slab with a tongue under the tail, round at its end, and cheeks beside the tail where they have room."""
     (start, end), (low, high) = tongue.along, tongue.across
     lap = 0.2e-3
     bar = box(start, low, span[0], end, high, tongue.top)
@@ -119,7 +100,7 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     for inner, side in ((tongue.tail[0] - room, -1.0), (tongue.tail[1] + room, 1.0)):
         y = sorted((inner, inner + side * wall))
         cheek = box(tongue.cheeks, y[0], span[0], end - CHEEK_BACK, y[1], 0.0)
-        slab = one_solid(slab + _eased(cheek, LEDGE_ROUNDING), "mount")
+        slab = one_solid(slab + cheek.fillet(LEDGE_ROUNDING * MM, top_edges(cheek)), "mount")
     return slab
 
 
@@ -128,17 +109,9 @@ def relief_radius(tongue: Relief, span: Heights) -> float:
     return min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
 
 
-def _eased(wall: Any, radius: float) -> Any:
-    """An upright wall with its upper edges rounded."""
-    top = wall.bounding_box().max.Z
-    edges = [edge for edge in wall.edges() if top - 1e-6 < edge.bounding_box().min.Z]
-    return wall.fillet(radius * MM, edges)
-
-
 def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
     """Grooves across the face that the board is glued on; none where they would leave too thin a wall."""
-    mount = layout.spec.mount
-    process = mount.process if mount is not None else "resin"
+    process = process_of(layout.spec.mount)
     wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
     x0, y0, x1, y1 = layout.body
     if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9 or (x1 - x0) * (GROOVES[1] - GROOVES[0]) < 2.0 * width:
@@ -218,14 +191,13 @@ def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
         radius = min(CORNER_ROUNDING, (outer - inner) / 2)
         corners = [Point(x, y + side * half) for x, half in ((x0, inner), (x1, inner), (x1, outer), (x0, outer))]
         plan = rounded(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
-        wall = _eased(prism(plan, bottom, 0.0), LEDGE_ROUNDING)
+        wall = prism(plan, bottom, 0.0)
         reach = sorted((y + side * (inner - 1e-3), y + side * (outer - radius)))
-        found += [box(x0, reach[0], bottom, x1, reach[1], foot), wall]
+        found += [box(x0, reach[0], bottom, x1, reach[1], foot), wall.fillet(LEDGE_ROUNDING * MM, top_edges(wall))]
     return tuple(found)
 
 
-CHAMFER = 0.1e-3
-"""Of the pins' ends (m), which find their holes by it."""
+CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
 
 OVERCUT = 1.0e-3
 
@@ -265,9 +237,7 @@ def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
 
 
 def _tongue(found: Retention, room: float) -> list[Point]:
-    """The dovetail across (m), its middle at 0 and the mount's lower face at height 0, larger by a clearance. Raises
-    `PartsError` where its flanks cross.
-    """
+    """The dovetail across (m) about 0, grown by a clearance. Raises `PartsError` where its flanks cross."""
     if neck(found) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(found, room)

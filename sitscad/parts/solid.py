@@ -1,11 +1,11 @@
 """A solid: one named, coloured piece of the sensor or of what carries it; paths and regions of the plane turned into
-build123d faces and prisms, metres in, millimetres out.
-
-The packages behind ``sitscad[all]``, imported only when a part or a mesh is really wanted.
+build123d faces and prisms, metres in, millimetres out. The packages behind ``sitscad[all]``, imported only when a part
+or a mesh is really wanted.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -51,10 +51,9 @@ def _was_interrupted(error: BaseException | None) -> bool:
 
 @record
 class Solid:
-    """One piece in its place in the sensor.
-
-    ``shape`` is a build123d ``Solid`` in **millimetres**, CAD's unit (all else in sitscad is SI): x along the jaw
-    towards the handle, y across it, z = 0 at the board's top face. ``colour`` is ``#rrggbb``.
+    """One piece in its place in the sensor. ``shape`` is a build123d ``Solid`` in **millimetres**, CAD's unit (all else
+    in sitscad is SI): x along the jaw towards the handle, y across it, z = 0 at the board's top face. ``colour`` is
+    ``#rrggbb``.
     """
 
     name: str
@@ -121,6 +120,20 @@ def one_solid(shape: Any, what: str) -> Any:
     if len(found) != 1:
         raise PartsError(f"the {what} falls into {len(found)} pieces; its parts in the spec do not join")
     return found[0]
+
+
+def without(shape: Any, cuts: Iterable[Any], what: str) -> Any:
+    """A solid less others, one after the other; raises `PartsError` where one of them leaves nothing or several."""
+    for cut in cuts:
+        shape = one_solid(shape - cut, what)
+    return shape
+
+
+def tapered(lower: Path, upper: Path, z0: float, z1: float) -> Any:
+    """A solid with straight leaning walls from an outline at one height to another's at a second (m)."""
+    bd, outlines = require("build123d"), ((lower, z0), (upper, z1))
+    ends = [face(Region(path)).moved(bd.Location((0, 0, z * MM))).outer_wire() for path, z in outlines]
+    return bd.Solid.make_loft(ends, ruled=True)
 
 
 def top_edges(shape: Any) -> Any:

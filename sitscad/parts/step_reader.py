@@ -1,7 +1,6 @@
-"""The process that reads a STEP file: ``python -m sitscad.parts.step_reader IN.step OUT.brep``.
-
-Writes the file's solids in OpenCASCADE's binary form and one line of JSON, ``{"unit_mm": 1.0}``; ends with 1 and a
-sentence on stderr where there is nothing to write.
+"""The process that reads a STEP file: ``python -m sitscad.parts.step_reader IN.step OUT.brep``. Writes the file's
+solids in OpenCASCADE's binary form and one line of JSON, ``{"unit_mm": 1.0}``; ends with 1 and a sentence on stderr
+where there is nothing to write.
 """
 
 from __future__ import annotations
@@ -35,15 +34,14 @@ def main(source: str, target: str) -> int:
     shape = reader.OneShape()
     if shape is None or shape.IsNull():
         return _refused("there is no shape in it")
-    # Number of faces of a shape
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp_Explorer
 
-    found, explorer = 0, TopExp_Explorer(shape, TopAbs_FACE)
+    faces, explorer = 0, TopExp_Explorer(shape, TopAbs_FACE)
     while explorer.More():
-        found += 1
+        faces += 1
         explorer.Next()
-    if (faces := found) > MOST_FACES:
+    if faces > MOST_FACES:
         return _refused(f"it has {faces} faces: more than {MOST_FACES}")
     if not BinTools.Write_s(shape, target):
         return _refused("its shape cannot be kept")

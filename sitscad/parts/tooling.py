@@ -24,11 +24,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from sitscad.geometry.convex import Footprint, within_box
-from sitscad.geometry.path import Path, Point, Region, circle, rectangle
+from sitscad.geometry.convex import Box, Footprint, within_box
+from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.plates import grown, over_body
-from sitscad.parts.solid import MM, Solid, box, face, one_solid, prism, raised, require
+from sitscad.parts.solid import Solid, box, one_solid, prism, raised, require, tapered, without
 from sitscad.record import record
 from sitscad.scene.bodies import (
     Body,
@@ -42,8 +42,8 @@ from sitscad.scene.bodies import (
     targets,
     top_height,
 )
-from sitscad.scene.column import mount_tolerance, print_limit
-from sitscad.scene.plate import plate_plan
+from sitscad.scene.column import mount_tolerance, print_limit, process_of
+from sitscad.scene.seating import plate_plan
 from sitscad.scene.stack import ground
 from sitscad.spec.places import cell_placements
 
@@ -52,11 +52,8 @@ DRAFT = math.radians(3.0)
 FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
 GROOVE, RIM = 1.0e-3, 1.0e-3
 VENT = 1.0e-3
-CAVITIES = 4
-"""A bad pad of four is a pad to throw away, not an afternoon."""
-SPILL = 1.3
-"""What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)."""
-
+CAVITIES = 4  # A bad pad of four is a pad to throw away, not an afternoon
+SPILL = 1.3  # What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)
 
 LEAST_MIX = 5e-6
 """Two liquids of less than this (m3) cannot be weighed out well on a laboratory balance (from memory)."""
@@ -92,27 +89,21 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     if pad is None:
         return ()
     cavities = _cavities(layout)
-    # The diameter (m) of the lid's vents: as small as the process that prints it makes holes
-    mount = layout.spec.mount
     tray = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0)
     for centre in _centres(pad, cavities):
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
-        bd = require("build123d")
         lean = math.tan(DRAFT) * pad.thickness / 2
         for piece, at in _pieces(layout, pad, centre):
-            ends = [
-                face(Region(_outline(piece, at, room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
-                for room, height in ((-lean, -pad.thickness), (lean, 0.0))
-            ]
-            tray = one_solid(tray - bd.Solid.make_loft(ends, ruled=True), "mould")
+            cavity = tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0)
+            tray = one_solid(tray - cavity, "mould")
         # A ditch round the cavity, half as deep, behind a rim
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
         tray = one_solid(tray - prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3), "mould")
-    # A flat plate with vents over the grooves, where they leave no mark on a pad
-    size = max(VENT, print_limit(mount.process if mount is not None else "resin", "hole").value)
+    # A flat plate with vents over the grooves, where they leave no mark on a pad: as small as its process makes holes
+    size = max(VENT, print_limit(process_of(layout.spec.mount), "hole").value)
     lid = prism(_plan(pad, cavities), 0.0, LID)
     for centre in _centres(pad, cavities):
-        beside = _size(pad)[1] / 2 + RIM + GROOVE / 2
+        beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
         for side in (-1.0, 1.0):
             vent = circle(Point(centre.x, centre.y + side * beside), size / 2)
             lid = one_solid(lid - prism(vent, -1e-3, LID + 1e-3), "mould")
@@ -140,13 +131,8 @@ def _pieces(layout: Layout, pad: Body, centre: Point) -> Iterator[tuple[Body, Po
         yield web, centre.shifted(middle_x - here.x, middle_y - here.y)
 
 
-def _size(pad: Body) -> tuple[float, float]:
-    """The pad's own sides, unturned (m)."""
-    return pad.footprint.size
-
-
 def _pitch(pad: Body) -> float:
-    return _size(pad)[0] + 2 * (RIM + GROOVE) + RIM
+    return pad.footprint.size[0] + 2 * (RIM + GROOVE) + RIM
 
 
 def _centres(pad: Body, cavities: int) -> list[Point]:
@@ -155,13 +141,13 @@ def _centres(pad: Body, cavities: int) -> list[Point]:
 
 def _plan(pad: Body, cavities: int) -> Path:
     half_x = cavities * _pitch(pad) / 2 + BORDER
-    half_y = _size(pad)[1] / 2 + RIM + GROOVE + BORDER
+    half_y = pad.footprint.size[1] / 2 + RIM + GROOVE + BORDER
     return rectangle(-half_x, -half_y, half_x, half_y, 2e-3)
 
 
 def _outline(pad: Body, centre: Point, room: float) -> Path:
     """The pad's outline about a point, so much larger on each side (m)."""
-    x, y = (side / 2 + room for side in _size(pad))
+    x, y = (side / 2 + room for side in pad.footprint.size)
     if pad.footprint.is_round:
         return circle(centre, x)
     return rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y)
@@ -178,7 +164,6 @@ ROOM_ROUND_PAD = 1.0e-3
 WELL = 1.5e-3
 """How deep a well is above its piece, so that the press is guided; frames are higher than the pins therefore."""
 COLLAR = 4.0e-3
-Box = tuple[float, float, float, float]
 
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
@@ -203,7 +188,8 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
         for piece, room, low, high in cuts:
             low, high = (low if low > 0.0 else -1e-3), (high if high < height else height + 1e-3)
-            for outline in (piece.outline(room), *_reliefs(piece)):
+            reliefs = (circle(side.start, CORNER_RELIEF) for side in piece.outline() if isinstance(side, Line))
+            for outline in (piece.outline(room), *reliefs):
                 frame = one_solid(frame - prism(outline, low, high), "jig")
         found.append((f"jig-{kind}", frame))
         line, boxes = max(1, lines) * layout.spec.assembly.glue_line, [body.footprint.box for body in row]
@@ -218,8 +204,7 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
 
 def clearance(layout: Layout) -> float:
     """Between a piece and what guides it, on each side (m): the least that the mount's process can make."""
-    mount = layout.spec.mount
-    return print_limit(mount.process if mount is not None else "resin", "clearance").value
+    return print_limit(process_of(layout.spec.mount), "clearance").value
 
 
 def _base(layout: Layout, plan: Box) -> Any:
@@ -230,8 +215,7 @@ def _base(layout: Layout, plan: Box) -> Any:
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
     body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
-    for solid in _stiffener_room(layout, plan, under):
-        body = one_solid(body - solid, "jig")
+    body = without(body, _stiffener_room(layout, plan, under), "jig")
     middle = Point((layout.body[0] + layout.body[2]) / 2, (layout.body[1] + layout.body[3]) / 2)
     body = one_solid(body - prism(circle(middle, PUSH_HOLE / 2), under - JIG_FLOOR - 1e-3, 1e-3), "jig")
     for at, size in pins(plan):
@@ -244,19 +228,9 @@ def _stiffener_room(layout: Layout, plan: Box, under: float) -> tuple[Any, ...]:
     plate, gap = layout.stiffener, clearance(layout)
     if plate is None:
         return ()
-    points = [point for segment in plate.outline.outline for point in (segment.start, segment.end)]
-    x0, x1 = min(p.x for p in points) - gap, max(p.x for p in points) + gap
-    y0, y1 = min(p.y for p in points) - gap, max(p.y for p in points) + gap
-    if x0 >= plan[2]:
-        return ()
-    return (prism(rectangle(x0, y0, x1, y1), under - plate.thickness - gap, 1e-3),)
-
-
-def _reliefs(body: Body) -> tuple[Path, ...]:
-    """Holes in a window's corners; none for a disc."""
-    if body.footprint.is_round:
-        return ()
-    return tuple(circle(corner, CORNER_RELIEF) for corner in [segment.start for segment in body.outline()])
+    x0, y0, x1, y1 = bounding_box([plate.outline.outline])
+    room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
+    return () if x0 - gap >= plan[2] else (prism(room, under - plate.thickness - gap, 1e-3),)
 
 
 def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
@@ -266,11 +240,8 @@ def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
     return (low, PINS[0]), (high, PINS[1])
 
 
-ROOF = 2.5e-3
-"""Plastic over the highest point of the skin (m)."""
-
-SKIN_VENT = (1.0e-3, 0.5e-3)
-"""Width and depth of the grooves that let air and silicone out (m)."""
+ROOF = 2.5e-3  # Plastic over the highest point of the skin (m)
+SKIN_VENT = (1.0e-3, 0.5e-3)  # Width and depth of the grooves that let air and silicone out (m)
 
 LEAST_OVER_TOLERANCE = 2.0
 """A skin thinner than so many tolerances of the printed cup would come out with holes in it."""
@@ -285,16 +256,15 @@ def skin_mould(layout: Layout) -> Solid | None:
     height = max(top_height(layout.spec), PIN_HEIGHT) + ROOF
     cup = prism(rectangle(*plan, 2e-3), 0.0, height)
     cup = one_solid(cup - over_body(layout, -1e-3, film.thickness), "mould")
-    for body in _blocks(layout):
+    blocks: dict[Footprint, Body] = {}  # one where the other piece is as large
+    for body in above_board(layout.spec):
+        blocks.setdefault(body.footprint, body)
+    for body in blocks.values():
         # What a piece with its skin takes out of the cup: narrowest at the top, wider at the parting face by the draft
         top = top_height(layout.spec)
-        bd = require("build123d")
-        lean = math.tan(DRAFT) * top
-        ends = [
-            face(Region(body.outline(film.thickness + room))).moved(bd.Location((0, 0, height * MM))).outer_wire()
-            for room, height in ((lean + math.tan(DRAFT) * 1e-3, -1e-3), (0.0, top))
-        ]
-        cup = one_solid(cup - bd.Solid.make_loft(ends, ruled=True), "mould")
+        room = math.tan(DRAFT) * top + math.tan(DRAFT) * 1e-3
+        lower, upper = body.outline(film.thickness + room), body.outline(film.thickness)
+        cup = one_solid(cup - tapered(lower, upper, -1e-3, top), "mould")
     # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
     (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body
     points, corners = ground(layout).flattened(1e-5), (x0 + width / 2, x1 - width / 2)
@@ -304,8 +274,7 @@ def skin_mould(layout: Layout) -> Solid | None:
         found.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
     for x in (max(points, key=lambda p: p.y).x,) if given else corners:
         found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
-    for vent in found:
-        cup = one_solid(cup - vent, "mould")
+    cup = without(cup, found, "mould")
     gap = clearance(layout)
     for at, size in pins(plan):
         cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
@@ -314,9 +283,7 @@ def skin_mould(layout: Layout) -> Solid | None:
 
 
 def is_cast(layout: Layout) -> bool:
-    """Whether the film is cast in a mould: there is one, thick enough for the process that prints the cup, and no
-    contacts lie under it.
-    """
+    """Whether the film is cast in a mould: thick enough for the process that prints the cup, no contacts under it."""
     film = layout.spec.encapsulation
     if film is None or not above_board(layout.spec):
         return False
@@ -350,12 +317,3 @@ def _area(body: Body, room: float) -> float:
     if body.footprint.is_round:
         return math.pi * (x / 2 + room) ** 2
     return (x + 2.0 * room) * (y + 2.0 * room) - (4.0 - math.pi) * room**2
-
-
-def _blocks(layout: Layout) -> list[Body]:
-    """The pieces that the skin goes round; one where the other is as large."""
-    found: dict[Footprint, Body] = {}
-    for body in above_board(layout.spec):
-        found.setdefault(body.footprint, body)
-    return list(found.values())
-

@@ -38,23 +38,19 @@ from sitscad.scene.bodies import (
     target_lines,
 )
 from sitscad.scene.column import GLUE, column, levels
-from sitscad.scene.jaws import shield_that_fits
 from sitscad.scene.tail_path import Station, Stretch, TailPath, tail_path
 from sitscad.spec.circuit import LayerKind, StackLayer
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
 FILL = "adhesive"
-LEAST_OPENING = 50e-6
-"""Openings inside a coil narrower than this (m) are filled in."""
+LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are filled in
 
 
 def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
     """The board's films from the top down, those of its body and, along `path`, those of its tail."""
     found: list[Solid] = []
     upper, number = 0.0, 0
-    # The board's outline up to the body's end, as a face in the plane z = 0
-    x0, y0, x1, y1 = layout.body
-    body = (face(Region(layout.outline)) & face(Region(rectangle(x0, y0, x1, y1)))).faces()[0]
+    body = _body_face(layout)
     for index, layer in enumerate(layout.spec.fpc.stackup.layers):
         number += layer.kind is LayerKind.COPPER
         heights = upper - layer.thickness, upper
@@ -70,6 +66,11 @@ def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
         found.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
         upper -= layer.thickness
     return tuple(found)
+
+
+def _body_face(layout: Layout) -> Any:
+    """The board's outline up to the body's end, as a face in the plane z = 0."""
+    return (face(Region(layout.outline)) & face(Region(rectangle(*layout.body)))).faces()[0]
 
 
 def ring(layout: Layout, coil: Coil, number: int) -> Region:
@@ -98,10 +99,14 @@ def _of_body(
         return
     coils = [c for c in layout.coils if any(w.layer == number for w in c.windings)]
     rings = [(coil, ring(layout, coil, number)) for coil in coils]
-    rings = [(coil, plate) for coil, plate in rings if _inside(plate.outline, layout.body)]
-    holes = tuple(plate.outline for _, plate in rings)
+    boxes, (x0, y0, x1, y1) = [bounding_box((plate.outline,)) for _, plate in rings], layout.body
+    inside = (b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1 for b in boxes)
+    rings = [each for each, is_inside in zip(rings, inside, strict=True) if is_inside]
+    if rings:
+        holes = [face(Region(plate.outline)).outer_wire() for _, plate in rings]
+        body = require("build123d").Face(body.outer_wire(), holes)
     name = f"board-{index + 1}-fill"
-    yield Solid(name, raised(_with_holes(body, holes), *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
+    yield Solid(name, raised(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
     for coil, plate in rings:
         yield Solid(
             f"copper-{number}-{coil.name}", prism(plate, *heights), "copper", COLOURS["copper"], BodyRole.COPPER
@@ -111,22 +116,11 @@ def _of_body(
             yield Solid(f"{name}-{coil.name}", middle, FILL, COLOURS["fill"], BodyRole.BOARD)
 
 
-def _with_holes(body: Any, holes: tuple[Path, ...]) -> Any:
-    bd = require("build123d")
-    return bd.Face(body.outer_wire(), [face(Region(hole)).outer_wire() for hole in holes]) if holes else body
-
-
-def _inside(outline: Path, body: tuple[float, float, float, float]) -> bool:
-    x0, y0, x1, y1 = bounding_box((outline,))
-    return x0 > body[0] and y0 > body[1] and x1 < body[2] and y1 < body[3]
-
-
 def _material(layer: StackLayer) -> str:
     return FILL if layer.kind is LayerKind.COPPER else layer.material
 
 
-CHORD = 1e-5
-"""Arcs of tracks count as chords within this (m)."""
+CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
 
 
 def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
@@ -136,7 +130,7 @@ def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
     tail = dict(_copper("tail", tail_layers(layout)))
-    names = {net: coil.name for coil in layout.coils for net in (coil.net,)}
+    names = {coil.net: coil.name for coil in layout.coils}
     found: defaultdict[str, float] = defaultdict(float)
     for number, layer in enumerate(stack.copper, 1):
         for area, x in _areas(layout, number, drawn, names):
@@ -178,7 +172,7 @@ BEYOND = 1e-3
 
 
 @record(eq=False)
-class Part:
+class FlatPart:
     """A part of a flat region on one stretch of the tail's way: where that begins, flat (x, m) and laid, and for a
     straight one its faces (build123d, in the plane z = 0).
     """
@@ -190,18 +184,15 @@ class Part:
 
 
 @record(eq=False)
-class Plan:
-    """A flat region, cut into the stretches of the tail's way; ``width`` is from where to where across (m) it is
-    bent.
-    """
+class FlatPlan:
+    """A flat region cut into the stretches of the tail's way, bent between two places across (``width``, m)."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[FlatPart, ...]
     middle: float
     width: tuple[float, float]
 
     def laid(self, lower: float, upper: float) -> Any:
         """It from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in millimetres.
-
         Raises `PartsError` where nothing of the region is there, or it falls apart.
         """
         pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
@@ -212,15 +203,13 @@ class Plan:
             raise PartsError(f"the tail falls into {len(found)} pieces along its way")
         return found[0]
 
-    def _pieces(self, part: Part, lower: float, upper: float) -> list[Any]:
+    def _pieces(self, part: FlatPart, lower: float, upper: float) -> list[Any]:
         if part.stretch.turn:
             # A bent stretch: the tail's section there, drawn out round the bend's axis
             bd, here, (low, high) = require("build123d"), part.here, (lower - self.middle, upper - self.middle)
             normal = (-math.sin(here.angle), math.cos(here.angle))
-            corners = [
-                (y, h)
-                for y, h in ((self.width[0], low), (self.width[1], low), (self.width[1], high), (self.width[0], high))
-            ]
+            y0, y1 = self.width
+            corners = (y0, low), (y1, low), (y1, high), (y0, high)
             points = [((here.x + h * normal[0]) * MM, y * MM, (here.z + h * normal[1]) * MM) for y, h in corners]
             section = bd.Face(bd.Wire.make_polygon([bd.Vector(*point) for point in points]))
             radius = part.stretch.length / part.stretch.turn
@@ -229,7 +218,7 @@ class Plan:
         return [_moved(raised(each, lower, upper), part, self.middle) for each in part.faces]
 
 
-def plan(layout: Layout, path: TailPath, region: Region) -> Plan:
+def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
     """What of a flat region lies beyond the body, cut into the stretches of the tail's way."""
     x0, y0, x1, y1 = bounding_box((region.outline,))
     whole, here, first, parts = face(region), path.start, path.start.x, []
@@ -238,11 +227,11 @@ def plan(layout: Layout, path: TailPath, region: Region) -> Plan:
         if end > x0 and first < x1 and stretch.length > 0.0:
             room = face(Region(rectangle(first, y0 - BEYOND, end, y1 + BEYOND)))
             cut = () if stretch.turn else tuple((whole & room).faces())
-            parts.append(Part(first, here, stretch, cut))
+            parts.append(FlatPart(first, here, stretch, cut))
         here, first = here.after(stretch), first + stretch.length
     # From where to where across (m) the tail reaches where it may be bent; nothing where it may not
     bent = bend_stretch(layout)
-    return Plan(tuple(parts), path.start.z, (0.0, 0.0) if bent is None else layout.reach_at(sum(bent) / 2))
+    return FlatPlan(tuple(parts), path.start.z, (0.0, 0.0) if bent is None else layout.reach_at(sum(bent) / 2))
 
 
 def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
@@ -255,7 +244,7 @@ def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
     return Solid(plate.name, shape, plate.material, "#8c6a3f", BodyRole.STIFFENER)
 
 
-def _moved(flat: Any, part: Part, middle: float) -> Any:
+def _moved(flat: Any, part: FlatPart, middle: float) -> Any:
     """A flat piece, its middle at height `middle` (m), moved to its station."""
     bd = require("build123d")
     to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
@@ -269,9 +258,7 @@ SAME_LEVEL = 1e-6  # mm
 
 @record(eq=False)
 class Plate:
-    """A piece that glue lies under or on: its level faces (build123d), and the heights (mm) of its lowest and highest
-    planes.
-    """
+    """A piece that glue lies under or on: its level faces (build123d), its lowest and highest plane (mm)."""
 
     faces: list[Any]
     low: float
@@ -288,9 +275,8 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
     if not line or glue is None:
         return ()
     # The board's body, whose films are pieces of their own
-    bd, (x0, y0, x1, y1) = require("build123d"), layout.body
+    bd, body = require("build123d"), _body_face(layout)
     low, high = (height * MM for height in board_heights(layout.spec))
-    body = (face(Region(layout.outline)) & face(Region(rectangle(x0, y0, x1, y1)))).faces()[0]
     plates = {solid.name: _plate(solid.shape) for solid in pieces} | {
         "board": Plate([body.moved(bd.Location((0, 0, height))) for height in (low, high)], low, high)
     }
@@ -346,8 +332,8 @@ def _kind(name: str) -> str:
 
 def _lifts(layout: Layout) -> dict[str, float]:
     """By how much glue lifts every piece (m): its lower face in the plane tier, less that of the solids."""
-    at = levels(column(layout))
-    if not at:
+    at, mount = levels(column(layout)), layout.spec.mount
+    if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
         spec = layout.spec
         line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
@@ -358,40 +344,14 @@ def _lifts(layout: Layout) -> dict[str, float]:
         return found | dict.fromkeys(("mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
     board = at["board"][0].nominal - board_heights(layout.spec)[0]
     stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
-    bare = _bare_heights(layout)
+    bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
+    spans = seat_spans(board_heights(layout.spec)[0], mount.standoff, shield_heights(layout.spec))
+    bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, spans, strict=False)}
     found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
     return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}
 
 
-SPACED = 1e-9
-"""A shield farther from the board than this (m) has a spacer on it."""
-
-
-def _bare_heights(layout: Layout) -> dict[str, float]:
-    """The lower faces (m) of the pieces alone."""
-    spec = layout.spec
-    bottom, here = board_heights(spec)[0], 0.0
-    found = {"board": bottom}
-    mount = spec.mount
-    assert mount is not None and mount.jaw is not None
-    sheet = shield_that_fits(spec)
-    for name, (lower, _) in zip(MOUNT_PIECES, seat_spans(bottom, mount.standoff, sheet), strict=False):
-        found[name] = lower
-    levels_of_sheet = shield_heights(spec)
-    if levels_of_sheet is not None:
-        found["shield"] = levels_of_sheet[0]
-    found["jaw"] = bottom - mount.standoff - mount.jaw.height
-    above = (
-        ("elastomer", spec.elastomer.thickness if spec.elastomer else None),
-        ("target", spec.target.thickness if spec.target else None),
-        ("encapsulation", spec.encapsulation.thickness if spec.encapsulation else None),
-        ("opposing-pad", mount.jaw.opposing_pad_thickness or None), ("opposing-jaw", mount.jaw.height),
-    )
-    for name, thickness in above:
-        if thickness is not None:
-            found[name] = here
-            here += thickness
-    return found
+SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on it
 
 
 def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:
@@ -405,7 +365,11 @@ def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Soli
     alone = assemble(layout) if pieces is None else pieces
     pieces = glued(layout, (*alone, *opposing(layout)))
     path = tail_path(layout)
-    cover = _film(layout)
+    # the encapsulation over pieces that glue lifts is that of a pad so much thicker
+    spec, pad, lines = layout.spec, layout.spec.elastomer, target_lines(layout.spec)
+    if pad is not None and lines:
+        spec = replace(spec, elastomer=replace(pad, thickness=pad.thickness + lines))
+    cover = encapsulation(replace(layout, spec=spec))
     board = films(layout, path)
     plate = stiffener_on(layout, path)
     kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
@@ -413,12 +377,3 @@ def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Soli
     found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
     return tuple(sorted(found, key=lambda s: round(s.shape.bounding_box().min.Z, 6)))
 
-
-def _film(layout: Layout) -> Solid | None:
-    """The encapsulation over pieces that glue lifts: that of a pad so much thicker."""
-    pad, lines = layout.spec.elastomer, target_lines(layout.spec)
-    if pad is None or not lines:
-        return encapsulation(layout)
-    return encapsulation(
-        replace(layout, spec=replace(layout.spec, elastomer=replace(pad, thickness=pad.thickness + lines)))
-    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from html import escape
 
 import numpy as np
@@ -11,14 +11,12 @@ from sitscad.calibration.calibration import Calibration
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import page
-from sitscad.drawing.web_page import table as html_table
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
-from sitscad.report.numbers import number_columns, table
+from sitscad.report.numbers import html_table, table
 
-UNUSUAL = 2.0
-"""Standard deviations from which on an unknown is said to be unusual."""
+UNUSUAL = 2.0  # Standard deviations from which on an unknown is said to be unusual
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -38,9 +36,7 @@ def _amount(value: float, unit: str) -> str:
 
 
 def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the measured points: load, what the map reads, what is left, and what was left when the others
-    alone foretold it; nothing for poses.
-    """
+    """Head and rows of the measured points: load, reading, what is left, and is left by the others; none for poses."""
     points, fit = found.points, found.fit
     if points is None or points.loads is None or fit is None or fit.force_errors is None:
         return [], []
@@ -75,7 +71,7 @@ def calibration_page(found: Calibration) -> bytes:
     name = escape(printable(found.map.sensor))
     parts = [
         f"<h1>Calibration of {name}</h1>", f"<p>{escape(found.form.form.name)}</p>",
-        _table(found.error_rows[0], found.error_rows[1:], found.errors_are), *_measured(found), *_foretold(found),
+        html_table(found.error_rows[0], found.error_rows[1:], found.errors_are), *_measured(found), *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
     ]
     return page(f"Calibration of {printable(found.map.sensor)}", parts).encode("utf-8")
@@ -85,23 +81,30 @@ def _measured(found: Calibration) -> Iterable[str]:
     """What the points say, and what is left of each."""
     if found.fit is not None:
         yield "<h2>What the points say of this sensor</h2>"
-        yield _table(MOVED_HEAD, moved_rows(found), "Moved by: in sigmas of manufacture; more than 2 is unusual.")
+        yield html_table(MOVED_HEAD, moved_rows(found), "Moved by: in sigmas of manufacture; more than 2 is unusual.")
     head, rows = point_rows(found)
     if rows:
         yield "<h2>Points</h2>"
         yield f"<figure class='paper'>{figure(found)}<figcaption>{CAPTION}</figcaption></figure>"
-        yield _table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
+        yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
 
 
 def _foretold(found: Calibration) -> Iterable[str]:
     """The points to take, and which forms were tried."""
     if found.plan is not None:
+        axes = found.map.axes
+        rows = [["tare", *["0"] * len(axes), *["as above"] * len(axes)]]
+        for k, load in enumerate(found.plan.loads):
+            forces = [f"{force:.3g}" for force in load[found.sensors.range.columns]]
+            rows.append([str(k + 1), *forces, *(f"{error:.2g}" for error in found.plan.errors[k + 1])])
+        head = ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)]
         yield "<h2>The points to take</h2>"
-        yield _table(*_plan(found), PLANNED)
+        yield html_table(head, rows, PLANNED)
     if found.tried:
-        rows = [(one.form.name, _share(one.error), str(one.size)) for one in found.tried]
+        shares = [f"{100.0 * one.error:.2g} %" if np.isfinite(one.error) else "cannot be fitted" for one in found.tried]
+        rows = [[one.form.name, share, str(one.size)] for one, share in zip(found.tried, shares, strict=True)]
         yield "<h2>Forms of the map</h2>"
-        yield _table(("form", "error of full scale", "coefficients"), rows, TRIED)
+        yield html_table(("form", "error of full scale", "coefficients"), rows, TRIED)
 
 
 PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
@@ -110,28 +113,6 @@ measured."""
 TRIED = """Root mean square over simulated sensors with the scatter of manufacture, each with a map of its own, at loads
 that it was not fitted to, one reading each. Of forms about as good the one with the
 fewest coefficients is taken."""
-
-
-def _share(error: float) -> str:
-    return f"{100.0 * error:.2g} %" if np.isfinite(error) else "cannot be fitted"
-
-
-def _plan(found: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Heading and rows of the points to take."""
-    assert found.plan is not None
-    axes = found.map.axes
-    rows = [["tare", *["0"] * len(axes), *["as above"] * len(axes)]]
-    for k, load in enumerate(found.plan.loads):
-        forces = load[found.sensors.range.columns]
-        rows.append([str(k + 1), *(f"{force:.3g}" for force in forces),
-                     *(f"{error:.2g}" for error in found.plan.errors[k + 1])])
-    return ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)], rows
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    lines = [list(row) for row in rows]
-    return html_table(head, lines, number_columns(lines), caption)
-
 
 CAPTION = "What is left of every point, a colour an axis: filled by the map, hollow as the other points foretell it."
 
@@ -146,7 +127,9 @@ def figure(found: Calibration) -> str:
     settled, full = points.settled, found.map.full_scale
     read = found.map(settled.frequency, settled.rest) - points.loads[:, found.sensors.range.columns]
     parts = [100.0 * part[~points.at_rest] / full for part in (read, fit.force_errors)]
-    most = _round_up(max(float(np.nanmax(np.abs(part))) for part in parts))
+    most = max(float(np.nanmax(np.abs(part))) for part in parts)
+    power = 10.0 ** np.floor(np.log10(most)) if most > 0.0 else 1.0
+    most = float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= most * (1.0 - 1e-9)))
     sheet = Sheet("What is left of every point", (WIDTH, HEIGHT), unit="", decimals=1)
     middle, half = 0.5 * (HEIGHT + BOTTOM), 0.5 * (HEIGHT - BOTTOM) - 12.0
     for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
@@ -160,18 +143,8 @@ def figure(found: Calibration) -> str:
         for axis, colour in enumerate(COLOURS[: len(full)]):
             aside = (axis - 0.5 * (len(full) - 1)) * min(12.0, 0.3 * step)
             for part, is_filled in zip(parts, (True, False), strict=True):
-                _dot(sheet, x + aside, middle + half * float(part[k, axis]) / most, colour, is_filled)
+                dot = circle(Point(x + aside, middle + half * float(part[k, axis]) / most), 3.5)
+                sheet.draw(dot, Pen(1.2, colour), colour if is_filled else None)
     for axis, name in enumerate(found.map.axes):
         sheet.text(LEFT + 15.0 + 90.0 * axis, 4.0, name, 11.0, colour=COLOURS[axis])
     return svg(sheet)
-
-
-def _dot(sheet: Sheet, x: float, y: float, colour: str, is_filled: bool) -> None:
-    sheet.draw(circle(Point(x, y), 3.5), Pen(1.2, colour), colour if is_filled else None)
-
-
-def _round_up(value: float) -> float:
-    if value <= 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * (1.0 - 1e-9)))

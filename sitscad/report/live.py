@@ -44,6 +44,8 @@ def live_page(
     if not served and known is not None:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
     warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""
+    folder = files("sitscad.report") / "assets"
+    scripts = "\n".join((folder / name).read_text(encoding="utf-8") for name in ("pushed.js", "readings.js"))
     parts = [
         f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
         f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
@@ -53,14 +55,9 @@ def live_page(
             [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
              for name in names],
         )),
-        embedded("readings-data", document), f"<script>{_scripts()}</script>",
-    ]  # fmt: skip
+        embedded("readings-data", document), f"<script>{scripts}</script>",
+    ]
     return page(f"{spec.name}, live", parts).encode("utf-8")
-
-
-def _scripts() -> str:
-    folder = files("sitscad.report") / "assets"
-    return "\n".join((folder / name).read_text(encoding="utf-8") for name in ("pushed.js", "readings.js"))
 
 
 def _document(spec: SensorSpec, estimates: Estimates, known: Document | None) -> dict[str, Any]:
@@ -89,7 +86,7 @@ def _forces(known: Document | None, calibration: Document | None) -> str:
     by = (
         "Forces by the calibration of this sensor." if calibration.get("is_calibrated") else
         "Forces by the map of the sensor as it is drawn: calibrate yours, and give its calibration.json."
-    )  # fmt: skip
+    )
     rows = [(AXES[axis], *(f"{what}.{axis}" for what in ("force_N", "sigma_N", "bar"))) for axis in known["axes"]]
     table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
     for axis, error in zip(known["axes"], known["error"], strict=True):

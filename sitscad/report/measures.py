@@ -44,30 +44,22 @@ PARTS_HEAD = ("part", "size", "tolerance", "where that comes from")
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """A line a measure: at worst, or in all three cases."""
-    if not whole:
-        return [f"{m.name} at worst {_mm(m.worst)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
-    return [f"{m.name} {_cases(m)} of {_mm(m.limit)} mm{_side(m)}, {_spare(m)}" for m in fit]
-
-
-def _side(measure: Measure) -> str:
-    """What a figure below zero means: only the board beside the face has such."""
-    return " (below zero: back from the face's edge)" if measure.nominal < 0.0 else ""
-
-
-def _cases(measure: Measure) -> str:
-    nominal, likely, worst = map(_mm, (measure.nominal, measure.root_sum_square, measure.worst))
-    return f"{nominal}, by root-sum-square {likely}, at worst {worst}"
+    found = []
+    for m in fit:
+        nominal, likely, worst, limit = map(_mm, (m.nominal, m.root_sum_square, m.worst, m.limit))
+        cases = f"{nominal}, by root-sum-square {likely}, at worst {worst}" if whole else f"at worst {worst}"
+        # only the board beside the face has a figure below zero
+        side = " (below zero: back from the face's edge)" if m.nominal < 0.0 else ""
+        spare = f"{_length(m.margin, 3)} to spare"
+        if m.margin < 0.0:
+            likely = "" if m.likely_margin >= 0.0 else f" ({_length(-m.likely_margin, 3)} by root-sum-square)"
+            spare = f"{_length(-m.margin, 3)} short{likely}"
+        found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}")
+    return found
 
 
 def _mm(value: float) -> str:
     return f"{value * 1e3:.3f}".rstrip("0").rstrip(".")
-
-
-def _spare(measure: Measure) -> str:
-    if measure.margin >= 0.0:
-        return f"{_length(measure.margin, 3)} to spare"
-    likely = "" if measure.likely_margin >= 0.0 else f" ({_length(-measure.likely_margin, 3)} by root-sum-square)"
-    return f"{_length(-measure.margin, 3)} short{likely}"
 
 
 def fit_rows(fit: Sequence[Measure]) -> list[list[str]]:

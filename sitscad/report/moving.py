@@ -24,8 +24,7 @@ from sitscad.scene.jaws import fitted_jaw, jaw_range
 
 Document = Mapping[str, Any]
 
-SCRIPTS = ("solids.js", "pushed.js", "page.js")
-"""The page's scripts in the order in which they are run."""
+SCRIPTS = ("solids.js", "pushed.js", "page.js")  # The page's scripts in the order in which they are run
 
 
 def scripts() -> str:
@@ -40,8 +39,10 @@ def embedded(name: str, document: Document) -> str:
     return f'<script type="application/json" id="{name}">{text}</script>'
 
 
-OPENING = ("opposing-jaw", "opposing-pad")
-"""The pieces that turn about the hinge when the jaws open."""
+OPENING = ("opposing-jaw", "opposing-pad")  # The pieces that turn about the hinge when the jaws open
+
+TOGETHER = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}
+"""What is shown and hidden together, by how names begin: the board's films, its copper, the glue."""
 
 MM = 1e3
 
@@ -74,33 +75,24 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
         known, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
         *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
         parts.append({
-            "name": name, "group": _group(name), "colour": [round(value, 4) for value in colour],
-            "alpha": round(alpha, 3), "first": first, "start": start, "count": len(triangles),
+            "name": name, "group": TOGETHER.get(name.partition("-")[0], name),
+            "colour": [round(value, 4) for value in colour], "alpha": round(alpha, 3),
+            "first": first, "start": start, "count": len(triangles),
             "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,
-        })  # fmt: skip
+        })
         places.append(known)
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
         first, start = first + len(known), start + len(triangles)
+    # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
+    jaw, pair, hinge = fitted_jaw(layout), closed_section(layout), None
+    if jaw is not None and pair is not None and jaw.hinge is not None and jaw.opening:
+        pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
+        hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
     return {
         "parts": parts, "box": [low.round(6).tolist(), high.round(6).tolist()], "step": step.tolist(),
         "places": base64.b64encode(np.concatenate(places).tobytes()).decode("ascii"),
-        "corners": base64.b64encode(np.concatenate(corners).tobytes()).decode("ascii"), "hinge": _hinge(layout),
+        "corners": base64.b64encode(np.concatenate(corners).tobytes()).decode("ascii"), "hinge": hinge,
     }
-
-
-def _group(name: str) -> str:
-    """What is shown and hidden together: the board's films, its copper, the glue; every other piece by itself."""
-    kind = name.partition("-")[0]
-    return {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}.get(kind, name)
-
-
-def _hinge(layout: Layout) -> dict[str, Any] | None:
-    """The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known."""
-    jaw, pair = fitted_jaw(layout), closed_section(layout)
-    if jaw is None or pair is None or jaw.hinge is None or not jaw.opening:
-        return None
-    pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
-    return {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
 
 
 def pushed_document(
@@ -134,7 +126,7 @@ def pushed_document(
                        "offsets": list(conversion.offsets)},
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
                   "target_mm": MM * target.thickness},
-    }  # fmt: skip
+    }
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:

@@ -86,14 +86,12 @@ def as_json(
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
     asked = {} if felt is None else {"performance": [point.document() for point in felt]}
-    return to_json({**estimates.as_json(path), "most_signal": [most_json(one) for one in most], **asked})
-
-
-def most_json(most: Most) -> dict[str, object]:
-    """The thickness of a part that gives most signal, as plain values for JSON."""
-    return {"part": most.part, "thickness_m": most.thickness, "inductance_H_per_N": most.per_newton,
-            "thickness_now_m": most.thickness_now, "inductance_now_H_per_N": most.per_newton_now,
-            "ended_by": most.ended_by or None}
+    signal = [
+        {"part": one.part, "thickness_m": one.thickness, "inductance_H_per_N": one.per_newton,
+         "thickness_now_m": one.thickness_now, "inductance_now_H_per_N": one.per_newton_now,
+         "ended_by": one.ended_by or None} for one in most
+    ]
+    return to_json({**estimates.as_json(path), "most_signal": signal, **asked})
 
 
 Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]"], str]
@@ -136,15 +134,10 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
             by_state.append([name, *map(percent, errors)])
     changes = [coil.resistance_change for coil in estimates.coils]
     if any(changes):
-        by_state.append(["- its change from rest to pressed", *map(_resistance_change, changes)])
+        either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
+        words = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
+        by_state.append(["- its change from rest to pressed", *words])
     return found + by_state
-
-
-def _resistance_change(change: tuple[float, float] | None) -> str:
-    """A change of resistance (ohm) with its bound."""
-    if change is None:
-        return NONE
-    return plus_minus(*change, "ohm") + (" (either sign)" if change[1] > abs(change[0]) else "")
 
 
 def percent(share: float | None) -> str:
@@ -250,6 +243,7 @@ def matrix_rows(estimates: Estimates) -> list[list[str]]:
 def readout_rows(estimates: Estimates) -> list[list[str]]:
     """The settings of the converter, with the reason for the capacitor."""
     r = estimates.readout
+    clock = quantity(r.reference_frequency * r.reference_divider, "Hz")
     return [
         ["tank capacitor", quantity(r.capacitance, "F")],
         ["why this one", str(r.capacitance_reason)],
@@ -263,7 +257,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         *([["a code for every channel", _codes(estimates)]] if r.drive_codes else []),
         [
             "reference frequency f_REF",
-            f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {_clock(r)}, divider {r.reference_divider})",
+            f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {clock}, divider {r.reference_divider})",
         ],
         ["input divider", _count(r.input_divider)],
         *([["result", f"{r.result_in_words}, OFFSETx {', '.join(map(str, r.offsets))}"]] if r.result_in_words else []),
@@ -279,10 +273,6 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
 def _codes(estimates: Estimates) -> str:
     pairs = zip(estimates.coils, estimates.readout.drive_codes, strict=True)
     return ", ".join(f"{coil.name} {code}" for coil, code in pairs) + ": one for all leaves a coil below 1.2 V"
-
-
-def _clock(r: ReadoutEstimate) -> str:
-    return quantity(r.reference_frequency * r.reference_divider, "Hz")
 
 
 def _count(value: int | None) -> str:
@@ -353,9 +343,12 @@ def compression_rows(estimates: Estimates) -> list[list[str]]:
     scatter = estimates.compression_scatter
     strain = f"{100.0 * pressed.strain:.1f}" + (f" +- {100.0 * scatter.strain:.2g} %" if scatter else " %")
     area = f"{pressed.loaded_area * 1e6:.4g} mm2, {100.0 * pressed.loaded_share:.0f} % of the pad"
+    at_least = ""
+    if pressed.strain - pressed.least_strain > 1e-3:
+        at_least = f" (at least {100.0 * pressed.least_strain:.1f} %: only part of the pad is loaded)"
     return [
         ["loaded area", area],
-        ["strain", f"{strain}{_at_least(pressed.strain, pressed.least_strain)}"],
+        ["strain", f"{strain}{at_least}"],
         ["thickness left", plus_minus(pressed.gap, scatter.gap if scatter else None, "m", digits=4)],
         ["shape factor", f"{pressed.shape_factor:.3g}"],
         [
@@ -367,10 +360,6 @@ def compression_rows(estimates: Estimates) -> list[list[str]]:
         ["against finite elements", "one sigma of 2.5 % where the law was held against them, 5 % beyond"],
         *([["remark", pressed.note]] if pressed.note else []),
     ]
-
-
-def _at_least(strain: float, least: float) -> str:
-    return f" (at least {100.0 * least:.1f} %: only part of the pad is loaded)" if strain - least > 1e-3 else ""
 
 
 CROSS_HEAD = ("coil", "formula", "inductance", "against ours", "in its range", "range")
@@ -403,6 +392,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return ["  ".join(line).rstrip() for line in lines]
 
 
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
+    """The same for a page; nothing without rows."""
+    from sitscad.drawing import web_page  # text needs none of it
+
+    lines = [[str(cell) for cell in row] for row in rows]
+    return web_page.table(head, lines, number_columns(lines), caption)
+
+
 def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
     """For every column whether all its cells are numbers or dashes."""
     return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
@@ -420,10 +417,6 @@ def _matrix(estimates: Estimates, colour: bool) -> str:
         return ""
     names = ["", *(coil.name for coil in estimates.coils)]
     lines = table(names, matrix_rows(estimates))
-    return _titled("Inductance matrix of the windings", [*lines, *_mutual_error(estimates)], colour)
-
-
-def _mutual_error(estimates: Estimates) -> list[str]:
     pairs = zip(estimates.inductance_matrix, estimates.inductance_matrix_error, strict=False)
     shares = [
         error / abs(value)
@@ -431,7 +424,8 @@ def _mutual_error(estimates: Estimates) -> list[str]:
         for j, (value, error) in enumerate(zip(values, errors, strict=True))
         if i != j and value
     ]
-    return [f"mutual ones to {max(shares):.1g} of their value, at most"] if shares else []
+    lines += [f"mutual ones to {max(shares):.1g} of their value, at most"] if shares else []
+    return _titled("Inductance matrix of the windings", lines, colour)
 
 
 Document = Mapping[str, Any]

@@ -7,63 +7,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from sitscad.drawing.web_page import figure, page, part, table
+from sitscad.drawing.web_page import figure, page, part
 from sitscad.finding import Finding, Severity
 from sitscad.layout.tail_tracks import Contact, head
+from sitscad.report import measures, numbers
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
-from sitscad.report.measures import (
-    CLOSING_HEAD,
-    CLOSING_TITLE,
-    FIT_HEAD,
-    FIT_TITLE,
-    MOST_HEAD,
-    MOST_TITLE,
-    NONE,
-    OTHERS_HEAD,
-    OTHERS_MEANING,
-    OTHERS_TITLE,
-    PARTS_HEAD,
-    SIGNAL_TITLE,
-    closing_rows,
-    fit_rows,
-    headline,
-    most_rows,
-    other_rows,
-    quantity,
-    signal_rows,
-)
-from sitscad.report.measures import PARTS_TITLE as FIT_PARTS_TITLE
-from sitscad.report.measures import part_rows as fit_part_rows
+from sitscad.report.measures import NONE, quantity
 from sitscad.report.moving import embedded, scripts
-from sitscad.report.numbers import (
-    CROSS_HEAD,
-    FELT_HEAD,
-    FELT_TITLE,
-    GAPS_TITLE,
-    INCOMING_HEAD,
-    INCOMING_TITLE,
-    PARTS_TITLE,
-    PRESSED_TITLE,
-    READING_HEAD,
-    SPREAD_HEAD,
-    STATE_HEAD,
-    STATE_TITLE,
-    Document,
-    coil_rows,
-    compression_rows,
-    cross_check_rows,
-    felt_rows,
-    gap_rows,
-    incoming_rows,
-    matrix_rows,
-    number_columns,
-    part_rows,
-    reading_rows,
-    readout_rows,
-    spread_rows,
-    state_rows,
-    whole_rows,
-)
+from sitscad.report.numbers import Document
+from sitscad.report.numbers import html_table as _table
 from sitscad.report.section import section
 from sitscad.scene.state import FREE, in_words
 from sitscad.spec.presets import unverified_figures
@@ -93,6 +45,7 @@ def render(
     """
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
+    settings, crossed = numbers.readout_rows(estimates), numbers.cross_check_rows(estimates)
     parts = [
         _head(checked, spec, estimates),
         _tiles(checked, estimates, felt or {}),
@@ -104,23 +57,17 @@ def render(
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates, most)),
         part("What it feels", _feeling(felt or {})),
-        part("Readout settings", _table(["setting", "value"], readout_rows(estimates), estimates.readout.device.part)),
+        part("Readout settings", _table(["setting", "value"], settings, estimates.readout.device.part)),
         part("Stack", _stack(spec, estimates)),
-        part(
-            "Fit",
-            (
-                _table(FIT_HEAD, fit_rows(checked.fit), FIT_TITLE)
-                + _table(PARTS_HEAD, fit_part_rows(checked.fit), FIT_PARTS_TITLE)
-                + _table(CLOSING_HEAD, closing_rows(checked.closing), CLOSING_TITLE)
-            ),
-        ),
-        part("Cross-checks", _table(CROSS_HEAD, cross_check_rows(estimates), "Closed formulas beside the estimate")),
+        part("Fit", _fit(checked)),
+        part("Cross-checks", _table(numbers.CROSS_HEAD, crossed, "Closed formulas beside the estimate")),
         part("Defaults assumed", _list(spec.source.defaults)),
         part("Figures that nobody has verified", _unverified(spec)),
         part("Not checked", _not_checked(checked)),
         part("Files", _in_columns(_table(["file", "size"], rows, ""))),
     ]
-    digest = f"spec {escape(_file_name(checked))}, SHA-256 {spec.source.sha256}"
+    file_name = checked.path.replace("\\", "/").rpartition("/")[2]
+    digest = f"spec {escape(file_name)}, SHA-256 {spec.source.sha256}"
     return page(f"{spec.name}: report", [*parts, f"<script>{scripts()}</script>"], f" \u00b7 {digest}")
 
 
@@ -184,8 +131,7 @@ def _verdict(checked: CheckedSpec) -> str:
     return f"<p class='verdict {kind}'>{words}</p>"
 
 
-SMALL_SIGNAL = "small-signal"
-"""The rule whose warning belongs to the verdict."""
+SMALL_SIGNAL = "small-signal"  # The rule whose warning belongs to the verdict
 
 
 def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
@@ -193,7 +139,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
-    felt = "; ".join(headline(signals(estimates)))
+    felt = "; ".join(measures.headline(signals(estimates)))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{counted(len(coil.layers), 'layer')}"
@@ -232,7 +178,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
         ("scans of all coils", _range([estimates.readout.scan_rate], "Hz")) if tight is None else
         (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
-    ]  # fmt: skip
+    ]
     tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
     note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(in_words(s.state) for s in states))}"
     if alone and states != alone:
@@ -248,8 +194,8 @@ def _incomplete(estimates: Estimates) -> str:
 
 def findings_part(checked: CheckedSpec) -> str:
     """The page's part with all findings, the gravest first, those with a place numbered as on the picture."""
-    numbers = {id(finding): number for number, finding in numbered_places(checked.findings)}
-    articles = (_finding(checked, finding, numbers.get(id(finding))) for finding in by_weight(checked.findings))
+    places = {id(finding): number for number, finding in numbered_places(checked.findings)}
+    articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_weight(checked.findings))
     return ("".join(articles) or "<p>Nothing was found.</p>") + _ignored(checked)
 
 
@@ -268,12 +214,12 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
     quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
     hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
     unit = finding.unit or ""
-    numbers = [
+    figures = [
         f"{word} {escape(quantity(value, unit))}"
         for word, value in (("measured", finding.measured), ("limit", finding.limit))
         if value is not None
     ]
-    tail = [*numbers, *([f"source: {escape(finding.source)}"] if finding.source else [])]
+    tail = [*figures, *([f"source: {escape(finding.source)}"] if finding.source else [])]
     opened = " open" if finding.severity is Severity.ERROR else ""
     placed = f' data-place="{number}"' if number is not None else ""
     return (
@@ -304,19 +250,19 @@ def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
     if not estimates.coils:
         return "<p>No coil could be estimated.</p>"
     names = ["", *(coil.name for coil in estimates.coils)]
-    matrix = _table(names, matrix_rows(estimates), "Inductance matrix of the windings")
+    matrix = _table(names, numbers.matrix_rows(estimates), "Inductance matrix of the windings")
     notes = (note for note in estimates.notes if note != estimates.incomplete)
     felt = signals(estimates)
     return (
-        _table(names if felt else ["", ""], signal_rows(felt, estimates), SIGNAL_TITLE)
-        + _table(MOST_HEAD, most_rows(most), MOST_TITLE)
-        + _table(STATE_HEAD, state_rows(estimates), STATE_TITLE)
-        + _table(READING_HEAD, reading_rows(estimates), "What the converter resolves")
-        + _table(OTHERS_HEAD, other_rows(estimates), OTHERS_TITLE)
-        + _list(OTHERS_MEANING)
-        + _table(SPREAD_HEAD, spread_rows(estimates), "Scatter of manufacture, one sigma")
-        + _table(names, coil_rows(estimates), "Each coil")
-        + _table(names, part_rows(estimates), PARTS_TITLE)
+        _table(names if felt else ["", ""], measures.signal_rows(felt, estimates), measures.SIGNAL_TITLE)
+        + _table(measures.MOST_HEAD, measures.most_rows(most), measures.MOST_TITLE)
+        + _table(numbers.STATE_HEAD, numbers.state_rows(estimates), numbers.STATE_TITLE)
+        + _table(numbers.READING_HEAD, numbers.reading_rows(estimates), "What the converter resolves")
+        + _table(measures.OTHERS_HEAD, measures.other_rows(estimates), measures.OTHERS_TITLE)
+        + _list(measures.OTHERS_MEANING)
+        + _table(numbers.SPREAD_HEAD, numbers.spread_rows(estimates), "Scatter of manufacture, one sigma")
+        + _table(names, numbers.coil_rows(estimates), "Each coil")
+        + _table(names, numbers.part_rows(estimates), numbers.PARTS_TITLE)
         + (matrix if len(estimates.coils) > 1 else "")
         + _list(notes)
     )
@@ -336,16 +282,16 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
         if code is not None and readout.drive_code is not None and not readout.high_current
         else ""
     )
-    return _table(INCOMING_HEAD, incoming_rows(bench), INCOMING_TITLE) + drive
+    return _table(numbers.INCOMING_HEAD, numbers.incoming_rows(bench), numbers.INCOMING_TITLE) + drive
 
 
 def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
-    whole = _table(["of the whole sensor, full load", ""], whole_rows(felt), "")
+    whole = _table(["of the whole sensor, full load", ""], numbers.whole_rows(felt), "")
     head, *rows = between.get("in_words", [()])  # of the map's own full scales, and rounded once
     units = _table(head, rows, between.get("errors_are", ""))
-    return _table(FELT_HEAD, felt_rows(felt), FELT_TITLE) + whole + units
+    return _table(numbers.FELT_HEAD, numbers.felt_rows(felt), numbers.FELT_TITLE) + whole + units
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
@@ -353,8 +299,16 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
-    pressed = _table(["", ""], compression_rows(estimates), PRESSED_TITLE)
-    return f"{figure}<p>{total}</p>" + _table(["gap", ""], gap_rows(estimates), GAPS_TITLE) + pressed
+    pressed = _table(["", ""], numbers.compression_rows(estimates), numbers.PRESSED_TITLE)
+    return f"{figure}<p>{total}</p>" + _table(["gap", ""], numbers.gap_rows(estimates), numbers.GAPS_TITLE) + pressed
+
+
+def _fit(checked: CheckedSpec) -> str:
+    return (
+        _table(measures.FIT_HEAD, measures.fit_rows(checked.fit), measures.FIT_TITLE)
+        + _table(measures.PARTS_HEAD, measures.part_rows(checked.fit), measures.PARTS_TITLE)
+        + _table(measures.CLOSING_HEAD, measures.closing_rows(checked.closing), measures.CLOSING_TITLE)
+    )
 
 
 def _unverified(spec: SensorSpec) -> str:
@@ -379,12 +333,6 @@ def _in_columns(body: str) -> str:
     return f"<div class='columns'>{body}</div>" if body else ""
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    """A table, its numbers to the right; nothing for one without rows."""
-    lines = [[str(cell) for cell in row] for row in rows]
-    return table(head, lines, number_columns(lines), caption)
-
-
 def _range(values: Iterable[float | None], unit: str) -> str:
     """The least and the largest of some values in one unit."""
     finite = [value for value in values if value is not None and math.isfinite(value)]
@@ -395,7 +343,3 @@ def _range(values: Iterable[float | None], unit: str) -> str:
         return low
     (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
     return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
-
-
-def _file_name(checked: CheckedSpec) -> str:
-    return checked.path.replace("\\", "/").rpartition("/")[2]

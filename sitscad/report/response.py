@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     Felt = Sequence[Performance] | None
 
-SHOWN = 60
-"""Points at most that the text shows."""
+SHOWN = 60  # Points at most that the text shows
 
 
 def response_text(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
@@ -53,22 +52,19 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
         held = ", ".join(_figure(value) for value in response.force[k])
     point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
     for c, name in enumerate(response.coils):
-        yield [*(point if c == 0 else [""] * len(point)), name, *_cells(response, k, c)]
+        counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
+        yield [
+            *(point if c == 0 else [""] * len(point)), name, quantity(float(response.inductance[k, c]), "H", 6),
+            quantity(float(response.resistance[k, c]), "ohm"), quantity(float(response.target_change[k, c, c]), "H"),
+            f"{100.0 * error:.2g} %", quantity(float(response.frequency[k, c]), "Hz", 7),
+            NONE if math.isnan(counts) else str(int(counts)),
+            quantity(float(response.parallel_resistance[k, c]), "ohm"),
+        ]
 
 
 def _figure(value: float) -> str:
     """Four digits; what a solver leaves of a zero (below a nanonewton, a picometre) is one."""
     return f"{round(float(value), 9) + 0.0:.4g}"
-
-
-def _cells(response: Response, k: int, c: int) -> list[str]:
-    counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
-    return [
-        quantity(float(response.inductance[k, c]), "H", 6), quantity(float(response.resistance[k, c]), "ohm"),
-        quantity(float(response.target_change[k, c, c]), "H"), f"{100.0 * error:.2g} %",
-        quantity(float(response.frequency[k, c]), "Hz", 7), NONE if math.isnan(counts) else str(int(counts)),
-        quantity(float(response.parallel_resistance[k, c]), "ohm"),
-    ]
 
 
 def _said(response: Response) -> Iterator[str]:
@@ -93,23 +89,21 @@ def response_json(path: str, response: Response, colour: bool = False, felt: Fel
 
 def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
-    # Columns of numbers by name
     from sitscad.estimates.response.values import POSE_NAMES
 
     coils = response.coils
-    found: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
     for name, value in response.arrays().items():
         if name == "pose":
-            found |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
+            columns |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
         elif value.ndim == 1:
-            found[name] = value
+            columns[name] = value
         elif name in ("force_N", "moment_Nm"):
-            found |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
+            columns |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
         elif value.ndim == 2:
-            found |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
+            columns |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
         else:
-            found |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
-    columns = found
+            columns |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     named = any(response.cases)
@@ -122,14 +116,12 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
 
 AXES = ("x", "y", "z")
 
-
 Shown = Callable[["str", "Response", bool, "Felt"], str]
 
 RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
 """How ``response`` can print: path as typed, response, colour or not, and what the sensor feels (csv: left out)."""
 
-RESPONSE_FILES = (".npz", ".csv", ".json")
-"""Endings of the files that it can write."""
+RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of the files that it can write
 
 
 def response_file(path: str, response: Response, ending: str, felt: Felt = None) -> bytes:

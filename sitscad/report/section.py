@@ -36,7 +36,7 @@ JAW_SHOWN = 0.6e-3
 
 
 @record
-class Slice:
+class SectionLayer:
     """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
 
     bottom: float
@@ -61,7 +61,6 @@ def section(spec: SensorSpec) -> str:
             break
         limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
         rows[i] = min(rows[i], limit)
-    rows = rows
     height = max(HEIGHT, rows[-1] + ROW) + 20.0
     sheet = Sheet("Section of the sensor", (WIDTH, height), unit="", decimals=2, ground=None, kind="section")
     for piece, row in zip(slices, rows, strict=True):
@@ -74,16 +73,16 @@ def section(spec: SensorSpec) -> str:
     return svg(sheet)
 
 
-def _slices(spec: SensorSpec) -> Iterator[Slice]:
-    above: list[Slice] = []
+def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
+    above: list[SectionLayer] = []
     for body in above_board(cell_specs(spec)[0]):
         label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
         colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
-        above.append(Slice(*body.heights, colour, label, 40.0))
+        above.append(SectionLayer(*body.heights, colour, label, 40.0))
     if spec.encapsulation is not None:
         label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
         top = top_height(spec)
-        above.append(Slice(top - film_thickness(spec), top, COLOURS["film"], label, 20.0))
+        above.append(SectionLayer(top - film_thickness(spec), top, COLOURS["film"], label, 20.0))
     yield from reversed(above)
     # The layers of the board from the top down
     depth, copper = 0.0, 0
@@ -92,7 +91,7 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
         name = f"copper {copper}" if layer.kind is LayerKind.COPPER else layer.kind.value
         made = f", {layer.material}" if layer.material not in ("", "copper") else ""
         label = f"{name}{made}, {show(layer.thickness, 'm')}"
-        yield Slice(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
+        yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
         depth += layer.thickness
     # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
     here = board_heights(spec)[0]
@@ -100,17 +99,16 @@ def _slices(spec: SensorSpec) -> Iterator[Slice]:
     if shield is not None and levels is not None:
         below = seat is not None and levels[0] - seat[0] > 1e-9
         what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]
-        yield Slice(levels[1], here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
+        yield SectionLayer(levels[1], here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
         label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
-        yield Slice(*levels, metal_colour(shield.material.name), label)
+        yield SectionLayer(*levels, metal_colour(shield.material.name), label)
         here = levels[0]
     if mount is None or seat is None:
         return
     face = seat[0]
     if here - face > 1e-9:
-        yield Slice(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
+        yield SectionLayer(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
     if mount.jaw is not None:
         shown = min(JAW_SHOWN, mount.jaw.height)
         label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
-        yield Slice(face - shown, face, metal_colour(mount.jaw.material.name), label)
-
+        yield SectionLayer(face - shown, face, metal_colour(mount.jaw.material.name), label)

@@ -96,9 +96,7 @@ class Body:
 
 
 def elastomer(spec: SensorSpec) -> Body | None:
-    """The soft pad on the board's top face, at its nominal size (the laser's kerf is the cut file's business); of cells
-    the first one's.
-    """
+    """The soft pad on the board's top face, at its nominal size; of cells the first one's."""
     pad = spec.elastomer
     if pad is None:
         return None
@@ -106,9 +104,7 @@ def elastomer(spec: SensorSpec) -> Body | None:
 
 
 def target(spec: SensorSpec) -> Body | None:
-    """The conducting plate on the elastomer at rest; on the board's top face where there is no elastomer; of cells the
-    first one's.
-    """
+    """The conducting plate on the elastomer at rest, or on the board's top face; of cells the first one's."""
     plate = spec.target
     if plate is None:
         return None
@@ -172,7 +168,6 @@ def seat_heights(spec: SensorSpec) -> Heights | None:
 
 def seat_spans(board_bottom: float, standoff: float, shield: Heights | None) -> list[Heights]:
     """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom.
-
     Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
     """
     metal = board_bottom - standoff
@@ -222,9 +217,7 @@ def shield_span(spec: SensorSpec) -> Heights | None:
 
 
 def metal_face(spec: SensorSpec) -> float | None:
-    """The height (m) of the face below the mount, every glue line above it counted; None without a mount. A mount is
-    glued into a jaw; a plate is screwed down and a cap clamped.
-    """
+    """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
     seat, sheet = seat_heights(spec), shield_heights(spec)
     if seat is None or spec.mount is None:
         return None

@@ -70,29 +70,6 @@ def total(lengths: Iterable[Toleranced]) -> Toleranced:
 
 
 @record
-class Reach:
-    """How far (m) a rounded corner reaches from an axis: nominal, by root-sum-square, and at worst."""
-
-    nominal: float
-    root_sum_square: float
-    worst: float
-
-
-def reach(y: Toleranced, z: Toleranced, rounding: Toleranced) -> Reach:
-    """How far the corner at (y, z), rounded about that point, reaches from the origin (m).
-
-    At worst it is the farthest corner of the box of all tolerances, which is exact where no cause moves it both ways;
-    by root-sum-square, the distance's derivatives by every cause are taken at nominal (first order).
-    """
-    distance = math.hypot(y.nominal, z.nominal)
-    cosine, sine = (y.nominal / distance, z.nominal / distance) if distance else (0.0, 1.0)
-    radius = distance + rounding.nominal
-    moved = y * cosine + z * sine + rounding
-    worst = math.hypot(abs(y.nominal) + y.spread, abs(z.nominal) + z.spread) + rounding.nominal + rounding.spread
-    return Reach(radius, radius + moved.root_sum_square, worst)
-
-
-@record
 class PrintLimit:
     """The least that a process makes of something (m), and where the figure comes from."""
 
@@ -102,13 +79,10 @@ class PrintLimit:
 
 @cache
 def print_limit(process: str, figure: str) -> PrintLimit:
-    """A process's limit: `figure` is wall, free_wall, hole, clearance, pin, groove or escape; raises KeyError where
-    there is no such row.
-    """
+    """A process's wall, free_wall, hole, clearance, pin, groove or escape; raises KeyError without such a row."""
     for row in rows("print_limits"):
         if (row["process"], row["figure"]) == (process, figure):
-            source = cited(row)
-            return PrintLimit(parse_quantity(row["value"], "length"), source)
+            return PrintLimit(parse_quantity(row["value"], "length"), cited(row))
     raise KeyError((process, figure))
 
 
@@ -117,7 +91,7 @@ GLUE = "glue under the "
 
 
 @record
-class Tolerance:
+class SizeTolerance:
     """Half the band (m) of a size, and where the figure comes from."""
 
     band: float
@@ -138,8 +112,7 @@ class Layer:
         return self.part.startswith(GLUE)
 
 
-_read = cache(rows)
-"""Tables by their name, read once: every size asks."""
+_read = cache(rows)  # Tables by their name, read once: every size asks
 
 Levels = dict[str, tuple[Toleranced, Toleranced]]
 
@@ -151,13 +124,13 @@ def column(layout: Layout) -> tuple[Layer, ...]:
         return ()
     jaw, assembly = mount.jaw, spec.assembly
     finished, written = finished_thickness(layout, Where.COIL), assembly.tolerance("board")
-    board = Tolerance(finished.maximum - finished.nominal, finished.source)
-    board = board if written is None else Tolerance(written, WRITTEN)
+    board = SizeTolerance(finished.maximum - finished.nominal, finished.source)
+    board = board if written is None else SizeTolerance(written, WRITTEN)
     stacked = [_layer("jaw", jaw.height, jaw_tolerance(spec, jaw.height))]
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
     for layer in (*_behind(spec, mount), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
         if assembly.glue_line:
-            glue = Tolerance(assembly.glue_tolerance, source)
+            glue = SizeTolerance(assembly.glue_tolerance, source)
             stacked.append(_layer(f"{GLUE}{layer.part}", assembly.glue_line, glue))
         stacked.append(layer)
     film, pad = film_thickness(spec), jaw.opposing_pad_thickness  # neither is glued
@@ -180,7 +153,6 @@ def levels(layers: tuple[Layer, ...]) -> Levels:
 
 def slack(layout: Layout) -> tuple[float, float]:
     """How far (m) a piece made to measure may stand aside, and above or below where the pieces alone would put it.
-
     About the closed pair's middle each layer counts half, whichever side of the piece it lies on.
     """
     layers = column(layout)
@@ -189,31 +161,36 @@ def slack(layout: Layout) -> tuple[float, float]:
     return 0.5 * size + placed, 0.5 * (total(layer.thickness for layer in layers).spread + glue)
 
 
-def placement(spec: SensorSpec) -> Tolerance:
+def placement(spec: SensorSpec) -> SizeTolerance:
     """How far a piece may be glued beside its place."""
     return _tolerance(spec, "placement", "placement", "by ledges", 0.0)
 
 
-def outline_tolerance(spec: SensorSpec) -> Tolerance:
+def outline_tolerance(spec: SensorSpec) -> SizeTolerance:
     """Of the board's length and width."""
     written, rules = spec.assembly.tolerance("outline"), spec.fpc.rules
     if written is not None:
-        return Tolerance(written, WRITTEN)
-    return Tolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
+        return SizeTolerance(written, WRITTEN)
+    return SizeTolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
 
 
-def mount_tolerance(spec: SensorSpec) -> Tolerance:
+def process_of(mount: Mount | None) -> str:
+    """How mount, jig and moulds are made; jig and moulds in resin where there is no mount."""
+    return mount.process if mount is not None else "resin"
+
+
+def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
     """Of each printed or milled piece."""
-    process = spec.mount.process if spec.mount is not None else "resin"
-    return _tolerance(spec, "mount", "mount", process, spec.mount.standoff if spec.mount is not None else 0.0)
+    size = spec.mount.standoff if spec.mount is not None else 0.0
+    return _tolerance(spec, "mount", "mount", process_of(spec.mount), size)
 
 
-def jaw_tolerance(spec: SensorSpec, size: float) -> Tolerance:
+def jaw_tolerance(spec: SensorSpec, size: float) -> SizeTolerance:
     """Of a jaw's size (m)."""
     return _tolerance(spec, "jaw", "jaw", "machined", size)
 
 
-def plate_tolerance(spec: SensorSpec, name: str, size: float) -> Tolerance:
+def plate_tolerance(spec: SensorSpec, name: str, size: float) -> SizeTolerance:
     """Of the sides of the elastomer or the target."""
     if name == "target":
         return _tolerance(spec, "target_size", "edge", "cut", size)
@@ -245,31 +222,31 @@ def _above(spec: SensorSpec) -> Iterator[Layer]:
         yield _layer("target", thickness, _tolerance(spec, "target", "sheet", "rolled", thickness))
 
 
-def _layer(part: str, thickness: float, tolerance: Tolerance) -> Layer:
+def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
     return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
 
 
-def _of_elastomer(spec: SensorSpec, written: str, row: str) -> Tolerance:
+def _of_elastomer(spec: SensorSpec, written: str, row: str) -> SizeTolerance:
     """The tolerance of the pad, one and the same as the electrical estimate's."""
     own = spec.assembly.tolerance(written)
     if own is not None:
-        return Tolerance(own, WRITTEN)
+        return SizeTolerance(own, WRITTEN)
     found = next(entry for entry in _read("tolerances") if entry["name"] == row)
-    return Tolerance(float(found["half_width"]), cited(found))
+    return SizeTolerance(float(found["half_width"]), cited(found))
 
 
-def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: float) -> Tolerance:
+def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: float) -> SizeTolerance:
     """What the spec writes, else what the process keeps at a size (m)."""
     own = spec.assembly.tolerance(written)
-    return Tolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
+    return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
 
 
-def process_tolerance(part: str, process: str, size: float) -> Tolerance:
+def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
     """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
     fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
     for row in fitting:
         if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:
             band, _, unit = row["tolerance"].partition(" ")
             share = 0.01 * float(band) * size if unit == "%" else parse_quantity(row["tolerance"], "length")
-            return Tolerance(share, cited(row))
+            return SizeTolerance(share, cited(row))
     raise KeyError((part, process))

@@ -20,7 +20,6 @@ from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
 from sitscad.scene.column import (
     Levels,
-    Reach,
     Toleranced,
     column,
     jaw_tolerance,
@@ -29,7 +28,6 @@ from sitscad.scene.column import (
     outline_tolerance,
     placement,
     plate_tolerance,
-    reach,
 )
 from sitscad.scene.jaws import (
     FILM_ROUNDING,
@@ -62,9 +60,18 @@ class Corner:
     rounding: Toleranced = Toleranced(0.0)
 
     @property
-    def reach(self) -> Reach:
-        """How far it reaches from the closed pair's axis (m)."""
-        return reach(self.y, self.z, self.rounding)
+    def reach(self) -> tuple[float, float, float]:
+        """How far it reaches from the closed pair's axis (m): nominal, by root-sum-square, and at worst. At worst it is
+        the farthest corner of the box of all tolerances, which is exact where no cause moves it both ways; by
+        root-sum-square, the distance's derivatives by every cause are taken at nominal (first order).
+        """
+        y, z, rounding = self.y, self.z, self.rounding
+        distance = math.hypot(y.nominal, z.nominal)
+        cosine, sine = (y.nominal / distance, z.nominal / distance) if distance else (0.0, 1.0)
+        radius = distance + rounding.nominal
+        moved = y * cosine + z * sine + rounding
+        worst = math.hypot(abs(y.nominal) + y.spread, abs(z.nominal) + z.spread) + rounding.nominal + rounding.spread
+        return radius, radius + moved.root_sum_square, worst
 
 
 @record
@@ -120,10 +127,9 @@ def passes_port(layout: Layout, spec: SensorSpec) -> bool:
 
 
 def closed_section(layout: Layout) -> ClosedSection | None:
-    """The closed pair from the spec's figures, with every glue line; None without a jaw.
-
-    Corners and the ends of rounded edges are the only points that can be farthest from the axis. Raises `PartsError`
-    where the shield does not fit.
+    """The closed pair from the spec's figures, with every glue line; None without a jaw. Corners and the ends of
+    rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not
+    fit.
     """
     jaw, span = fitted_jaw(layout), closed_span(layout)
     shield_that_fits(layout.spec)
@@ -132,11 +138,11 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     layers = column(layout)
     at = levels(layers)
     height = at["opposing-jaw"][1]
-    found = [(corner, corner.reach) for corner in _corners(layout, jaw, at, height * 0.5)]
-    corner, nominal = max(found, key=lambda entry: (entry[1].nominal, entry[0].part))
-    likely, worst = (max(getattr(r, name) for _, r in found) for name in ("root_sum_square", "worst"))
+    found = [(*corner.reach, corner.part) for corner in _corners(layout, jaw, at, height * 0.5)]
+    radius, _, _, part = max(found, key=lambda entry: (entry[0], entry[3]))
+    likely, worst = max(entry[1] for entry in found), max(entry[2] for entry in found)
     above = 0.5 * height.nominal - at["board"][1].nominal
-    return ClosedSection(height.nominal, above, nominal.nominal, corner.part, jaw.port_diameter / 2, likely, worst)
+    return ClosedSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
 
 
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
@@ -183,24 +189,18 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
         yield Corner(name, Toleranced(0.0), faces[back] - middle)
         for depth in (side, Toleranced(0.0)):
             yield Corner(name, half, faces[inner] + depth * inward - middle)
-    yield from _opposing_rims(layout, jaw, at, middle)
-    if rim(jaw) is not jaw:
-        tall = section(rim(jaw))
-        edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
-        for below in (0.0, tall.side):
-            yield Corner("jaw", edge, at["jaw"][1] + Toleranced(jaw.recess - below) - middle)
+    # Edges of the rims beside pad pockets
+    for name, pocket, recess, floor, inward in (
+        ("opposing jaw", jaw.opposing_pocket, jaw.opposing_recess, at["opposing-jaw"][0], -1.0),
+        ("jaw", jaw.pocket, jaw.recess, at["jaw"][1], 1.0),
+    ):
+        if pocket is not None and recess:
+            tall = section(replace(jaw, height=jaw.height + recess))
+            edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
+            for below in (0.0, tall.side):
+                yield Corner(name, edge, floor + Toleranced(inward * (recess - below)) - middle)
     yield from _seat_corners(layout, at, middle)
     yield from _sensor_corners(layout, at, middle)
-
-
-def _opposing_rims(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """Edges of the rims beside the other jaw's pad pocket; none without one."""
-    if jaw.opposing_pocket is None or not jaw.opposing_recess:
-        return
-    tall = section(replace(jaw, height=jaw.height + jaw.opposing_recess))
-    edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
-    for above in (0.0, tall.side):
-        yield Corner("opposing jaw", edge, at["opposing-jaw"][0] + Toleranced(above - jaw.opposing_recess) - middle)
 
 
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
@@ -232,7 +232,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(layout, "board")
     for level in at["board"]:
         yield Corner("board body", half, level - middle)
-    film = _film(at)
+    film = at["encapsulation"][1] - at["encapsulation"][0] if "encapsulation" in at else None
     if film is not None:
         yield Corner("encapsulation", half, at["board"][1] + film - middle)
     for body in above_board(spec):
@@ -240,29 +240,13 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
         aside = max(high - axis(layout).y, axis(layout).y - low)
         size = plate_tolerance(spec, body.name, high - low)
         across = Toleranced.of(aside, 0.5 * size.band, f"{body.name} across") + _placed(layout, body.name)
-        yield from _plate_corners(body.name, across, at, middle)
-
-
-def _plate_corners(part: str, across: Toleranced, at: Levels, middle: Toleranced) -> Iterator[Corner]:
-    """A plate's lower and upper edge, and the film's round it (rounded above, square below)."""
-    (lower, upper), film = at[part], _film(at)
-    for level in (lower, upper):
-        yield Corner(part, across, level - middle)
-    if film is None:
-        return
-    square = film * (1.0 - FILM_ROUNDING)
-    yield Corner("encapsulation", across + square, upper + square - middle, film * FILM_ROUNDING)
-    board = at["board"][1]
-    foot = lower - film
-    yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
-
-
-def _film(at: Levels) -> Toleranced | None:
-    """The film's thickness; None without one."""
-    if "encapsulation" not in at:
-        return None
-    lower, upper = at["encapsulation"]
-    return upper - lower
+        lower, upper = at[body.name]
+        for level in (lower, upper):
+            yield Corner(body.name, across, level - middle)
+        if film is not None:  # round the plate: rounded above, square below
+            square, foot, board = film * (1.0 - FILM_ROUNDING), lower - film, at["board"][1]
+            yield Corner("encapsulation", across + square, upper + square - middle, film * FILM_ROUNDING)
+            yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
 
 
 def _placed(layout: Layout, part: str) -> Toleranced:
@@ -295,9 +279,7 @@ def shaft(spec: SensorSpec) -> Shaft | None:
 
 
 def end_section(layout: Layout) -> tuple[float, float]:
-    """Width and thickness (m) of what of the tail lies behind the jaw, its end and the stiffener there included; zeros
-    where nothing does, or without a jaw.
-    """
+    """Width and thickness (m) of the tail behind the jaw, end and stiffener included; zeros without such, or a jaw."""
     jaw = fitted_jaw(layout)
     if jaw is None:
         return 0.0, 0.0
@@ -325,9 +307,8 @@ class PinGap:
 
 
 def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
-    """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw.
-
-    Raises `PartsError` where the shield does not fit into the standoff.
+    """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
+    `PartsError` where the shield does not fit into the standoff.
     """
     jaw, behind, pair = fitted_jaw(layout), shaft(layout.spec), closed_section(layout)
     closed = tail_path(layout)
@@ -344,10 +325,9 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
 
 
 def closing(layout: Layout) -> Closing | None:
-    """How the sensor's jaws close; None without a jaw. Raises `PartsError` where the shield does not fit.
-
-    Backs that lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the
-    sensor leaves of that is the tissue's.
+    """How the sensor's jaws close; None without a jaw. Raises `PartsError` where the shield does not fit. Backs that
+    lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the sensor
+    leaves of that is the tissue's.
     """
     jaw, pair = fitted_jaw(layout), closed_section(layout)
     if jaw is None or pair is None:

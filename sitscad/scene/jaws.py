@@ -23,9 +23,8 @@ class PartsError(ValueError):
 
 @record
 class JawSection:
-    """A jaw across its axis, face up at height 0: width of its face, height, radius of its back (m).
-
-    ``side`` is how far straight sides reach down from the face before the round back begins.
+    """A jaw across its axis, face up at height 0: width of its face, height, radius of its back (m). ``side`` is how
+    far straight sides reach down from the face before the round back begins.
     """
 
     face: float
@@ -79,9 +78,8 @@ def jaw_range(layout: Layout, fitted: Jaw) -> tuple[float, float]:
 
 
 def closed_span(layout: Layout) -> Heights | None:
-    """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw.
-
-    The hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
+    """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw. The
+    hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
     """
     jaw, seat = fitted_jaw(layout), seat_heights(layout.spec)
     if jaw is None or seat is None:
@@ -91,7 +89,6 @@ def closed_span(layout: Layout) -> Heights | None:
 
 def half_width(layout: Layout, z: float) -> float:
     """Half the width (m) of what lies below the board at height z: the body's, or what the closed pair's port leaves.
-
     Seat and shield are made to measure, so they are narrowed where a body's width would stand out of the port's circle,
     with glue and tolerances at their worst.
     """
@@ -117,8 +114,7 @@ def made_to_measure(layout: Layout, jaw: Jaw) -> float:
     return jaw.port_diameter / 2 - math.hypot(*slack(layout))
 
 
-POCKET_CLEARANCE = 0.1e-3
-"""Between a pad pocket's walls and what is glued into it, on each side (m)."""
+POCKET_CLEARANCE = 0.1e-3  # Between a pad pocket's walls and what is glued into it, on each side (m)
 
 
 def rim(jaw: Jaw) -> Jaw:

@@ -42,8 +42,7 @@ LOAD: Names = ("normal", "shear_x", "shear_y")
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
 """Whether a flat face keeps a loaded target level, or it tilts as it likes, in words."""
 
-USUAL_ROTATION = "free"
-"""Of a load that does not say. Data sheets, calibrations and load cases are of a level target."""
+USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
 
 LOAD_METHODS = ("law", "finite-elements")
 """How loads become poses: by the pad's law, or by finite elements, which take minutes."""
@@ -65,15 +64,13 @@ IN_HEADERS = {
 READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
 """What a column of measured readings ends in, as in the plan of `calibrate`: ``C1_counts``. It is passed over."""
 
-MOST = 2_000_000
-"""Points at most in one scan."""
+MOST = 2_000_000  # Points at most in one scan
 
 MOST_FORCE = 1e4
 TOO_MUCH = f"forces up to {MOST_FORCE / 1e3:g} kN can be asked for, as in a spec"
 """Newtons at most, and what is said of more."""
 
-LARGEST = 64_000_000
-"""Bytes at most of a CSV file."""
+LARGEST = 64_000_000  # Bytes at most of a CSV file
 
 
 class MotionError(ValueError):
@@ -119,8 +116,7 @@ def frequency_of(text: str) -> float:
     return value
 
 
-LOWEST, HIGHEST = 1e4, 1e8
-"""Frequencies (Hz) between which the models of losses are meant."""
+LOWEST, HIGHEST = 1e4, 1e8  # Frequencies (Hz) between which the models of losses are meant
 
 
 def read_motions(
@@ -128,7 +124,6 @@ def read_motions(
     load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
 ) -> Motions:
     """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
-
     Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
     """
     placed, pushed = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
@@ -227,9 +222,7 @@ def _range(name: str, text: str) -> Array:
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
-    """The rows of a CSV file (n, names), which of them have their rotation held, and what is passed over, in words;
-    MotionError with the row.
-    """
+    """A CSV file's rows (n, names), whether each is held, and what is passed over; MotionError with the row."""
     try:
         lines = table_text(name, LARGEST)
     except TableError as error:

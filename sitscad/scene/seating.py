@@ -1,34 +1,34 @@
-"""What places and holds the board on a grasper's pad: ledges beside it, a tongue under its tail, dovetail or pins.
-
-Worked out once for both tiers of the fit: `sitscad.scene.fit` takes the corners, `sitscad.parts.seat` builds.
+"""What places and holds the board: on a grasper's pad ledges beside it, a tongue under its tail, dovetail or pins; a
+bench plate from above, and where its screws stand, clear of board and tail, in it or in an adapter below it. Worked out
+once for both tiers of the fit: `sitscad.scene.fit` takes the corners, `sitscad.parts` builds.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
+from sitscad.geometry.convex import Box
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import board_heights, seat_spans
-from sitscad.scene.column import print_limit
+from sitscad.scene.bodies import above_board, board_heights, seat_spans
+from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
-from sitscad.spec.mount import Mount, Retention
+from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
 
 TIGHT = 0.15e-3
 """Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""
 
-STOP = 0.5e-3
-"""Thickness of a ledge (m) where the process makes it so thin."""
+STOP = 0.5e-3  # Thickness of a ledge (m) where the process makes it so thin
 
 LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
 """How far the tongue under the tail may reach behind the body, and the least that is worth the plastic (m)."""
 
-
-SAME = 1e-5
-"""Widths of the tail that differ by less (m) are the same: its arcs are taken as chords."""
+SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs are taken as chords
 
 
 @record
@@ -46,16 +46,12 @@ class Relief:
 
 def clearance(mount: Mount | None) -> float:
     """Between a printed piece and what goes into it, on each side (m)."""
-    return max(TIGHT, print_limit(_process(mount), "clearance").value)
+    return max(TIGHT, print_limit(process_of(mount), "clearance").value)
 
 
 def ledge(mount: Mount | None) -> float:
     """The thickness (m) of a ledge that stands free on one side."""
-    return max(STOP, print_limit(_process(mount), "free_wall").value)
-
-
-def _process(mount: Mount | None) -> str:
-    return mount.process if mount is not None else "resin"
+    return max(STOP, print_limit(process_of(mount), "free_wall").value)
 
 
 def stop_place(layout: Layout) -> tuple[float, float] | None:
@@ -90,8 +86,8 @@ def relief(layout: Layout) -> Relief | None:
     if jaw.pocket is not None and jaw.recess:
         middle = sum(jaw_range(layout, jaw)) / 2
         end = min(end, middle + jaw.pocket[0] / 2 - clearance(mount))
-    tail = _tail_across(layout, end)
-    if end - start < LEAST_RELIEF or tail is None:
+    tail = layout.reach_at(end)
+    if end - start < LEAST_RELIEF or tail[0] == tail[1]:
         return None
     wall = clearance(mount) + ledge(mount)
     low, high = layout.body[1], layout.body[3]
@@ -103,9 +99,7 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(layout: Layout, tail: tuple[float, float], start: float, end: float) -> float:
-    """From where on (m) the tail is no wider than it is at the end: the last place at which an edge of the board, its
-    taper too, stands beyond those sides.
-    """
+    """From where on (m) no edge of the board, its taper included, stands beyond the tail's sides at the end."""
     points = layout.outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):
@@ -129,23 +123,7 @@ def cap_end(layout: Layout) -> float | None:
 def _before_stiffener(layout: Layout) -> float:
     """Where a stiffener under the tail begins, less a little (m); endless without one."""
     plate = layout.stiffener
-    if plate is None:
-        return math.inf
-    return min(p.x for s in plate.outline.outline for p in (s.start, s.end)) - 0.3e-3
-
-
-def _tail_across(layout: Layout, end: float) -> tuple[float, float] | None:
-    """The tail's sides (m) at a place along the jaw, beyond the body; None where there is no tail."""
-    points = layout.outline.flattened(1e-5)
-    if max(point.x for point in points) < end:
-        return None
-    loop = [*points, points[0]]
-    crossings = [
-        a.y + (b.y - a.y) * (end - a.x) / (b.x - a.x)
-        for a, b in pairwise(loop)
-        if (a.x - end) * (b.x - end) <= 0.0 and a.x != b.x
-    ]
-    return (min(crossings), max(crossings)) if crossings else None
+    return math.inf if plate is None else bounding_box([plate.outline.outline])[0] - 0.3e-3
 
 
 def retention(layout: Layout) -> Retention | None:
@@ -159,11 +137,8 @@ def retention(layout: Layout) -> Retention | None:
 
 
 def joint_clearance(layout: Layout) -> float:
-    """Between tongue or pin and the jaw that is cut for it, on each side (m): the process's, and the glue line that
-    lifts the mount.
-    """
-    mount = layout.spec.mount
-    return print_limit(_process(mount), "clearance").value + layout.spec.assembly.glue_line
+    """Between tongue or pin and the jaw cut for it, on each side (m): the process's, and the glue line."""
+    return print_limit(process_of(layout.spec.mount), "clearance").value + layout.spec.assembly.glue_line
 
 
 def neck(found: Retention) -> float:
@@ -200,3 +175,100 @@ def pin_places(layout: Layout) -> tuple[tuple[float, float], ...]:
         return ()
     middle = axis(layout)
     return tuple((middle.x + side * found.spacing / 2, middle.y) for side in (-1.0, 1.0))
+
+
+BORDER = 6.0e-3  # Plastic round the board and what overhangs it, for the screws (m)
+
+INSET = 3.0e-3
+BESIDE_HEAD = 1.0e-3  # Between a screw's head and the board or what overhangs it (m)
+ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)
+
+
+@record
+class Screw:
+    """A screw with its nut: clearance hole, head, the nut's pocket across flats and its height (m)."""
+
+    hole: float
+    head: float
+    nut_across: float
+    nut_height: float
+
+
+CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
+"""M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
+
+
+def plate_plan(layout: Layout, film: float) -> Box:
+    """The plate's rectangle (m): all that it carries with the tail beside the screws, a border, and its own holes."""
+    x0, y0, x1, y1 = layout.body
+    near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
+    y0, y1 = min(y0, *near), max(y1, *near)
+    for body in above_board(layout.spec):
+        left, low, right, high = body.footprint.box
+        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
+    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(layout)
+    if pattern is not None:
+        ends += [(*hole.at, hole.head / 2 + ROUND_HOLE) for hole in _placed(layout, pattern)]
+    x0, y0 = min(x - room for x, _, room in ends), min(y - room for _, y, room in ends)
+    return x0, y0, max(x + room for x, _, room in ends), max(y + room for _, y, room in ends)
+
+
+def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
+    """The holes of an adapter: a pattern's that lie under board or tail; none where the plate has them itself."""
+    pattern = _pattern(layout)
+    return () if pattern is None or clear_pattern(layout) else _placed(layout, pattern)
+
+
+def corner_holes(plan: Box) -> tuple[Hole, ...]:
+    """Four holes in the corners of a plate; its border keeps them clear of board and tail."""
+    x0, y0, x1, y1 = plan[0] + INSET, plan[1] + INSET, plan[2] - INSET, plan[3] - INSET
+    centres = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    return tuple(Hole(centre, CORNER_SCREW.hole, CORNER_SCREW.head) for centre in centres)
+
+
+def _pattern(layout: Layout) -> HolePattern | None:
+    """The plate's pattern; None for screws in its own corners."""
+    mount = layout.spec.mount
+    found = mount.holes if mount is not None else None
+    return None if found is None or (found.grid is None and found.name == "corners-m2") else found
+
+
+def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
+    """The holes of a plate's pattern where all are clear of board, tail and what stands over it; else none: then four
+    stand in its corners.
+    """
+    pattern = _pattern(layout)
+    if pattern is None:
+        return ()
+    holes, boxes = _placed(layout, pattern), [box for box in _boxes(layout) if box[2] > box[0]]
+    for hole in holes:
+        room, (x, y) = hole.head / 2 + BESIDE_HEAD, hole.at
+        aside = (math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
+        if min(aside) < room - 1e-9:
+            return ()
+    return holes
+
+
+def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
+    """A pattern's holes in their places about the middle of the board's body."""
+    middle = axis(layout)
+    if pattern.grid is None:
+        return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
+    # how far apart the four are that a plate takes of a bench: the nearest that are clear of the board
+    kind, grid, boxes = pattern.holes[0], pattern.grid, list(_boxes(layout))
+    half = max(max(box[3] for box in boxes) - middle.y, middle.y - min(box[1] for box in boxes))
+    across = grid * math.ceil(2.0 * (half + kind.head / 2 + BESIDE_HEAD) / grid - 1e-9)
+    along = grid * max(1, math.ceil(layout.body_size[0] / grid - 1e-9))
+    return tuple(
+        Hole((middle.x + i * along / 2, middle.y + j * across / 2), kind.diameter, kind.head)
+        for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    )
+
+
+def _boxes(layout: Layout) -> Iterator[Box]:
+    """The body, the tail beside it and what stands on the board, from above."""
+    yield layout.body
+    near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
+    yield layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
+    for body in above_board(layout.spec):
+        yield body.footprint.box

@@ -1,9 +1,6 @@
-"""All pieces of a sensor in their places, from the jaw upwards.
-
-How much of the board lies on something: on the mount, on a shield, or on the metal itself. No CAD kernel is used.
-
-A seat is cut back to the port and to the pad pocket, and what is left of it may carry neither board nor elastomer.
-`sitscad.parts.clash` measures the same on the solids.
+"""All pieces of a sensor in their places, from the jaw upwards. How much of the board lies on something: on the mount,
+on a shield, or on the metal itself. No CAD kernel is used. A seat is cut back to the port and to the pad pocket, and
+what is left of it may carry neither board nor elastomer. `sitscad.parts.clash` measures the same on the solids.
 """
 
 from __future__ import annotations
@@ -11,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.geometry.convex import Footprint, within_box
+from sitscad.geometry.convex import Box, Footprint, within_box
 from sitscad.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
@@ -38,7 +35,7 @@ from sitscad.scene.jaws import (
     section,
     shield_that_fits,
 )
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Jaw
 from sitscad.units import in_mm
 
 
@@ -91,9 +88,7 @@ def has_round_body(layout: Layout) -> bool:
 
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
-    """The laser's sheets of elastomer, target and shield, of those that the spec has; as
-    `sitscad.layout.laser_sheet.laser_sheets` otherwise. Raises `PartsError` where the shield does not fit.
-    """
+    """The laser's sheets of elastomer, target and shield. Raises `PartsError` where the shield does not fit."""
     return laser_sheets(layout, shield_part(layout), stop)
 
 
@@ -144,10 +139,7 @@ def _jaws(layout: Layout) -> Iterator[Body]:
     yield Body(BodyRole.OPPOSING_JAW, face, pad, pad + jaw.height, name, jaw.material)
 
 
-Box = tuple[float, float, float, float]
-
-BODY = "board's body"
-"""What is pressed on where nothing lies on the board."""
+BODY = "board's body"  # What is pressed on where nothing lies on the board
 
 MOST_OF_IT, HALF_OF_IT = 0.9, 0.5
 """Shares of what is pressed on that have to be carried. What is missing to the first is a strip at the edges that
@@ -185,14 +177,10 @@ def pressed_on(layout: Layout) -> tuple[str, Path]:
 
 
 def support(layout: Layout) -> Support | None:
-    """How much of the board is carried; None where figures cannot say it: a mount or a jaw that is a STEP file.
-
-    Grooves and other hollows that glue fills count as support. Raises `PartsError` where the shield does not fit.
+    """How much of the board is carried; None where figures cannot say it: a mount or a jaw that is a STEP file. Grooves
+    and other hollows that glue fills count as support. Raises `PartsError` where the shield does not fit.
     """
-    mount = layout.spec.mount
-    if mount is None or mount.kind == "custom":
-        return None
-    found = _carriers(layout, mount)
+    found = _carriers(layout)
     if found is None:
         return None
     (name, path), body = pressed_on(layout), ground(layout)
@@ -201,8 +189,7 @@ def support(layout: Layout) -> Support | None:
 
 def width_under(layout: Layout) -> float | None:
     """How wide (m) what the board lies on is at the board's lower face; None as `support`, or where it is nothing."""
-    mount = layout.spec.mount
-    found = None if mount is None or mount.kind == "custom" else _carriers(layout, mount)
+    found = _carriers(layout)
     return None if found is None or found[0] is None else found[0][3] - found[0][1]
 
 
@@ -221,8 +208,11 @@ def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
     return within(carrier) - within((max(x0, a0), max(y0, b0), min(x1, a1), min(y1, b1)))
 
 
-def _carriers(layout: Layout, mount: Mount) -> tuple[Box | None, Box | None] | None:
+def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     """The box that the board's body can lie on and a window in it, from above; None where no figures say it."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind == "custom":
+        return None
     (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec)[0]
     sheet, jaw, closed = shield_that_fits(layout.spec), fitted_jaw(layout), closed_span(layout)
     spans = seat_spans(under, mount.standoff, sheet)

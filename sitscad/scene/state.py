@@ -50,22 +50,18 @@ class Pose:
 
 REST_POSE = Pose()
 
-
 FREE, REST, PRESSED = "free", "rest", "pressed"
 
 _WORDS = {FREE: "alone in free air", REST: "at rest", PRESSED: "pressed"}
 _TITLES = {FREE: "free (coil alone)", REST: "at rest (assembled)", PRESSED: "pressed (required force)"}
 
-NAMED = tuple(_TITLES)
-"""The states that every sensor of these parts has, in the order in which they are shown."""
+NAMED = tuple(_TITLES)  # The states that every sensor of these parts has, in the order in which they are shown
 
 
 @record
 class State:
     """One state by its name: where the target is, the force (N) that presses it there, and the temperature (degrees
-    Celsius) of all metal.
-
-    Without a pose there is nothing round the coil: neither target nor jaw nor neighbours.
+    Celsius) of all metal. Without a pose there is nothing round the coil: neither target nor jaw nor neighbours.
     """
 
     name: str

@@ -1,5 +1,4 @@
 """How the tail runs once the sensor is mounted: over the mount's edge, down to the jaw or the finger, past a hinge.
-
 Lengths count along the middle of the tail's thickness, which a bend neither stretches nor shortens.
 """
 
@@ -12,20 +11,14 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import board_heights, film_thickness, metal_face, seat_spans, shield_heights
 from sitscad.scene.jaws import fitted_jaw, jaw_range
-from sitscad.scene.plate import plate_plan
-from sitscad.scene.seating import LEAST_RELIEF, cap_end, relief
+from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.sensor import SensorSpec
 
-LEAST = 1e-6
-"""Drops and turns (m, rad) below this are none."""
+LEAST = 1e-6  # Drops and turns (m, rad) below this are none
 
-
-EDGE_ROUNDING = 0.4e-3
-"""Of an edge under a tail that is not bent over it, or whose fabricator states no radius (m)."""
-
-LEFT = 0.4
-"""Share of the plastic under the tail that is left upright below a round edge, at least."""
+EDGE_ROUNDING = 0.4e-3  # Of an edge under a tail that is not bent over it, or whose fabricator states no radius (m)
+LEFT = 0.4  # Share of the plastic under the tail that is left upright below a round edge, at least
 
 
 @record
@@ -85,7 +78,6 @@ class Station:
 @record
 class TailPath:
     """The tail's way: where its middle line begins, at the end of the board's body, and its stretches from there.
-
     ``radius`` is the inside radius (m) of its bends, None where it has none; ``reason`` says why it is drawn straight
     where it ought not to be.
     """
@@ -107,6 +99,14 @@ class TailPath:
             if length <= stretch.length:
                 return here.after(stretch, length)
             here, length = here.after(stretch), length - stretch.length
+        return here
+
+    @property
+    def last(self) -> Station:
+        """Where its last stretch begins."""
+        here = self.start
+        for stretch in self.stretches[:-1]:
+            here = here.after(stretch)
         return here
 
     def distance(self, x: float, z: float) -> float:
@@ -145,7 +145,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     parts = [Stretch(free - layout.body[2]), *down] if down else []
     if jaw is not None and jaw.hinge is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
-        here, pivot = _end(start, parts), jaw_range(layout, jaw)[1] + jaw.hinge
+        here, pivot = TailPath(start, (*parts, Stretch(0.0))).last, jaw_range(layout, jaw)[1] + jaw.hinge
         tangent = middle * math.tan(turned / 2)
         before = max(0.0, pivot - here.x - tangent)
         parts += [Stretch(before), Stretch(middle * turned, -turned)]
@@ -168,9 +168,7 @@ def _drop(layout: Layout) -> float | None:
 
 
 def _held_until(layout: Layout) -> float:
-    """How far along the tail (m) what carries the body lies under it, before its edge falls; the body's end where
-    nothing does.
-    """
+    """How far along the tail (m) what carries the body lies under it; the body's end where nothing does."""
     edge, tongue = lip(layout), relief(layout)
     if edge is not None:
         return edge.start
@@ -178,9 +176,7 @@ def _held_until(layout: Layout) -> float:
 
 
 def lip(layout: Layout) -> Lip | None:
-    """The round edge over which the tail leaves the seat's tongue or the cap; None where there is no such edge, no
-    radius is known, or a short tongue has no room for it.
-    """
+    """The round edge over which the tail leaves tongue or cap; None without one, a known radius or room for it."""
     mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec)
     if mount is None or not drop or radius is None:
         return None
@@ -208,9 +204,7 @@ def round_edge(spec: SensorSpec, end: float, depth: float, turn: float) -> Lip:
 
 
 def free_from(layout: Layout) -> float:
-    """From where on (m) the tail may be bent away from the coils: beyond the bench plate's round edge; the body's end
-    without a plate.
-    """
+    """From where on (m) the tail may be bent away from the coils: beyond a bench plate's edge, or the body's end."""
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
         return end
@@ -243,12 +237,6 @@ def _let_down(drop: float, radius: float) -> list[Stretch]:
     fall = drop - 2.0 * radius * (1.0 - math.cos(turn))
     steep = [Stretch(fall)] if fall > LEAST else []
     return [Stretch(radius * turn, -turn), *steep, Stretch(radius * turn, turn)]
-
-
-def _end(start: Station, parts: list[Stretch]) -> Station:
-    for part in parts:
-        start = start.after(part)
-    return start
 
 
 SAME = 1e-9
@@ -293,9 +281,7 @@ def own_bend(layout: Layout) -> Bend | None:
 
 
 def room_for_own(layout: Layout) -> tuple[float, float] | None:
-    """Between which x (m) the spec's own bend has room: straight tracks beyond the mount and its bends; None where no
-    tracks are straight.
-    """
+    """Between which x (m) of straight tracks, beyond the mount and its bends, the spec's own bend has room, or None."""
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
         return None
@@ -306,17 +292,11 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 
 def pivot_line(layout: Layout) -> float | None:
-    """The x (m) of the flat tail that comes to lie under the pivot of the jaw's hinge, the jaw centred under the
-    board's body; None without a hinge.
-    """
+    """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
     jaw, path = fitted_jaw(layout), tail_path(layout)
     if jaw is None or jaw.hinge is None:
         return None
     pivot = jaw_range(layout, jaw)[1] + jaw.hinge
     if path is None:
         return pivot
-    bent = path.stretches[:-1]
-    here = path.start
-    for stretch in bent:
-        here = here.after(stretch)
-    return pivot + math.fsum(stretch.length for stretch in bent) - (here.x - path.start.x)
+    return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last.x - path.start.x)

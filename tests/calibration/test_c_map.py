@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.calibration.forms import FORMS, Form
-from sitscad.calibration.making import gain, own_map, samples
+from sitscad.calibration.forms import FORMS, Form, gain, own_map, samples
 from sitscad.formats.calibration_header import header, program
 
 FLAGS = [

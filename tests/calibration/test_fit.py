@@ -14,7 +14,8 @@ import sitscad
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by
 from sitscad.calibration.forms import Form, Samples, fitted
-from sitscad.calibration.least_squares import NoFit, levenberg_marquardt, ridge
+from sitscad.calibration.inverse_map import ridge
+from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.plan import offered
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import units

@@ -12,8 +12,7 @@ from tolerance import approx
 
 import sitscad.calibration
 from sitscad.calibration.bench_data import BenchError, points_of, read_table
-from sitscad.calibration.least_squares import NoFit
-from sitscad.calibration.model_fit import fit_model
+from sitscad.calibration.model_fit import NoFit, fit_model
 from sitscad.calibration.refusals import require_possible, require_told, second_readings
 
 

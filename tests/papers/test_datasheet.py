@@ -23,7 +23,7 @@ from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.contents import drawn_calibration
 from sitscad.papers import PAPERS
-from sitscad.papers.datasheet import errors, from_unit_to_unit, notes, render, sensor, summary
+from sitscad.papers.datasheet import errors, notes, render, sensor, summary
 from sitscad.papers.datasheet_plots import BEYOND, BEYOND_LINES, FROM_UNIT_TO_UNIT, difference, figures
 from sitscad.units import show
 
@@ -266,7 +266,7 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
 def test_every_table_of_errors_says_of_which_loads(bench):
     """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
     found = foretell(bench.response, is_held=True)
-    assert from_unit_to_unit(found)[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
+    assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
     assert "at full load" in errors(bench.performance)[0][0]
 
 

@@ -17,7 +17,7 @@ from sitscad.papers import mounting
 from sitscad.parts import mesh
 from sitscad.parts.clash import clashes
 from sitscad.parts.mesh import TriangleMesh, manifold
-from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, Load, prove
+from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, PadLoad, prove
 from sitscad.parts.solid import Solid, box
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
@@ -95,7 +95,7 @@ def said(layout, pieces, loads=()):
 
 
 def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
-    gentle = (Load("1 N of press", Pose(z=-1e-5), 1e-5),)
+    gentle = (PadLoad("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
     document = mounting.document(prove(hinged, pieces, gentle))
     assert settles(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
@@ -137,8 +137,8 @@ def test_a_pushed_target_and_a_bulging_pad_meet_what_stands_beside_them(hinged, 
     block = box(edge, -1e-3, 0.1e-3, edge + 1e-4, 1e-3, target.max.Z * 1e-3)
     post = Solid("post", block, "steel", "#000000", BodyRole.MOUNT)
     around = tuple(s for s in pieces if s.role is not BodyRole.ENCAPSULATION)
-    near = Load("little", Pose(x=0.2e-3, z=-0.05e-3), 0.1e-3)
-    far = Load("much", Pose(x=0.4e-3, z=-0.05e-3), 0.5e-3)
+    near = PadLoad("little", Pose(x=0.2e-3, z=-0.05e-3), 0.1e-3)
+    far = PadLoad("much", Pose(x=0.4e-3, z=-0.05e-3), 0.5e-3)
     assert {(each.what, each.when) for each in said(hinged, (*around, post), (near, far))[0]} == {
         (TRAVEL, "much"),
         (BULGE, "much"),
@@ -242,6 +242,6 @@ def test_opened_jaws_and_loaded_pads_are_shown_as_they_are_then(hinged, pieces):
     assert red_of(opened)[0] > 0.0
     wall = Solid("wall", box(-5e-3, 2.2e-3, 0.1e-3, 5e-3, 2.3e-3, 0.4e-3), "steel", "#000000", BodyRole.MOUNT)
     around = (*(s for s in pieces if s.role is not BodyRole.ENCAPSULATION), wall)
-    much = Load("much", Pose(z=-0.05e-3), 0.5e-3)
+    much = PadLoad("much", Pose(z=-0.05e-3), 0.5e-3)
     (bulging,) = [c for c in clashes(hinged, around, prove(hinged, around, (much,)), (much,)) if "much" in c.words]
     assert "elastomer" in bulging.words and red_of(bulging)[0] > 0.0

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.column import Toleranced, column, levels, print_limit, process_tolerance, reach, slack, total
-from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, closed_section, fit, measures
+from sitscad.scene.column import Toleranced, column, levels, print_limit, process_tolerance, slack, total
+from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, Corner, closed_section, fit, measures
 from sitscad.scene.jaws import section
 from sitscad.spec.mount import PROCESSES, Assembly
 
@@ -31,12 +31,12 @@ def glued(layout, **assembly):
 def test_no_part_within_its_tolerances_reaches_beyond_the_worst_case(y, z, a, b, c, seed):
     across = Toleranced(y) + Toleranced.of(0.0, a, "a") + Toleranced.of(0.0, b, "b")
     up = Toleranced(z) + Toleranced.of(0.0, c, "c")
-    found = reach(across, up, Toleranced(0.0))
-    assert found.nominal <= found.root_sum_square <= found.worst + 1e-15
+    nominal, likely, worst = Corner("edge", across, up).reach
+    assert nominal <= likely <= worst + 1e-15
     chance = random.Random(seed)
     for signs in ([chance.choice((-1, 1)) for _ in range(3)] for _ in range(20)):
         there = math.hypot(y + signs[0] * a + signs[1] * b, z + signs[2] * c)
-        assert there <= found.worst + 1e-15
+        assert there <= worst + 1e-15
 
 
 @given(st.lists(st.tuples(lengths, bands), min_size=1, max_size=6))

@@ -30,10 +30,8 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.forms import Tried
-from sitscad.calibration.inverse_map import InverseMap
-from sitscad.calibration.least_squares import ridge
-from sitscad.calibration.making import chosen_form, drawn_map
+from sitscad.calibration.forms import Tried, chosen_form, drawn_map
+from sitscad.calibration.inverse_map import InverseMap, ridge
 from sitscad.calibration.plan import plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors

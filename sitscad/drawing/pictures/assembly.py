@@ -1,7 +1,6 @@
-"""The picture of the assembly: its solids drawn apart in parallel projection, and in section across the jaw.
-
-Drawn apart, from the bottom up, solids are in each other's way only as the upper one hides the lower: each has a depth
-buffer of its own (`rendered`).
+"""The picture of the assembly: its solids drawn apart in parallel projection, and in section across the jaw. Drawn
+apart, from the bottom up, solids are in each other's way only as the upper one hides the lower: each has a depth buffer
+of its own (`rendered`).
 """
 
 from __future__ import annotations
@@ -26,14 +25,11 @@ from sitscad.spec.sensor import SensorSpec
 CHORD, TURN = 0.02, 0.5  # mm, rad: a picture's mesh
 AZIMUTH, ELEVATION = math.radians(28.0), math.radians(32.0)  # the viewer stands towards +x and -y, above
 INK = "#22303c"
-TRANSLUCENT = 0.6
-"""Opacity of the film, through which the pieces below it are seen."""
+TRANSLUCENT = 0.6  # Opacity of the film, through which the pieces below it are seen
 
 
 def exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: float) -> tuple[float, float]:
-    """Draw the solids apart along z, as large as fits into width and height (pixels), downwards from y = 0; what the
-    drawing takes of both.
-    """
+    """Draw the solids apart along z, fitted into width and height (pixels) from y = 0 down; what it takes of both."""
     meshes = [
         (solid, Coloured(mesh.vertices, mesh.triangles, solid.colour)) for solid, mesh in _lifted(_trimmed(solids))
     ]
@@ -80,8 +76,7 @@ def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, Trian
 
 
 FAINT, OTHER = "#7f8c8d", "#eef1f3"
-ROW, LETTERS = 21.0, 13.0
-"""Pixels between two labels, and the height of their letters."""
+ROW, LETTERS = 21.0, 13.0  # Pixels between two labels, and the height of their letters
 AREA = Pen(0.6, INK, round_corners=False, round_ends=False)
 LEADER = Pen(0.6, FAINT, round_corners=False, round_ends=False)
 PORT = Pen(1.2, INK, (6.0, 4.0), round_ends=False)
@@ -107,9 +102,7 @@ def _outlines(polygons: Polygons, place: Place) -> list[Path]:
 
 
 def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
-    """The solid's polygons (y, z in mm) in the plane through the middle of the array, or of a cell in the middle,
-    across the jaw.
-    """
+    """The solid's polygons (y, z; mm) in the plane across the jaw through the middle, or through a cell there."""
     cells = cell_placements(spec)
     centres = [placement.centre[0] for placement in cells[len(cells) // 2]]
     middle = 1e3 * math.fsum(centres) / len(centres) + 1e-4
@@ -142,8 +135,9 @@ def _labels(
         levels = [point[1] for polygon in polygons for point in polygon]
         low, high = min(levels), max(levels)
         # A layer's thickness in millimetres: its height, except for the film, which goes round the pad
-        thick = spec.encapsulation.thickness * 1e3 if _is_film(solid) and spec.encapsulation else high - low
-        level = high - thick / 2 if _is_film(solid) else (low + high) / 2
+        is_film = solid.role is BodyRole.ENCAPSULATION
+        thick = spec.encapsulation.thickness * 1e3 if is_film and spec.encapsulation else high - low
+        level = high - thick / 2 if is_film else (low + high) / 2
         # The largest y at which a horizontal line at a height crosses the polygons
         ends = []
         for ring in polygons:
@@ -165,12 +159,7 @@ def _labels(
     return 0.0, min(0.0, above), x + 7.2 * max(len(row[2]) for row in rows), max(height, below)
 
 
-def _is_film(solid: Solid) -> bool:
-    return solid.role is BodyRole.ENCAPSULATION
-
-
-GAP, MARGIN = 40.0, 14.0
-"""Pixels between the two drawings, and round them."""
+GAP, MARGIN = 40.0, 14.0  # Pixels between the two drawings, and round them
 
 
 def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:

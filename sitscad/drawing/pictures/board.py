@@ -19,12 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.arrays import Array
 from sitscad.drawing.frame import CHAIN, View
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
-from sitscad.layout.board import Coil, Layout, Pad
+from sitscad.layout.board import Coil, Layout
 from sitscad.scene.tail_path import bends
 from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
@@ -32,7 +32,6 @@ from sitscad.units import show
 
 def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
     """The closed outline (m) that a coil's outer copper edges lie on, about its centre and turned as it is drawn.
-
     Corners are as round as the pen that draws them leaves the copper: half a track's width and the corner's own radius.
     """
     unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
@@ -40,9 +39,8 @@ def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
 
 
 def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]:
-    """(x0, y0, x1, y1) in metres of a coil's outer copper edges on the board.
-
-    They are the outline's, but for a rounded corner at which a layer begins: that one is left sharp.
+    """(x0, y0, x1, y1) in metres of a coil's outer copper edges on the board. They are the outline's, but for a rounded
+    corner at which a layer begins: that one is left sharp.
     """
     outline, half = bounding_box([coil_outline(spec, coil)]), spec.trace_width / 2
     if not spec.corner_radius:
@@ -69,8 +67,7 @@ TAKEN = "#dfd3ad"
 """What the bend takes of the tail."""
 TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#444444"
 TOP_DASHES, BOTTOM_DASHES, BEND_DASHES = "8 4", "2 5", "14 4 3 4 3 4"
-WIDTH = 1200.0
-"""Width of a picture in pixels."""
+WIDTH = 1200.0  # Width of a picture in pixels
 ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
 """Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
 
@@ -87,8 +84,7 @@ class Mark(NamedTuple):
 MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
 """The colours of marks."""
 
-Sign = Callable[[Sheet, float, float], None]
-"""Draws a key's sign on a sheet, its upper left corner at (x, y)."""
+Sign = Callable[[Sheet, float, float], None]  # Draws a key's sign on a sheet, its upper left corner at (x, y)
 
 
 def colour(layer: int) -> str:
@@ -258,12 +254,9 @@ def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> 
             for drop in (drop for drop in layout.teardrops if drop.layer == layer and drop.net == net):
                 sheet.draw(view.path(drop.outline), None, colour(layer))
     for pad in (pad for pad in layout.all_pads if pad.layer == layer):
-        sheet.draw(_box(view, pad), flat(1.0, colour(layer)), CONTACT, name=f"{name}-pad-{pad.reference}-{pad.number}")
-
-
-def _box(view: View, pad: Pad) -> Path:
-    (w, h), (x, y) = pad.size, pad.centre
-    return view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
+        (w, h), (x, y) = pad.size, pad.centre
+        box = view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
+        sheet.draw(box, flat(1.0, colour(layer)), CONTACT, name=f"{name}-pad-{pad.reference}-{pad.number}")
 
 
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
@@ -297,7 +290,15 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
 def _marks(sheet: Sheet, marks: list[Mark], view: View, name: str) -> None:
     """A ring at each place, with its text beside it; places that would hide one another share a ring."""
     taken: list[tuple[float, float, float]] = []
-    for group in _shared(marks, view):
+    groups: list[list[Mark]] = []
+    for mark in marks:
+        here = Point(view.x(mark.x), view.y(mark.y))
+        near = (g for g in groups if here.distance(Point(view.x(g[0].x), view.y(g[0].y))) < 26.0)
+        if (shared := next(near, None)) is not None:
+            shared.append(mark)
+        else:
+            groups.append([mark])
+    for group in groups:
         kind = next(kind for kind in MARKS if any(mark.kind == kind for mark in group))
         x, y, text = view.x(group[0].x), view.y(group[0].y), ", ".join(mark.text for mark in group)
         wide = 12.0 * len(text)
@@ -315,21 +316,7 @@ def _marks(sheet: Sheet, marks: list[Mark], view: View, name: str) -> None:
             sheet.text(left, low, text, 22.0, colour=MARKS[kind], halo=5.0, bold=True)
 
 
-def _shared(marks: list[Mark], view: View) -> list[list[Mark]]:
-    groups: list[list[Mark]] = []
-    for mark in marks:
-        here = Point(view.x(mark.x), view.y(mark.y))
-        near = (g for g in groups if here.distance(Point(view.x(g[0].x), view.y(g[0].y))) < 26.0)
-        group = next(near, None)
-        if group is None:
-            groups.append([mark])
-        else:
-            group.append(mark)
-    return groups
-
-
-COLUMNS = 96
-"""Width of a picture in letters."""
+COLUMNS = 96  # Width of a picture in letters
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 """The bit of every dot of a braille letter, by row and column (Unicode, chapter 21.1)."""
@@ -351,7 +338,11 @@ def dot_picture(layout: Layout, marks: Iterable[Mark] = (), columns: int = COLUM
     x, y = np.rint((places[:, 0] - x0) / step), np.rint((y1 - places[:, 1]) / step)
     inside = (x >= 0) & (x < 2 * columns) & (y >= 0) & (y < 4 * rows)
     drawn[y[inside].astype(int), x[inside].astype(int)] = True
-    lines = [list(line) for line in _letters(drawn)]
+    codes = np.full((rows, columns), 0x2800)
+    for line, bits in enumerate(_DOTS):
+        for column, bit in enumerate(bits):
+            codes += bit * drawn[line::4, column::2]
+    lines = [list(map(chr, line)) for line in codes]
     for mark in marks:
         # Put a word over the picture, wholly inside it; a place outside is left out
         column = int((mark.x - x0) / step) // 2
@@ -371,12 +362,3 @@ def _along(corners: Points, step: float) -> Points:
     way = np.concatenate([[0.0], np.cumsum(lengths)])
     at = np.linspace(0.0, way[-1], max(2, math.ceil(way[-1] / step) + 1))
     return np.column_stack([np.interp(at, way, corners[:, axis]) for axis in (0, 1)])
-
-
-def _letters(drawn: Flags) -> list[str]:
-    """Rows of braille letters for a raster whose sides are multiples of 4 and 2."""
-    codes = np.full((drawn.shape[0] // 4, drawn.shape[1] // 2), 0x2800)
-    for row, bits in enumerate(_DOTS):
-        for column, bit in enumerate(bits):
-            codes += bit * drawn[row::4, column::2]
-    return ["".join(map(chr, line)) for line in codes]

@@ -18,22 +18,18 @@ from numpy.typing import NDArray
 from sitscad.arrays import Array, Flags
 from sitscad.drawing.sheet import Group, Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, closed_polygon, polyline
+from sitscad.geometry.path import Point, closed_polygon, polyline
 from sitscad.parts.clash import ACROSS, RED, Clash, Shown
 from sitscad.record import record
 
 Indices = NDArray[np.int64]
 
 LIGHT = np.array((0.35, -0.55, 0.76))
-SHADES = 8
-"""Steps between the darkest and the brightest face."""
+SHADES = 8  # Steps between the darkest and the brightest face
 DARKEST = 0.55
-FINE = 4
-"""Points of the raster on one unit of the sheet."""
-CREASE = 0.85
-"""Neighbouring faces whose normals' product is below this meet at an edge that is drawn."""
-STAIR = 1.5
-"""How far (points of the raster) a slanted outline may run from the stairs that it stands for."""
+FINE = 4  # Points of the raster on one unit of the sheet
+CREASE = 0.85  # Neighbouring faces whose normals' product is below this meet at an edge that is drawn
+STAIR = 1.5  # How far (points of the raster) a slanted outline may run from the stairs that it stands for
 INK = Pen(0.6, "#22303c")
 
 Corner = tuple[int, int]
@@ -85,9 +81,7 @@ def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: t
 def rendered(
     sheet: Sheet, meshes: Sequence[Coloured], view: View, size: tuple[float, float], opacity: float = 1.0
 ) -> None:
-    """Draw meshes on a sheet, from (0, 0) to the right and downwards, no farther than `size`; less than opaque, what is
-    drawn before is seen through them.
-    """
+    """Draw meshes on a sheet from (0, 0) right and down within `size`; not opaque, earlier ones show through."""
     wide, high = (int(np.ceil(side * FINE)) for side in size)
     # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none
     depth = np.full((high, wide), -np.inf)
@@ -99,7 +93,11 @@ def rendered(
             corners = mesh.triangles[index]
             _fill(depth, seen, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
-    seen, corner = _cropped(seen)
+    # the part of the raster that shows anything, and where its left upper corner lies
+    rows, columns = (np.flatnonzero((seen >= 0).any(axis=axis)) for axis in (1, 0))
+    corner = (int(columns[0]), int(rows[0])) if rows.size else (0, 0)
+    if rows.size:
+        seen = seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
     colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
     corners = _junctions(colours)
@@ -107,7 +105,8 @@ def rendered(
         outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
         fill = f"#{colour:06x}"
         pen = Pen(0.4, fill) if opacity == 1.0 else None
-        sheet.draw([_path(loop, corner) for loop in outlines if len(loop) > 2], pen, fill, opacity=opacity)
+        areas = [closed_polygon([_point(each, corner) for each in loop]) for loop in outlines if len(loop) > 2]
+        sheet.draw(areas, pen, fill, opacity=opacity)
     surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
     # Every line between two surfaces once, simplified
     corners = _junctions(surfaces)
@@ -119,14 +118,6 @@ def rendered(
     edges = list(found)
     if edges:
         sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], INK)
-
-
-def _cropped(seen: Indices) -> tuple[Indices, Corner]:
-    """The part of a raster that shows anything, and where its left upper corner lies."""
-    rows, columns = (np.flatnonzero((seen >= 0).any(axis=axis)) for axis in (1, 0))
-    if not rows.size:
-        return seen, (0, 0)
-    return seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], (int(columns[0]), int(rows[0]))
 
 
 def _fill(depth: Array, seen: Indices, flat: Array, deep: Array, index: int) -> None:
@@ -232,9 +223,7 @@ def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
 
 
 def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
-    """A closed loop cut at the corners where areas meet; one that has none at its least corner and the one farthest
-    from that.
-    """
+    """A closed loop cut at corners where areas meet, else at its least corner and the one farthest from that."""
     cuts = [i for i, corner in enumerate(loop) if corner in corners]
     if len(cuts) < 2:
         here = cuts[0] if cuts else loop.index(min(loop))
@@ -270,23 +259,14 @@ def _point(each: Corner, corner: Corner) -> Point:
     return Point((each[0] + corner[0]) / FINE, -(each[1] + corner[1]) / FINE)
 
 
-def _path(loop: list[Corner], corner: Corner) -> Path:
-    return closed_polygon([_point(each, corner) for each in loop])
-
-
-SIZE = 420.0, 330.0
-"""Of one picture (pixels)."""
+SIZE = 420.0, 330.0  # Of one picture (pixels)
 MARGIN, TITLE, LETTERS, SWATCH = 14.0, 44.0, 13.0, 17.0
-HEAD, LINE = 17.0, 17.0
-"""Height of the title's letters, and between the lines above a picture."""
-LEAST_AXIS = 40.0
-"""Pixels that the axes of a picture are long, at least."""
-PALE = 0.62
-"""How far the colours of pieces that do not clash are drawn towards white."""
+HEAD, LINE = 17.0, 17.0  # Height of the title's letters, and between the lines above a picture
+LEAST_AXIS = 40.0  # Pixels that the axes of a picture are long, at least
+PALE = 0.62  # How far the colours of pieces that do not clash are drawn towards white
 CAMERAS = {True: (math.radians(62.0), math.radians(24.0)), False: (math.radians(18.0), math.radians(22.0))}
 """Angles of the viewer, of a cut across the jaw and of one along it."""
-NAMES = 190.0
-"""Pixels beside a picture for the names of its colours."""
+NAMES = 190.0  # Pixels beside a picture for the names of its colours
 PORT = Pen(2.0, "#22303c", (7.0, 4.0), round_ends=False)
 
 
@@ -355,4 +335,3 @@ def _colour(shown: Shown) -> str:
         return shown.colour
     parts = (int(shown.colour[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(value + (255 - value) * PALE):02x}" for value in parts)
-

@@ -22,8 +22,7 @@ from sitscad.estimates.uncertainty import CAPACITOR, Tolerance, sigmas, toleranc
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.bodies import lines_below_target
-from sitscad.scene.column import WRITTEN, placement, plate_tolerance
-from sitscad.scene.column import Tolerance as Band
+from sitscad.scene.column import WRITTEN, SizeTolerance, placement, plate_tolerance
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 
@@ -70,7 +69,8 @@ def _places(spec: SensorSpec) -> list[Scatter]:
     found = [_even(name, placed.band, "m", placed) for name in (OFFSET_X, OFFSET_Y)]
     found.append(_even(YAW, 2.0 * placed.band / across, "rad", placed, f"of both ends, {1e3 * across:.3g} mm apart: "))
     if assembly.glue_tolerance:
-        glue = Band(assembly.glue_tolerance, WRITTEN if assembly.adhesive is None else assembly.adhesive.source)
+        source = WRITTEN if assembly.adhesive is None else assembly.adhesive.source
+        glue = SizeTolerance(assembly.glue_tolerance, source)
         lines = lines_below_target(spec)
         band = math.sqrt(lines) * glue.band
         found.append(_even(GLUE, band, "m", glue, f"{lines} line{'s' if lines > 1 else ''}: "))
@@ -115,7 +115,7 @@ def _electrical(spec: SensorSpec, estimates: Estimates) -> list[Scatter]:
     return found
 
 
-def _even(name: str, band: float, unit: str, tolerance: Band, how: str = "") -> Scatter:
+def _even(name: str, band: float, unit: str, tolerance: SizeTolerance, how: str = "") -> Scatter:
     seen = not is_unverified(tolerance.source)
     return Scatter(name, band / math.sqrt(3.0), unit, UNIT, how + tolerance.source, seen)
 

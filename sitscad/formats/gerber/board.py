@@ -37,9 +37,8 @@ def render(layout: Layout) -> dict[str, bytes]:
 
 
 def render_drills(layout: Layout) -> dict[str, bytes]:
-    """The drill files by their paths in the package; none where the layout has no hole.
-
-    The tools' diameters are the finished holes'.
+    """The drill files by their paths in the package; none where the layout has no hole. The tools' diameters are the
+    finished holes'.
     """
     return {
         file.path: drill_text(

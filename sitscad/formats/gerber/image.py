@@ -40,11 +40,8 @@ from sitscad.layout.board import Layout, Pad, Trace, Via
 from sitscad.record import record
 from sitscad.units import in_mm
 
-PROFILE_WIDTH = 50e-6
-"""Width (m) of the line that draws the outline; its middle is the board's edge."""
-
-FLAT = 1.0
-"""An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre."""
+PROFILE_WIDTH = 50e-6  # Width (m) of the line that draws the outline; its middle is the board's edge
+FLAT = 1.0  # An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre
 
 Grid = tuple[int, int]
 
@@ -84,11 +81,8 @@ def document(
 
 # Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
 
-CONTACTS = "J1"
-"""What the contacts of the tail are called; other pads are a capacitor's."""
-
-NO_NET = "N/C"
-"""What X2 calls the net of a pad that is on none."""
+CONTACTS = "J1"  # What the contacts of the tail are called; other pads are a capacitor's
+NO_NET = "N/C"  # What X2 calls the net of a pad that is on none
 
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]
@@ -156,10 +150,11 @@ def regions(areas: Iterable[Region]) -> Iterator[str]:
     yield "%TD*%"
 
 
-def profile(outline: Path) -> Iterator[str]:
-    """The outline as one thin line."""
-    yield from ("%TA.AperFunction,Profile*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
-    yield from stroke(outline)
+def profile(*paths: Path, function: str = "Profile") -> Iterator[str]:
+    """The outline, or other paths of another aperture function, as thin lines."""
+    yield from (f"%TA.AperFunction,{function}*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
+    for path in paths:
+        yield from stroke(path)
 
 
 # Strokes: a path as plot commands. A closed path ends on the very grid point where it began.
@@ -185,14 +180,13 @@ def stroke(path: Path) -> Iterator[str]:
 
 def _plotted(segment: Segment, here: Grid, there: Grid) -> tuple[str, str]:
     """The mode (G01, G02, G03) and the centre's offset from the start for one segment between two grid points."""
-    if not isinstance(segment, Arc) or _bow(segment) < FLAT * UNIT:
+    if not isinstance(segment, Arc):
+        return "G01", ""
+    bow = segment.radius * (1.0 - math.cos(min(math.pi, abs(segment.sweep) / 2)))
+    if bow < FLAT * UNIT:
         return "G01", ""
     x, y = centre_on_grid(segment.centre, here, there)
     return ("G03" if segment.ccw else "G02"), f"I{x - here[0]}J{y - here[1]}"
-
-
-def _bow(arc: Arc) -> float:
-    return arc.radius * (1.0 - math.cos(min(math.pi, abs(arc.sweep) / 2)))
 
 
 def _halves(segment: Segment) -> tuple[Segment, ...]:
@@ -211,15 +205,11 @@ def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
     moved onto the chord's perpendicular bisector, then the best of its 25 grid neighbours is taken; what remains is a
     fraction of a nanometre, far below what readers of arcs object to.
     """
-    x, y = _onto_bisector(centre.x / UNIT, centre.y / UNIT, start, end)
+    x, y, ux, uy = centre.x / UNIT, centre.y / UNIT, end[0] - start[0], end[1] - start[1]
+    along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
+    x, y = x - along * ux, y - along * uy
     near = [(round(x) + i, round(y) + j) for i in range(-2, 3) for j in range(-2, 3)]
     return min(near, key=lambda c: (abs(math.dist(c, start) - math.dist(c, end)) + 0.05 * math.dist(c, (x, y)), c))
-
-
-def _onto_bisector(x: float, y: float, start: Grid, end: Grid) -> tuple[float, float]:
-    ux, uy = end[0] - start[0], end[1] - start[1]
-    along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
-    return x - along * ux, y - along * uy
 
 
 def grid(point: Point) -> Grid:
@@ -262,10 +252,7 @@ class Image:
 
 
 def image_of(text: bytes) -> Image:
-    """The image of one of sitscad's own files.
-
-    Raises ValueError for a file that does not have their form.
-    """
+    """The image of one of sitscad's own files. Raises ValueError for a file that does not have their form."""
     lines = text.decode("ascii").splitlines()
     if "G75*" not in lines or lines[-1] != "M02*":
         raise ValueError("a Gerber file of another form cannot be repeated")
@@ -300,31 +287,22 @@ def drill_text(
     title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
 ) -> bytes:
     """A drill file: ``function`` is its X2 file function, ``use`` what the holes are for (``ViaDrill``)."""
-    return ("\n".join(_lines(title, function, attributes, holes, use)) + "\n").encode("ascii")
-
-
-def _lines(
-    title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
-) -> Iterator[str]:
     plating, *_, kind = function.split(",")
     tools = tools_of(holes)
-    yield from ("M48", f"; {title}, tool sizes are finished holes")
-    for attribute in (*attributes, (".FileFunction", function)):
-        yield f"; #@! TF{','.join(attribute)}"
-    yield from ("METRIC", ";TYPE=PLATED" if plating == "Plated" else ";TYPE=NON_PLATED")
+    lines = ["M48", f"; {title}, tool sizes are finished holes"]
+    lines += [f"; #@! TF{','.join(attribute)}" for attribute in (*attributes, (".FileFunction", function))]
+    lines += ["METRIC", ";TYPE=PLATED" if plating == "Plated" else ";TYPE=NON_PLATED"]
     for code, (diameter, _) in enumerate(tools, 1):
-        yield from (f"; #@! TA.AperFunction,{plating},{kind},{use}", f"T{code}C{millimetres(diameter, 3)}")
-    yield from ("%", "G05")
+        lines += [f"; #@! TA.AperFunction,{plating},{kind},{use}", f"T{code}C{millimetres(diameter, 3)}"]
+    lines += ["%", "G05"]
     for code, (_, drilled) in enumerate(tools, 1):
-        yield f"T{code}"
-        yield from (f"X{millimetres(hole.x)}Y{millimetres(hole.y)}" for hole in drilled)
-    yield "M30"
+        lines += [f"T{code}", *(f"X{millimetres(hole.x)}Y{millimetres(hole.y)}" for hole in drilled)]
+    return ("\n".join([*lines, "M30"]) + "\n").encode("ascii")
 
 
 PEN = 0.05e-3
 TEXT_PEN = 0.1e-3
-LINE = 2.0e-3
-"""From line to line of the table (m)."""
+LINE = 2.0e-3  # From line to line of the table (m)
 TEXT_HEIGHT = 1.0e-3
 
 

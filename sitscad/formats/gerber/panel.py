@@ -28,7 +28,6 @@ from sitscad.fabrication.files import (
     tools,
 )
 from sitscad.formats.gerber.image import (
-    PROFILE_WIDTH,
     Image,
     document,
     drill_text,
@@ -52,9 +51,8 @@ TEXT_PEN = 0.2e-3
 
 
 def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The panel's files by their paths in the package; none where there is no panel.
-
-    ``files`` are the board's own files: their images are repeated as they are.
+    """The panel's files by their paths in the package; none where there is no panel. ``files`` are the board's own
+    files: their images are repeated as they are.
     """
     if panel is None:
         return {}
@@ -71,7 +69,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
         made |= _file(layout, file, repeated(images))
     made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
-    made |= _file(layout, cut_file(layout), _cuts(panel.cuts))
+    made |= _file(layout, cut_file(layout), profile(*panel.cuts, function="CutOut"))
     return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
 
 
@@ -82,9 +80,7 @@ def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[st
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
-    """Where beside the boards there are the layers that tails are without: coupons have coils on all of them, and rails
-    a fiducial on the lowest; none for another file.
-    """
+    """Where, beside the boards, the layers are that tails are without: coupons, and fiducials on the lowest."""
     layout, coupon = panel.layout, panel.coupon
     if file not in body_files(layout):
         return []
@@ -129,12 +125,6 @@ def _name(panel: Panel) -> Iterator[Path]:
     return strokes(text, Point(x, (panel.rail - TEXT_HEIGHT) / 2), TEXT_HEIGHT)
 
 
-def _cuts(cuts: tuple[Path, ...]) -> Iterator[str]:
-    yield from ("%TA.AperFunction,CutOut*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
-    for cut in cuts:
-        yield from stroke(cut)
-
-
 def _drills(panel: Panel) -> dict[str, bytes]:
     """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
     layout = panel.layout
@@ -160,9 +150,8 @@ def _drills(panel: Panel) -> dict[str, bytes]:
 
 
 def _places(panel: Panel) -> bytes:
-    """Where everything is, for programs: millimetres, from the panel's lower left corner.
-
-    The ends of bridges count from the origin of the copy that they hold.
+    """Where everything is, for programs: millimetres, from the panel's lower left corner. The ends of bridges count
+    from the origin of the copy that they hold.
     """
 
     def points(found: tuple[Point, ...]) -> list[list[float]]:

@@ -1,7 +1,6 @@
-"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the board in the middle of the sheet.
-
-The layout's origin is KiCad's origin for drill and place files (and of its grid), so that plots made from that origin
-fall on the package's own Gerber files.
+"""The ``.kicad_pcb`` of a layout: x as in the layout, y negated, the board in the middle of the sheet. The layout's
+origin is KiCad's origin for drill and place files (and of its grid), so that plots made from that origin fall on the
+package's own Gerber files.
 """
 
 from __future__ import annotations

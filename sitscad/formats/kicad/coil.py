@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from sitscad.formats.kicad.library import ALONE, courtyard, property_text
 from sitscad.formats.kicad.sexpr import copper_names, curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
@@ -22,11 +23,8 @@ from sitscad.layout.clearance import Hole, hole_keep_out
 from sitscad.record import record
 from sitscad.units import show
 
-MARGIN = 0.25e-3
-"""From the outermost copper to the courtyard (m)."""
-
-SAME = 0.5e-6
-"""Curves that stay this near to one another (m) are the same."""
+MARGIN = 0.25e-3  # From the outermost copper to the courtyard (m)
+SAME = 0.5e-6  # Curves that stay this near to one another (m) are the same
 
 _OUTER = ("F.Cu", "B.Cu")
 _DIRECTIONS = (0, 20, -20, 40, -40, 60, -60)
@@ -69,19 +67,19 @@ class _Footprint:
     def text(self) -> str:
         pads = list(self._pads())
         tied = ", ".join(str(1 + i) for i in range(len(pads)))
-        _, low, _, high = self.box
-        return (
-            node(
-                f"footprint {quoted(f'coil-{self.coil.name}')}", "(version 20241229)", '(generator "sitscad")',
-                '(layer "F.Cu")', self._property("Reference", "REF**", -high - 1e-3),
-                self._property("Value", f"{self.layout.spec.name} {self.coil.name}", -low + 1e-3),
-                f"(descr {quoted(self._description(len(pads)))})", '(tags "coil inductor net-tie")',
-                "(attr exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)",
-                f"(net_tie_pad_groups {quoted(tied)})", *self._turns(), self._courtyard(), *pads, self._keep_out(),
-                "(embedded_fonts no)",
-            )
-            + "\n"
+        x0, y0, x1, y1 = self.box
+        name, above, below = f"{self.layout.spec.name} {self.coil.name}", round((-y1 - 1e-3) * 1e9), -y0 + 1e-3
+        text = node(
+            f"footprint {quoted(f'coil-{self.coil.name}')}", *ALONE,
+            property_text("Reference", "REF**", (0, above), self.owner),
+            property_text("Value", name, (0, round(below * 1e9)), self.owner),
+            f"(descr {quoted(self._description(len(pads)))})", '(tags "coil inductor net-tie")',
+            "(attr exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)",
+            f"(net_tie_pad_groups {quoted(tied)})", *self._turns(),
+            courtyard(grid(Point(x0, y1)), grid(Point(x1, y0)), self.owner, 0), *pads, self._keep_out(),
+            "(embedded_fonts no)",
         )
+        return text + "\n"
 
     def _description(self, pads: int) -> str:
         """What a coil's footprint says of itself."""
@@ -110,19 +108,15 @@ class _Footprint:
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
     def _end(self, at: Point, layer: int, taken: Sequence[Hole]) -> _End:
-        """Where an end of the winding gets its pad, by a hole where it lies inside the board; ValueError where none
-        fits.
-        """
+        """Where an end of the winding gets its pad, by a hole inside the board; ValueError where none fits."""
         if self.names[layer - 1] in _OUTER:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):
             hole = Hole(way, self.layout.spec.fpc.rules.via_pad, self.layout.spec.fpc.rules.via_drill)
             if self._is_free(hole, taken):
-                return _End(way, layer, hole.pad, hole, self._track(at, way, layer))
+                width, net = self.layout.spec.coil.trace_width, self.coil.net
+                return _End(way, layer, hole.pad, hole, Trace(polyline([at, way]), width, layer, net, Role.STUB))
         raise ValueError(f"no room for a hole beside coil {self.coil.name}, which ends on {self.names[layer - 1]}")
-
-    def _track(self, at: Point, way: Point, layer: int) -> Trace:
-        return Trace(polyline([at, way]), self.layout.spec.coil.trace_width, layer, self.coil.net, Role.STUB)
 
     def _ways_out(self, at: Point) -> Iterator[Point]:
         """Places for a hole, near ones first, in a fan away from the coil's centre."""
@@ -160,7 +154,10 @@ class _Footprint:
         for i, trace in enumerate(self.turns):
             stroke = f"(stroke (width {length(trace.width)}) (type solid))"
             reach = 1.2 * (trace.width + self.layout.spec.fpc.rules.trace_spacing)
-            for j, segment in enumerate(drawn(_with_long_ends(trace.path, reach))):
+            # KiCad lets graphics touch a pad of the net tie, but not come near it: the piece that touches it must be
+            # long enough for the next one to keep its distance
+            long_ends = _with_long_start(_with_long_start(trace.path, reach).reversed(), reach).reversed()
+            for j, segment in enumerate(drawn(long_ends)):
                 kind, points = curve(segment, self.origin)
                 layer = quoted(self.names[trace.layer - 1])
                 yield f"(fp_{kind} {points} {stroke} (layer {layer}) {identity(*self.owner, 'turn', i, j)})"
@@ -218,12 +215,6 @@ class _Footprint:
             for kind, points in (curve(segment, at) for segment in drawn(stub.path))
         ]
 
-    def _courtyard(self) -> str:
-        x0, y0, x1, y1 = self.box
-        start, end = xy("start", grid(Point(x0, y1))), xy("end", grid(Point(x1, y0)))
-        pen = "(stroke (width 0.05) (type solid)) (fill no)"
-        return f'(fp_rect {start} {end} {pen} (layer "F.CrtYd") {identity(*self.owner, "courtyard")})'
-
     def _keep_out(self) -> str:
         """No poured copper over the coil on any layer; tracks, vias and pads stay the user's own decision."""
         x0, y0, x1, y1 = self.box
@@ -236,19 +227,11 @@ class _Footprint:
             f"(polygon (pts {corners}))",
         )
 
-    def _property(self, name: str, text: str, height: float) -> str:
-        font = "(effects (font (size 1 1) (thickness 0.15)))"
-        place = f"(at 0 {length(height)} 0)"
-        return node(
-            f"property {quoted(name)} {quoted(text)}", place, '(layer "F.Fab")', identity(*self.owner, name), font
-        )
-
 
 def _form(hole: Hole, strokes: list[str]) -> tuple[str, ...]:
-    """A ring's form on one layer: round, or round with the tracks that end at it.
-
-    KiCad draws the round of a composed form with corners up to 5 um inside it, and then finds the ring too narrow; so
-    that round is written as a polygon about it, with corners 0.3 um outside.
+    """A ring's form on one layer: round, or round with the tracks that end at it. KiCad draws the round of a composed
+    form with corners up to 5 um inside it, and then finds the ring too narrow; so that round is written as a polygon
+    about it, with corners 0.3 um outside.
     """
     if not strokes:
         return "(shape circle)", f"(size {length(hole.pad)} {length(hole.pad)})"
@@ -259,15 +242,6 @@ def _form(hole: Hole, strokes: list[str]) -> tuple[str, ...]:
         "(shape custom)", f"(size {length(hole.drill)} {length(hole.drill)})", "(options (anchor circle))",
         node("primitives", ring, *strokes),
     )
-
-
-def _with_long_ends(path: Path, reach: float) -> Path:
-    """The path with its short arcs at both ends joined to one of `reach` (m) each, where that is the same curve.
-
-    KiCad lets graphics touch a pad of the net tie, but not come near it: the piece that touches it must be long enough
-    for the next one to keep its distance.
-    """
-    return _with_long_start(_with_long_start(path, reach).reversed(), reach).reversed()
 
 
 def _with_long_start(path: Path, reach: float) -> Path:

@@ -23,6 +23,7 @@ FOOTPRINT_NAME = "contacts"
 
 _FONT = "(effects (font (size 1 1) (thickness 0.15)))"
 _COURTYARD_MARGIN = 250_000
+ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # what a footprint in a file of its own has
 
 # One coverlay window over all contacts of an edge connector is how such tails are made (there is no web between
 # contacts at 0.5 mm pitch); KiCad takes a window over two nets for an error unless the footprint says that it is meant.
@@ -32,14 +33,19 @@ _ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermas
 
 def anchor(layout: Layout) -> Grid:
     """Where the footprint stands: the middle of its pads."""
-    corners = [corner for pad in layout.pads for corner in _corners(pad)]
-    xs, ys = [x for x, _ in corners], [y for _, y in corners]
-    return (min(xs) + max(xs)) // 2, (min(ys) + max(ys)) // 2
+    low, high = extent(layout.pads)
+    return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
 
 
 def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[Region, ...]:
     """The coverlay openings that lie over any of the pads: they belong to the footprint."""
-    return tuple(o for o in openings if any(_overlaps(o.outline, pad) for pad in pads))
+
+    def overlaps(outline: Path, pad: Pad) -> bool:
+        x0, y0, x1, y1 = bounding_box([outline])
+        (x, y), (width, height) = pad.centre, pad.size
+        return x0 < x + width / 2 and x1 > x - width / 2 and y0 < y + height / 2 and y1 > y - height / 2
+
+    return tuple(o for o in openings if any(overlaps(o.outline, pad) for pad in pads))
 
 
 def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
@@ -53,18 +59,14 @@ def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str
 
 def library_footprint(layout: Layout) -> str:
     """The same footprint as a ``.kicad_mod`` file of the project's library."""
-    head = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'
-    return node(f"footprint {quoted(FOOTPRINT_NAME)}", *head, *_body(layout, "REF**", None)) + "\n"
+    return node(f"footprint {quoted(FOOTPRINT_NAME)}", *ALONE, *_body(layout, "REF**", None)) + "\n"
 
 
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
     """What stands in the footprint of the contacts: texts, openings, pads."""
     place, owner = anchor(layout), (layout.spec.name, "board" if nets is not None else "library")
-    low, high = extent(layout.pads)
-    low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
     tail = layout.spec.fpc.tail
     value = tail.connector.name if tail else "solder pads"
-    above, below = low[1] - _COURTYARD_MARGIN - 1_000_000, high[1] + _COURTYARD_MARGIN + 1_000_000
     # The openings of both masks beside the contacts' own
     rows = []
     for layer, openings, number in (
@@ -73,12 +75,26 @@ def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> lis
         pads = [pad for pad in layout.pads if pad.layer == number]
         for i, region in enumerate(contact_openings(openings, pads)):
             rows.append(filled("fp", region, layer, place, (*owner, layer, i)))
-    rows = [
-        property_text("Reference", reference, (0, above), owner), property_text("Value", value, (0, below), owner),
-        f"(descr {quoted(f'{len(layout.pads)} contacts of {layout.spec.name}, {value}')})", _ATTRIBUTES, *rows,
-        courtyard(low, high, owner), *(pad_text(pad, layout, place, nets, owner) for pad in layout.pads),
+    words = f"{len(layout.pads)} contacts of {layout.spec.name}, {value}"
+    texts = [pad_text(pad, layout, place, nets, owner) for pad in layout.pads]
+    above = _COURTYARD_MARGIN + 1_000_000
+    return _around(layout.pads, place, owner, (reference, value, words), [_ATTRIBUTES, *rows], texts, above)
+
+
+def _around(
+    pads: Sequence[Pad], place: Grid, owner: tuple[str, ...], words: tuple[str, str, str], before: Sequence[str],
+    texts: Sequence[str], above: int = 1_000_000, margin: int = _COURTYARD_MARGIN,
+) -> list[str]:
+    """What stands in a footprint: reference and value beyond its pads (by `above`, nm), description (all `words`),
+    attributes and openings `before` the courtyard, and the pads' `texts`.
+    """
+    low, high = extent(pads)
+    low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
+    return [
+        property_text("Reference", words[0], (0, low[1] - above), owner),
+        property_text("Value", words[1], (0, high[1] + above), owner), f"(descr {quoted(words[2])})", *before,
+        courtyard(low, high, owner, margin), *texts, "(embedded_fonts no)",
     ]
-    return [*rows, "(embedded_fonts no)"]
 
 
 def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str:
@@ -88,9 +104,8 @@ def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str
 
 
 def filled(prefix: str, region: Region, layer: str, place: Grid, names: tuple[object, ...]) -> str:
-    """A filled polygon without a pen (``gr_poly``, ``fp_poly``) on a layer.
-
-    Raises ValueError for a region with holes, which KiCad's polygons cannot have.
+    """A filled polygon without a pen (``gr_poly``, ``fp_poly``) on a layer. Raises ValueError for a region with holes,
+    which KiCad's polygons cannot have.
     """
     if region.holes:
         raise ValueError(f"an opening with {len(region.holes)} holes cannot be drawn as a KiCad polygon")
@@ -122,59 +137,30 @@ def pad_text(
     return f"({head}{net}{pin} {identity(*owner, 'pad', pad.number)})"
 
 
-def _corners(pad: Pad) -> tuple[Grid, Grid]:
-    x, y = grid(pad.centre)
-    half = round(pad.size[0] * 5e8), round(pad.size[1] * 5e8)
-    return (x - half[0], y - half[1]), (x + half[0], y + half[1])
-
-
 def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
     """The corners of the smallest rectangle round some pads."""
-    corners = [corner for pad in pads for corner in _corners(pad)]
-    xs, ys = [x for x, _ in corners], [y for _, y in corners]
-    return (min(xs), min(ys)), (max(xs), max(ys))
+    sides = [(*grid(pad.centre), round(pad.size[0] * 5e8), round(pad.size[1] * 5e8)) for pad in pads]
+    low = min(x - half for x, _, half, _ in sides), min(y - half for _, y, _, half in sides)
+    return low, (max(x + half for x, _, half, _ in sides), max(y + half for _, y, _, half in sides))
 
 
-def _overlaps(outline: Path, pad: Pad) -> bool:
-    x0, y0, x1, y1 = bounding_box([outline])
-    half_x, half_y = pad.size[0] / 2, pad.size[1] / 2
-    return (
-        x0 < pad.centre.x + half_x
-        and x1 > pad.centre.x - half_x
-        and y0 < pad.centre.y + half_y
-        and y1 > pad.centre.y - half_y
-    )
+_CHIP_COURTYARD = 150_000  # As in KiCad's own footprints of chips (nm)
 
-
-_CHIP_COURTYARD = 150_000
-"""As in KiCad's own footprints of chips (nm)."""
-
-
-MODELS = "${KICAD9_3DMODEL_DIR}"
-"""KiCad 9's own variable for the folder of its 3-D models."""
-
-
-def footprint_name(capacitor: Capacitor) -> str:
-    """What the library calls the land pattern."""
-    return f"capacitor-{capacitor.package}"
+MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its 3-D models
 
 
 def capacitor_footprints(layout: Layout) -> dict[str, str]:
     """The library's footprints of capacitors by their names."""
-    first = layout.capacitors[:1]
-    head = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'
-    return {
-        footprint_name(each): node(f"footprint {quoted(footprint_name(each))}", *head, *_chip_body(layout, each, None))
-        + "\n"
-        for each in first
-    }
+    named = {f"capacitor-{each.package}": each for each in layout.capacitors[:1]}
+    return {name: node(f"footprint {quoted(name)}", *ALONE, *_chip_body(layout, each, None)) + "\n"
+            for name, each in named.items()}
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
     """The footprints as they stand on the board; `sheet` is the sheet's corner."""
     for each in layout.capacitors:
         yield node(
-            f"footprint {quoted(f'{layout.spec.name}:{footprint_name(each)}')}", '(layer "F.Cu")',
+            f"footprint {quoted(f'{layout.spec.name}:capacitor-{each.package}')}", '(layer "F.Cu")',
             identity(layout.spec.name, each.reference), xy("at", grid(each.centre), sheet),
             *_chip_body(layout, each, nets),
         )
@@ -184,53 +170,32 @@ def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | N
     """What stands in a capacitor's footprint: texts, openings, pads, model."""
     place = grid(capacitor.centre)
     owner = (layout.spec.name, capacitor.reference if nets is not None else "library capacitor")
-    reference = capacitor.reference if nets is not None else "REF**"
-    low, high = extent(capacitor.pads)
-    low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
-    return [
-        property_text("Reference", reference, (0, low[1] - 1_000_000), owner),
-        property_text("Value", capacitor.package, (0, high[1] + 1_000_000), owner),
-        f"(descr {quoted(f'tank capacitor, {capacitor.package}, C0G')})",
-        "(attr smd)",
-        *(
-            filled("fp", region, "F.Mask", place, (*owner, "opening", i))
-            for i, region in enumerate(
-                [region for region in layout.top_openings if any(_is_over(region, pad) for pad in capacitor.pads)]
-            )
-        ),
-        courtyard(low, high, owner, _CHIP_COURTYARD),
-        *(pad_text(pad, layout, place, nets, owner, "smd") for pad in capacitor.pads),
-        "(embedded_fonts no)",
-        *_model(layout, capacitor),
+    boxes = [(region, bounding_box([region.outline])) for region in layout.top_openings]
+    over = [
+        region for region, (x0, y0, x1, y1) in boxes
+        if any(x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1 for pad in capacitor.pads)
     ]
-
-
-def _model(layout: Layout, capacitor: Capacitor) -> list[str]:
-    """KiCad's own solid of the chip, which lies along x there, turned along the line of the pads."""
+    openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
+    reference = capacitor.reference if nets is not None else "REF**"
+    words = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
+    pads = [pad_text(pad, layout, place, nets, owner, "smd") for pad in capacitor.pads]
+    body = _around(capacitor.pads, place, owner, words, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
     chip = layout.spec.readout.chip
     if chip is None or not chip.model:
-        return []
+        return body
+    # KiCad's own solid of the chip, which lies along x there, turned along the line of the pads
     one, other = (pad.centre for pad in capacitor.pads)
     turned = 90 if abs(one.y - other.y) > abs(one.x - other.x) else 0
     moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
-    return [node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
+    return [*body, node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
 
 
-def _is_over(region: Region, pad: Pad) -> bool:
-    x0, y0, x1, y1 = bounding_box([region.outline])
-    return x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1
-
-
-FORMAT = 20241209
-"""Of KiCad 9's symbol libraries; later versions read it."""
+FORMAT = 20241209  # Of KiCad 9's symbol libraries; later versions read it
 
 GRID = 2.54
-LEFT, RIGHT = -10.16, 7.62
-"""The sides of the sensor's box (mm); its pins end on the left one."""
-AXIS = 2.54
-"""Where the coils stand in the box (mm)."""
-BOW = 1.27
-"""Diameter of one of the four bows that a coil is drawn with (mm)."""
+LEFT, RIGHT = -10.16, 7.62  # The sides of the sensor's box (mm); its pins end on the left one
+AXIS = 2.54  # Where the coils stand in the box (mm)
+BOW = 1.27  # Diameter of one of the four bows that a coil is drawn with (mm)
 
 _HIDDEN = "(effects (font (size 1.27 1.27)) (hide yes))"
 _KEYWORDS = "LDC inductive sensor coil"
@@ -244,11 +209,11 @@ def symbol_library(layout: Layout) -> str:
     return node("kicad_symbol_lib", *head, *symbols) + "\n"
 
 
-def library_table(name: str) -> str:
-    """The project's table of symbol libraries, which names this one."""
-    uri = quoted(f"${{KIPRJMOD}}/{name}.kicad_sym")
-    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The sensor {name} and its coils"))'
-    return f"(sym_lib_table\n  (version 7)\n  {row}\n)\n"
+def library_table(kind: str, name: str, file: str, words: str) -> str:
+    """A project's table of libraries of symbols (``sym``) or footprints (``fp``), which names one."""
+    uri = quoted(f"${{KIPRJMOD}}/{file}")
+    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "{words}"))'
+    return f"({kind}_lib_table\n  (version 7)\n  {row}\n)\n"
 
 
 def _sensor(layout: Layout) -> str:
@@ -340,7 +305,9 @@ def _symbol(
     hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}
     return node(
         f"symbol {quoted(name)}",
-        *_pin_names(reference == "L"),
+        # names inside the box; a coil's pins show neither name nor number, as those of any inductor
+        *(["(pin_numbers (hide yes))"] if reference == "L" else []),
+        f"(pin_names (offset 0.508){' (hide yes)' if reference == 'L' else ''})",
         "(exclude_from_sim no)",
         "(in_bom no)",
         "(on_board yes)",
@@ -353,13 +320,6 @@ def _symbol(
         node(f"symbol {quoted(f'{name}_1_1')}", *pins),
         "(embedded_fonts no)",
     )
-
-
-def _pin_names(is_coil: bool) -> Iterator[str]:
-    """Names inside the box; a coil's pins show neither name nor number, as those of any inductor."""
-    if is_coil:
-        yield "(pin_numbers (hide yes))"
-    yield f"(pin_names (offset 0.508){' (hide yes)' if is_coil else ''})"
 
 
 def _pen(width: float) -> str:

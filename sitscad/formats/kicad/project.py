@@ -16,7 +16,7 @@ from sitscad.formats.kicad.library import (
     library_table,
     symbol_library,
 )
-from sitscad.formats.kicad.sexpr import length, quoted
+from sitscad.formats.kicad.sexpr import length
 from sitscad.layout.board import Layout
 
 
@@ -36,16 +36,11 @@ def render(layout: Layout) -> dict[str, bytes]:
     library |= capacitor_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
     if library:
-        files["kicad/fp-lib-table"] = _library_table(name)
+        words = f"The contacts and coils of {name}", f"The sensor {name} and its coils"
+        files["kicad/fp-lib-table"] = library_table("fp", name, f"{name}.pretty", words[0])
         files[f"kicad/{name}.kicad_sym"] = symbol_library(layout)
-        files["kicad/sym-lib-table"] = library_table(name)
+        files["kicad/sym-lib-table"] = library_table("sym", name, f"{name}.kicad_sym", words[1])
     return {path: text.encode("utf-8") for path, text in files.items()}
-
-
-def _library_table(name: str) -> str:
-    uri = quoted(f"${{KIPRJMOD}}/{name}.pretty")
-    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "The contacts and coils of {name}"))'
-    return f"(fp_lib_table\n  (version 7)\n  {row}\n)\n"
 
 
 NET_CLASS = "Coil"
@@ -77,10 +72,9 @@ def _mm(metres: float) -> float:
 
 
 def board_rules(layout: Layout) -> dict[str, Any]:
-    """The board setup's minima.
-
-    They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance and hole to hole 0.25 mm) in
-    being the rules that the spec names: a flexible circuit is made finer than the rigid board that KiCad assumes.
+    """The board setup's minima. They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance
+    and hole to hole 0.25 mm) in being the rules that the spec names: a flexible circuit is made finer than the rigid
+    board that KiCad assumes.
     """
     rules = layout.spec.fpc.rules
     return {
@@ -145,17 +139,17 @@ def project(layout: Layout) -> str:
 
 
 def custom_rules(layout: Layout) -> str:
-    """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints.
-
-    KiCad does not measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own
-    checks and its reading back of the Gerber files do that.
+    """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints. KiCad does not
+    measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own checks and its
+    reading back of the Gerber files do that.
     """
     rules = layout.spec.fpc.rules
     lines = [
         "(version 1)", f"# Design rules {rules.name}" + (f", seen {rules.checked_on}" if rules.checked_on else ""),
-        *([f"# Source: {_one_line(rules.source)}"] if rules.source else []),
+        *([f"# Source: {' '.join(rules.source.split())}"] if rules.source else []),
         "# The gap between the turns of one coil is not checked by KiCad (one net); sitscad checks it.",
     ]
+    in_coils = rules.coil_trace_width if rules.binds("coil_trace_width") else None
     for title, constraint, limit, field in (
         ("trace width", "track_width", rules.trace_width, "trace_width"),
         ("trace spacing", "clearance", rules.trace_spacing, "trace_spacing"),
@@ -165,20 +159,10 @@ def custom_rules(layout: Layout) -> str:
         ("hole to hole", "hole_to_hole", rules.hole_to_hole, "hole_to_hole"),
         ("drill to copper", "hole_clearance", rules.drill_to_copper, "drill_to_copper"),
         ("copper to edge", "edge_clearance", rules.copper_to_edge, "copper_to_edge"),
+        *([] if in_coils is None else [("trace width in coils", "track_width", in_coils, "coil_trace_width")]),
     ):
-        lines += _rule(title, constraint, limit, rules.sources.get(field, ""))
-    if rules.binds("coil_trace_width") and rules.coil_trace_width is not None:
-        source, condition = rules.sources.get("coil_trace_width", ""), "A.memberOfGroup('* winding')"
-        lines += _rule("trace width in coils", "track_width", rules.coil_trace_width, source, condition)
+        source = " ".join(rules.sources.get(field, "").split())
+        lines += ["", *([f"# {source}"] if source else []), f'(rule "{title}"']
+        lines += ["\t(condition \"A.memberOfGroup('* winding')\")"] if field == "coil_trace_width" else []
+        lines += [f"\t(constraint {constraint} (min {length(limit)}mm)))"]
     return "\n".join(lines) + "\n"
-
-
-def _rule(title: str, constraint: str, limit: float, source: str, condition: str = "") -> list[str]:
-    lines = ["", *([f"# {_one_line(source)}"] if source else []), f'(rule "{title}"']
-    if condition:
-        lines.append(f'\t(condition "{condition}")')
-    return [*lines, f"\t(constraint {constraint} (min {length(limit)}mm)))"]
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())

@@ -20,8 +20,7 @@ from sitscad.record import record
 from sitscad.units import decimal, show
 
 STEP = 2.54
-MARGIN = 6
-"""Steps from the paper's edge."""
+MARGIN = 6  # Steps from the paper's edge
 
 LIBRARY = "wiring"
 BUS = ("SCL", "SDA")
@@ -29,7 +28,7 @@ BUS = ("SCL", "SDA")
 PINS = (
     ("SCL", "input"), ("SDA", "bidirectional"), ("CLKIN", "input"), ("ADDR", "input"), ("INTB", "output"),
     ("SD", "input"), ("VDD", "power_in"), ("GND", "power_in"),
-)  # fmt: skip
+)
 """Pins 1 to 8 of a converter; INxA and INxB follow, then the die pad (SNOSCY9A, 5)."""
 
 FONT = "(effects (font (size 1.27 1.27)))"
@@ -102,9 +101,11 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
             *_symbols(found),
         ) + "\n",
         f"{LIBRARY}.kicad_pro": json.dumps(project, indent=2) + "\n",
-        "sym-lib-table": library_table(LIBRARY),
+        "sym-lib-table": library_table(
+            "sym", LIBRARY, f"{LIBRARY}.kicad_sym", f"The sensor {LIBRARY} and its coils"
+        ),
         f"{LIBRARY}.svg": svg(_picture(layout.spec.name, found)),
-    }  # fmt: skip
+    }
     return {f"firmware/wiring/{name}": text.encode("utf-8") for name, text in texts.items()}
 
 
@@ -131,7 +132,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
     found.append(
         Part("Y1", clock, "oscillator", (Pin(1, "OE", "input", "VDD"), Pin(2, "GND", "power_in", "GND")),
              (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, row_below)),
-    )  # fmt: skip
+    )
     interrupts = [f"INTB{k + 1}" for k in range(number)]
     host = [("VDD", "power_out"), ("GND", "power_out")]
     host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
@@ -180,7 +181,7 @@ def _symbols(found: Iterable[Part], prefix: str = "") -> Iterator[str]:
                 f"(length {_mm(1)})", f"(name {quoted(pin.name)} {FONT})", f'(number "{pin.number}" {FONT})',
             )
             for pin, side, row in part.at()
-        ]  # fmt: skip
+        ]
         letter = "".join(c for c in part.reference if c.isalpha())
         yield node(
             f"symbol {quoted(prefix + part.symbol)}", "(pin_names (offset 0.508))", "(exclude_from_sim no)",
@@ -192,7 +193,7 @@ def _symbols(found: Iterable[Part], prefix: str = "") -> Iterator[str]:
                  f"{box} (stroke (width 0.254) (type default)) (fill (type background)))"),
             node(f"symbol {quoted(f'{part.symbol}_1_1')}", *pins),
             "(embedded_fonts no)",
-        )  # fmt: skip
+        )
 
 
 def _schematic(name: str, found: tuple[Part, ...]) -> str:
@@ -205,7 +206,7 @@ def _schematic(name: str, found: tuple[Part, ...]) -> str:
         *(text for part in found for text in _connected(name, part)),
         *(_instance(name, root, part) for part in found),
         '(sheet_instances (path "/" (page "1")))', "(embedded_fonts no)",
-    ) + "\n"  # fmt: skip
+    ) + "\n"
 
 
 def _connected(name: str, part: Part) -> Iterator[str]:
@@ -237,7 +238,7 @@ def _instance(name: str, root: str, part: Part) -> str:
           for pin, _, _ in part.at()),
         node("instances", node(f"project {quoted(LIBRARY)}",
              node(f"path {quoted(f'/{root}')}", f"(reference {quoted(part.reference)})", "(unit 1)"))),
-    )  # fmt: skip
+    )
 
 
 def _height(found: tuple[Part, ...]) -> int:

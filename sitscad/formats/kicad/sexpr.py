@@ -105,8 +105,7 @@ def polygon_points(path: Path, anchor: Grid = (0, 0)) -> str:
 STIFFENER_LAYER = "User.1"
 BEND_LAYER = "User.2"
 BODY_LAYER = "User.3"
-TAIL_LAYER = "User.4"
-"""Where the copper layers are that the tail is without."""
+TAIL_LAYER = "User.4"  # Where the copper layers are that the tail is without
 
 FINISHES = {
     "enig": "ENIG", "hard-gold": "Hard gold", "immersion-tin": "Immersion tin", "immersion-silver": "Immersion silver",
@@ -114,8 +113,7 @@ FINISHES = {
 }
 """KiCad's own words for the finishes of a spec."""
 
-BOND = "bondply"
-"""The material of films that bond copper to copper; KiCad calls a layer with one a prepreg."""
+BOND = "bondply"  # The material of films that bond copper to copper; KiCad calls a layer with one a prepreg
 
 # The colour of polyimide (red, green, blue, opacity), for KiCad's 3-D view.
 _AMBER = "#9A5A0A80"
@@ -138,19 +136,15 @@ def copper_names(count: int) -> tuple[str, ...]:
     return ("F.Cu", *(f"In{i}.Cu" for i in range(1, count - 1)), "B.Cu")
 
 
-def _copper_number(name: str) -> int:
-    """KiCad 9 numbers F.Cu 0, B.Cu 2 and the inner layers 4, 6, 8 ..."""
-    outer = {"F.Cu": 0, "B.Cu": 2}
-    return outer[name] if name in outer else 2 * int(name.removeprefix("In").removesuffix(".Cu")) + 2
-
-
 def layer_table(count: int) -> str:
     """The ``layers`` section, copper from the top: KiCad counts by this order and drops inner layers after B.Cu."""
     # The copper layer that KiCad demands and the board has not, empty and said to be so
     unused = "B.Cu" if count == 1 else f"In{count - 1}.Cu" if count % 2 else None
+    names = copper_names(count + 1 if unused else count)
+    numbers = {"F.Cu": 0, "B.Cu": 2} | {name: 2 + 2 * i for i, name in enumerate(names) if name not in ("F.Cu", "B.Cu")}
     rows = [
-        f"({_copper_number(name)} {quoted(name)} signal{' ' + quoted(name + '.unused') if name == unused else ''})"
-        for name in copper_names(count + 1 if unused else count)
+        f"({numbers[name]} {quoted(name)} signal{' ' + quoted(name + '.unused') if name == unused else ''})"
+        for name in names
     ]
     for number, name, alias in _TECHNICAL:
         rows.append(f"({number} {quoted(name)} user{' ' + quoted(alias) if alias else ''})")
@@ -158,9 +152,8 @@ def layer_table(count: int) -> str:
 
 
 def stackup_section(stackup: Stackup, finish: str) -> str:
-    """The ``stackup`` section: coverlays as mask layers, dielectrics between coppers with their sublayers.
-
-    A copper layer that the board has not (see `unused_layer`) has the thickness 0. `finish` is the spec's word.
+    """The ``stackup`` section: coverlays as mask layers, dielectrics between coppers with their sublayers. A copper
+    layer that the board has not (see `unused_layer`) has the thickness 0. `finish` is the spec's word.
     """
     layers = stackup.layers
     coppers = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]

@@ -1,18 +1,17 @@
-"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4.
-
-Every dimension is a coordinate in the files' own system, whose origin is marked: what is read off the drawing is what
-stands in the Gerber files.
+"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4. Every
+dimension is a coordinate in the files' own system, whose origin is marked: what is read off the drawing is what stands
+in the Gerber files.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
 
 from sitscad.drawing.frame import (
     CHAIN,
     HIDDEN,
+    SCALES,
     SYMBOLS,
     TEXT,
     THICK,
@@ -22,7 +21,6 @@ from sitscad.drawing.frame import (
     fitting_paragraph,
     mm,
     new_sheet,
-    next_below,
     ordinates_x,
     ordinates_y,
     origin_cross,
@@ -60,15 +58,15 @@ from sitscad.fabrication.notes import (
     thickness_texts,
     turn_text,
 )
-from sitscad.geometry.convex import area_inside, parts_inside
-from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
+from sitscad.geometry.convex import parts_inside
+from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout
-from sitscad.papers.drawings.contacts import contact_sheet
+from sitscad.papers.drawings.contacts import CONTACT, contact_sheet, draw_copper
 from sitscad.scene.tail_path import bends
 from sitscad.units import show
 
-COPPER, PLATE, BEND, CONTACT = "#d8b08c", "#dddddd", "#eef3e2", "#e6c200"
+PLATE, BEND = "#dddddd", "#eef3e2"
 BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
 """Two dots and a dash: where something else will be, as bend lines are drawn."""
 WHOLE = (40.0, 132.0, 225.0, 47.0)
@@ -92,7 +90,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the whole board, its body larger, the holes' table and the notes."""
     box = bounding_box([layout.outline])
     detail = detail_scale(layout.body_size, DETAIL[2:])
-    whole = min(scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:]), next_below(detail))
+    smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9)  # the detail is a true enlargement
+    whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
@@ -101,7 +100,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     x0, y0, x1, y1 = layout.body
     limit = x1 + 0.05 * (x1 - x0)
     _copper(sheet, layout, view, limit, "drawing-body")
-    sheet.draw([view.path(piece) for piece in _until(layout.outline, limit)], THICK, name="drawing-body-outline")
+    shown = parts_inside(layout.outline, (-math.inf, -math.inf, limit + 1e-9, math.inf))
+    sheet.draw([view.path(piece) for piece in shown], THICK, name="drawing-body-outline")
     _marks(sheet, layout, view, "drawing-body", limit)
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
@@ -205,7 +205,6 @@ def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
 
 def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
     """The lines about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
-
     How high on paper this reaches.
     """
     found, tail = bends(layout), layout.spec.fpc.tail
@@ -241,16 +240,7 @@ def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
 
 def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
     """The top layer's tracks as they are, up to a limit along x, and all contacts; `name` begins every id."""
-    for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
-        with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
-            for trace in traces:
-                pieces = [view.path(piece) for piece in _until(trace.path, limit)]
-                if pieces:
-                    sheet.draw(pieces, Pen(view.length(trace.width), COPPER))
-    areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
-    for area, net in (*areas, *((circle(via.centre, via.pad / 2), via.net) for via in layout.vias)):
-        if (inside := area_inside(area, (-math.inf, -math.inf, limit, math.inf))) is not None:
-            sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
+    draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
         (w, h), (x, y) = pad.size, pad.centre
         if x + w / 2 <= limit + 1e-9:
@@ -275,11 +265,6 @@ def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
         else:
             out = sign * math.copysign(view.length(2.0 * pad.size[0]) + 4.0, xa - xb)
             sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
-
-
-def _until(path: Path, limit: float) -> list[Path]:
-    """A path's parts at x up to a limit: the path itself where all of it is."""
-    return parts_inside(path, (-math.inf, -math.inf, limit + 1e-9, math.inf))
 
 
 def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
@@ -319,12 +304,9 @@ def notes(layout: Layout) -> Iterator[str]:
     """What the drawing says in words."""
     number = iter(range(1, 99))
     rules = layout.spec.fpc.rules
-    registration = show(rules.registration, "m")
+    register = show(rules.registration, "m")
     yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
-    yield (
-        f"{next(number)}. Outline {outline_text(layout)}, layers in register within {registration} "
-        f"(rules {rules.name})."
-    )
+    yield f"{next(number)}. Outline {outline_text(layout)}, layers in register within {register} (rules {rules.name})."
     yield f"{next(number)}. {coil_text(layout)}"
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):

@@ -42,12 +42,9 @@ from sitscad.geometry.path import Path, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.tail_tracks import contacts, head
 
-ROOM = (30.0, 54.0, 84.0, 116.0)
-"""Room for the contacts on paper: left, low, width, height (mm)."""
-AROUND = 0.6e-3
-"""So much of the board (m) is drawn about the contacts."""
-STAND, STEP = 5.0, 8.0
-"""Of the first dimension line from the view, and of the next one from that (mm)."""
+ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
+AROUND = 0.6e-3  # So much of the board (m) is drawn about the contacts
+STAND, STEP = 5.0, 8.0  # Of the first dimension line from the view, and of the next one from that (mm)
 COPPER, CONTACT = "#d8b08c", "#e6c200"
 COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
 
@@ -74,12 +71,14 @@ def _shape(pad: Pad) -> Path:
     return rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 
-def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
-    """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
+def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, is_within: bool = False) -> None:
+    """The top layer's tracks whose middles lie in a box, or that lie `is_within` it with their width, and what of
+    teardrops and vias does; `name` begins every id.
+    """
     for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
-        with sheet.group(f"contacts-copper-1-net-{net}", kind=f"net-{net}"):
+        with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
             for trace in traces:
-                half = trace.width / 2
+                half = trace.width / 2 if is_within else 0.0
                 for piece in parts_inside(trace.path, (box[0] + half, box[1] + half, box[2] - half, box[3] - half)):
                     sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
     areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
@@ -87,6 +86,11 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     for area, net in areas:
         if (inside := area_inside(area, box)) is not None:
             sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
+
+
+def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+    """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
+    draw_copper(sheet, layout, view, box, "contacts", True)
     for via in layout.vias:
         if (inside := area_inside(circle(via.centre, via.drill / 2), box)) is not None:
             sheet.draw(view.path(inside), THIN, "#ffffff")
@@ -134,9 +138,7 @@ def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 
 def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
-    """The board's width at the contacts with its tolerance, from the middle of contact 1 to the edge beside it,
-    what is bare of the contacts, and from them to the board's end.
-    """
+    """The board's width with its tolerance, from contact 1 to the edge, what is bare, and on to the board's end."""
     end, (row, _) = board_end(layout), contact_row(layout)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y

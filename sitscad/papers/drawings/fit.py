@@ -1,5 +1,4 @@
 """The picture of a fit that fails: sections and sides to scale, what is too much dimensioned in red beside its limit.
-
 From the scene's figures alone, without a CAD kernel.
 """
 
@@ -36,8 +35,7 @@ from sitscad.scene.stack import width_under
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Jaw
 
-SECTION = (40.0, 96.0, 84.0, 84.0)
-"""Room for the section on paper: left, low, width, height (mm)."""
+SECTION = (40.0, 96.0, 84.0, 84.0)  # Room for the section on paper: left, low, width, height (mm)
 RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
 """Where the views beside it begin along the paper, how wide they are, from where down, and how high each is (mm)."""
 TOO_MUCH = Pen(0.35, RED)
@@ -49,10 +47,8 @@ HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "S
 
 
 @record
-class Fault:
-    """A finding of the fit as it is drawn: its rule, that rule's name, the spec's key, what is measured and allowed,
-    and their unit.
-    """
+class DrawnFault:
+    """A finding of the fit as drawn: rule and its name, the spec's key, what is measured and allowed, their unit."""
 
     rule: str
     name: str
@@ -78,15 +74,13 @@ class Fault:
         return self.measured, self.limit
 
 
-def faults_of(findings: Iterable[Any]) -> list[Fault]:
+def faults_of(findings: Iterable[Any]) -> list[DrawnFault]:
     """Findings (`sitscad.finding.Finding`) as they are drawn."""
-    return [Fault(f.rule, f.name, f.key or "", f.measured, f.limit, f.unit) for f in findings]
+    return [DrawnFault(f.rule, f.name, f.key or "", f.measured, f.limit, f.unit) for f in findings]
 
 
-def drawing(layout: Layout, faults: Sequence[Fault], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """The sheet, which names the picture of the ``bodies`` where there is one; None without a jaw, or where nothing of
-    what is drawn fails.
-    """
+def drawing(layout: Layout, faults: Sequence[DrawnFault], forced: bool = False, bodies: str = "") -> Sheet | None:
+    """The sheet, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn fails."""
     jaw, shown = fitted_jaw(layout), [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
         return None
@@ -119,11 +113,10 @@ NOTE = (
     "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
     "words are what check says, and in a package's report.html."
 )
-AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}
-"""What figures that are no lengths are written in."""
+AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # What figures that are no lengths are written in
 
 
-def _row(fault: Fault) -> tuple[str, ...]:
+def _row(fault: DrawnFault) -> tuple[str, ...]:
     if fault.has_figures and fault.unit in AREAS:
         factor, unit = AREAS[fault.unit]
         measured, limit = (factor * size for size in fault.sizes)
@@ -135,17 +128,18 @@ def _row(fault: Fault) -> tuple[str, ...]:
     return fault.rule, fault.name, mm(measured), mm(limit), mm(abs(measured - limit))
 
 
-RADIUS = 2.0
-"""SIT321 measures from the port's axis, the other rules across: the drawing has diameters."""
+RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: the drawing has diameters
 
 
-def _needed(fault: Fault) -> Iterator[float]:
+def _needed(fault: DrawnFault) -> Iterator[float]:
     """The circle (m) that a fault says the pair needs."""
     if fault.rule in ("SIT303", "SIT321"):
         yield fault.sizes[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
-def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Fault]) -> None:
+def _section(
+    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[DrawnFault]
+) -> None:
     """The closed pair across the jaw, with the circle it needs and every width that is too much."""
     sized = [fault for fault in shown if fault.has_sizes]
     draw_section(sheet, layout, jaw, view, PORT)
@@ -159,8 +153,9 @@ def _section(sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: 
         y = view.y(reach) + 4.0
         _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
     widths = dict.fromkeys(pair for fault in sized for pair in _widths(layout, jaw, fault))
-    if any(fault.rule == "SIT319" for fault in shown):
-        widths |= dict.fromkeys(_carried(layout))
+    under, across = width_under(layout), layout.body_size[1]  # the face that the board lies on
+    if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
+        widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
     rows = [*((size, words, RED) for size, words, _, _ in widths), *((size, words, "") for _, _, size, words in widths)]
     rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
     low = view.y(-reach) - 4.0
@@ -178,7 +173,7 @@ def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: 
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
 
 
-def _widths(layout: Layout, jaw: Jaw, fault: Fault) -> Iterator[tuple[float, str, float, str]]:
+def _widths(layout: Layout, jaw: Jaw, fault: DrawnFault) -> Iterator[tuple[float, str, float, str]]:
     """What is too wide and its limit, both about the middle and in words (m)."""
     measured, limit = fault.sizes
     if fault.rule == "SIT309":
@@ -196,14 +191,7 @@ def _widths(layout: Layout, jaw: Jaw, fault: Fault) -> Iterator[tuple[float, str
         yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
 
 
-def _carried(layout: Layout) -> Iterator[tuple[float, str, float, str]]:
-    """How wide the face is that the board lies on, and the board (m), each in words."""
-    under, across = width_under(layout), layout.body_size[1]
-    if under is not None and under < across:
-        yield under, f"carried {mm(under)}", across, f"board {mm(across)}"
-
-
-def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Fault, x: float) -> None:
+def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: DrawnFault, x: float) -> None:
     """The thickness of a printed piece that cannot be made."""
     measured, limit = fault.sizes
     at = levels(column(layout))
@@ -220,7 +208,7 @@ def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Fault, x: float)
 Draw = Callable[[Sheet, float], None]
 
 
-def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Fault]) -> list[Draw]:
+def _beside(layout: Layout, jaw: Jaw, sized: dict[str, DrawnFault]) -> list[Draw]:
     """The views beside the section: along the jaw, at the hinge, through the shaft; those whose rules fail."""
     found: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
@@ -232,7 +220,7 @@ def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Fault]) -> list[Draw]:
     return found
 
 
-def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Fault, top: float) -> None:
+def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: DrawnFault, top: float) -> None:
     """The pair from the side, with the body's length beside the jaw's."""
     start, heel = jaw_range(layout, jaw)
     body = layout.body[0], layout.body[2]
@@ -285,7 +273,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
-def _end(sheet: Sheet, layout: Layout, fault: Fault, top: float) -> None:
+def _end(sheet: Sheet, layout: Layout, fault: DrawnFault, top: float) -> None:
     measured, limit = fault.sizes
     behind, (width, thick) = shaft(layout.spec), end_section(layout)
     assert behind is not None

@@ -1,5 +1,4 @@
 """The jaw drawing: the closed pair in section with the port's circle and its dimensions, and the jaws closed and open.
-
 All of it from the scene's figures, glue lines included, without a CAD kernel: the very ones that decide whether the
 pair passes its port.
 """
@@ -40,18 +39,14 @@ from sitscad.units import show
 
 SECTION = (34.0, 92.0, 92.0, 92.0)
 """Room for the section on paper: left, low, width, height (mm); dimensions stand around it."""
-SIDES = 198.0, 86.0
-"""Where the views from the side begin along the paper, and how wide they may be (mm)."""
-CLOSED, OPEN = 176.0, 112.0
-"""The heights of the pivots in the views from the side, closed and open (mm)."""
-HIGHEST = 20.0
-"""How high the closed pair may be there (mm): its words stand so much above the pivot."""
+SIDES = 198.0, 86.0  # Where the views from the side begin along the paper, and how wide they may be (mm)
+CLOSED, OPEN = 176.0, 112.0  # The heights of the pivots in the views from the side, closed and open (mm)
+HIGHEST = 20.0  # How high the closed pair may be there (mm): its words stand so much above the pivot
 
 
 def render(layout: Layout, forced: str) -> dict[str, bytes]:
-    """``mount/NAME-jaw-drawing.svg`` and ``.pdf``; nothing without a jaw; stamped where ``forced``.
-
-    Raises `PartsError` where the shield does not fit into the standoff.
+    """``mount/NAME-jaw-drawing.svg`` and ``.pdf``; nothing without a jaw; stamped where ``forced``. Raises `PartsError`
+    where the shield does not fit into the standoff.
     """
     sheet = drawing(layout, bool(forced))
     if sheet is None:
@@ -67,10 +62,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         return None
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
     scale = detail_scale((across, across), SECTION[2:])
-    sheet = new_sheet(
-        layout.spec, f"jaw {jaw.name}", f"section {scale_text(scale)}", "see the package", forced,
-        "the jaw from its tip",
-    )
+    scales = f"section {scale_text(scale)}"
+    sheet = new_sheet(layout.spec, f"jaw {jaw.name}", scales, "see the package", forced, "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
     with sheet.group("jaw-section"):
         draw_section(sheet, layout, jaw, view)
@@ -87,14 +80,15 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         low = view.y(-radius) - 5.0
         for i, (size, words) in enumerate(sorted(lines)):
             y = low - 5.5 * i
+            start = view.y(0.0) if size == jaw.port_diameter else low + 3.0
             for x in (-size / 2, size / 2):
-                sheet.line(
-                    view.x(x), view.y(0.0) if size == jaw.port_diameter else low + 3.0, view.x(x), y - 1.0, HIDDEN
-                )
+                sheet.line(view.x(x), start, view.x(x), y - 1.0, HIDDEN)
             span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words)
     with sheet.group("jaw-sides"):
         _sides(sheet, layout, jaw, closes)
-    low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), list(_rows(layout)), 2.4)
+    rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
+    rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
+    low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
     fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, list(_notes(layout, jaw, closes)), 2.3)
     return sheet
 
@@ -144,13 +138,6 @@ def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
     if angle is None:
         return 0.0, "closed"
     return angle / 2.0, f"closed until the sensor touches at the heel: open by {math.degrees(angle):.2g} deg"
-
-
-def _rows(layout: Layout) -> Iterator[tuple[str, ...]]:
-    """What is measured of the fit, against its limit."""
-    yield "measure (mm)", "nominal", "root-sum-square", "at worst", "limit"
-    for each in measures(layout):
-        yield each.name, mm(each.nominal), mm(each.root_sum_square), mm(each.worst), mm(each.limit)
 
 
 def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:

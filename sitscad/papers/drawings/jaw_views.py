@@ -24,10 +24,8 @@ COLOURS = {
 GLUE = "#4d6b1f"
 EDGE = Pen(0.18)
 PORT = Pen(0.35, "#b00000", (3.0, 1.5))
-TAIL_STEPS = 400
-"""Straight stretches that the whole tail is drawn with, from the side."""
-STEPS = 12
-"""Straight stretches that a side along the port's circle is drawn with."""
+TAIL_STEPS = 400  # Straight stretches that the whole tail is drawn with, from the side
+STEPS = 12  # Straight stretches that a side along the port's circle is drawn with
 
 
 def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen = PORT) -> None:
@@ -63,9 +61,7 @@ def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen =
 
 
 def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
-    """A jaw across its axis (m), the floor of its pad pocket, or its face, at height 0: with a pocket its bar to the
-    rims, cut out of it.
-    """
+    """A jaw across its axis (m), its floor at height 0: with a pocket its bar to the rims, cut out of it."""
     if pocket is None or not recess:
         yield section(jaw).outline
         return

@@ -129,8 +129,9 @@ def _notes(panel: Panel) -> Iterator[str]:
     opening = f"coverlay open {mm(FIDUCIAL_OPENING)} mm"
     yield f"3. {len(panel.fiducials)} fiducials {mm(FIDUCIAL)} mm, {opening}, {faces}."
     if panel.bridges:
+        wide = mm(panel.layout.spec.fpc.panel.bridge)
         yield (
-            f"4. Cut along the lines (laser or die); leave every bridge (red circles, {mm(_bridge(panel))} mm, "
+            f"4. Cut along the lines (laser or die); leave every bridge (red circles, {wide} mm, "
             f"{len(panel.bridges)} a part). No perforation: it would tear the film."
         )
     else:
@@ -150,10 +151,6 @@ def _notes(panel: Panel) -> Iterator[str]:
         yield f"{number}. Copper {lower} and what lies between and below: {where} only, not the parts' tails."
 
 
-def _bridge(panel: Panel) -> float:
-    return panel.layout.spec.fpc.panel.bridge
-
-
 def readme(
     panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
@@ -168,26 +165,18 @@ def readme(
         *_nubs(panel),
         *_coupon(panel, coupon_estimates),
     ]
-    lines = [
-        line
-        for text in paragraphs
-        for line in [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
-    ]
-    listed = section("Files", _files(panel))
-    warning = [f"{FORCED}.", ""] if forced else []
-    issue = [f"{name}: {text}" for name, text in panel.layout.spec.issue.rows]
-    issue += [""] if issue else []
-    return "\n".join(
-        [title, "=" * len(title), "", *issue, *warning, *lines, *listed, *(_fingerprint(panel, files) if files else [])]
-    )
+    lines = [title, "=" * len(title), "", *(f"{name}: {text}" for name, text in panel.layout.spec.issue.rows)]
+    lines += [""] if panel.layout.spec.issue.rows else []
+    lines += [f"{FORCED}.", ""] if forced else []
+    for text in paragraphs:
+        lines += [*wrap(text, TEXT_WIDTH, subsequent_indent="   ", break_on_hyphens=False), ""]
+    return "\n".join([*lines, *section("Files", _files(panel)), *(_fingerprint(panel, files) if files else [])])
 
 
 def _files(panel: Panel) -> Iterator[tuple[str, str]]:
-    """The panel's images and papers, each with what it is: mechanical layers are called by bare numbers in archives."""
+    """The panel's images and papers, each with what it is."""
     layout = panel.layout
-    for file in panel_files(layout):
-        kind = "Excellon, metric" if file.path.endswith(".drl") else f"Gerber X2, {file.function}"
-        yield file.name, f"{file.title} ({kind})"
+    yield from (file.row for file in panel_files(layout))
     drill_map = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
     yield drill_map.name, "drill map (Gerber drawing)"
     yield panel_path(layout, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
@@ -210,13 +199,11 @@ def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
 def _nubs(panel: Panel) -> Iterator[str]:
     """What is left of the bridges on a part that was cut out."""
     if panel.bridges:
-        beside = (
-            ", two of them at the sides of the stiffener, behind what is plugged in"
-            if panel.layout.stiffener is not None
-            else ""
-        )
+        beside = ", two of them at the sides of the stiffener, behind what is plugged in"
+        beside = "" if panel.layout.stiffener is None else beside
+        wide = mm(panel.layout.spec.fpc.panel.bridge)
         yield (
-            f"Where a bridge was cut, a nub up to {mm(_bridge(panel))} mm wide is left on the part's edge: at the red "
+            f"Where a bridge was cut, a nub up to {wide} mm wide is left on the part's edge: at the red "
             f"circles of the drawing{beside}; none at the contacts and none in the bend zone. Nubs carry no copper: "
             "cut as near to the edge as you can, and file off what is left or shave it with a blade, along the edge "
             "and never across it. Nubs beside the stiffener must go where the connector's housing takes in more of the "
@@ -233,12 +220,10 @@ def _coupon(panel: Panel, estimates: Estimates | None) -> Iterator[str]:
         return
     free = coil.states[FREE]
     low = math.fsum(value for name, value in coil.inductance_parts.items() if name != "crowding")
-    high = (
-        f", {show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)} (as a meter reads it there, with "
-        "the coupon's own capacitance)"
-        if free.apparent_inductance is not None
-        else ""
-    )
+    high = ""
+    if free.apparent_inductance is not None:
+        read = f"{show(free.apparent_inductance, 'H')} at {show(free.frequency, 'Hz', 3)}"
+        high = f", {read} (as a meter reads it there, with the coupon's own capacitance)"
     yield (
         "A coupon, lying free (no metal within three coil diameters), should measure between its pads "
         f"{show(low, 'H')} at 100 kHz or less{high}, and "

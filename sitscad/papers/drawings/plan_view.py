@@ -1,7 +1,6 @@
-"""The sensor from the top: elastomer and target over the coils, to scale, with the coordinates of their edges.
-
-Three axes of force are told apart by which part of which coil the target covers: this is the view in which that is
-seen. The assembly drawing, the report and the data sheet show it.
+"""The sensor from the top: elastomer and target over the coils, to scale, with the coordinates of their edges. Three
+axes of force are told apart by which part of which coil the target covers: this is the view in which that is seen. The
+assembly drawing, the report and the data sheet show it.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ from sitscad.units import show
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
 """Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
-COLUMN = 176.0
-"""Where the table and the notes begin along the paper (mm)."""
+COLUMN = 176.0  # Where the table and the notes begin along the paper (mm)
 PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
 """The outlines of the pieces, told apart by colour and by their lines."""
 COPPER = "#e3c4a6"
@@ -50,9 +48,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         return None
     box = _shown(layout, pieces)
     scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
-    sheet = new_sheet(
-        layout.spec, "assembly, pieces over the coils", scale_text(scale), "the board's are in fpc/", forced
-    )
+    title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
+    sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
     view = placed(box, scale, ROOM)
     _plan(sheet, layout, pieces, view, box)
     # The edges of body and pieces and the coils' centres, by their coordinates
@@ -63,8 +60,11 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
     ordinates_x(sheet, view, xs, low, low - 7.0)
     ordinates_y(sheet, view, ys, left, left - 9.0)
-    low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), list(_coils(layout)), 2.6)
-    low -= 8.0
+    rows = [("coil", "x", "y", "turned by")]
+    for coil in layout.coils:
+        turned = f"{math.degrees(coil.placement.rotation):g} deg"
+        rows.append((coil.name, mm(coil.centre.x), mm(coil.centre.y), turned))
+    low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
     for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # what each line means
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
@@ -121,13 +121,6 @@ def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
     high = [max(box[axis] for box in boxes) for axis in (2, 3)]
     return low[0], low[1], high[0], high[1]
-
-
-def _coils(layout: Layout) -> Iterator[tuple[str, ...]]:
-    yield "coil", "x", "y", "turned by"
-    for coil in layout.coils:
-        turned = f"{math.degrees(coil.placement.rotation):g} deg"
-        yield coil.name, mm(coil.centre.x), mm(coil.centre.y), turned
 
 
 def _size(piece: Body) -> str:

@@ -8,17 +8,8 @@ from sitscad.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_she
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
+from sitscad.fabrication import notes
 from sitscad.fabrication.files import board_images, fabrication_path, on_drawing, stack_names
-from sitscad.fabrication.notes import (
-    bend_text,
-    bond_texts,
-    build_text,
-    copper_text,
-    finish_text,
-    laminate_text,
-    layer_text,
-    thickness_texts,
-)
 from sitscad.geometry.path import rectangle
 from sitscad.layout.bending import has_tail_coverlay, is_opened, tail_layers
 from sitscad.layout.board import Layout
@@ -29,14 +20,10 @@ COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind
 PLATE = "#b8b8b8"
 TAIL, JOINT, BODY = 24.0, 92.0, 160.0
 """Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
-TOP, ROOM = 182.0, 92.0
-"""Where the sections begin on paper, and the height that they may take (mm)."""
-CAPTION, CAPTIONS = 116.0, 140.0
-"""Width of a layer's caption and height of all of them (mm)."""
-LAP = 10.0
-"""Length of the lap of the tail's own coverlay in the body's section (mm)."""
-OPEN = 30.0
-"""Length of the contacts in the tail's section (mm)."""
+TOP, ROOM = 182.0, 92.0  # Where the sections begin on paper, and the height that they may take (mm)
+CAPTION, CAPTIONS = 116.0, 140.0  # Width of a layer's caption and height of all of them (mm)
+LAP = 10.0  # Length of the lap of the tail's own coverlay in the body's section (mm)
+OPEN = 30.0  # Length of the contacts in the tail's section (mm)
 
 
 def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
@@ -81,7 +68,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
             thick = f"{show(stiffener.thickness, 'm')} with its adhesive"
             sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, thick, TEXT)
         sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
-    texts = thickness_texts(layout)
+    texts = notes.thickness_texts(layout)
     parts = {place: text.partition("), ") for place, text in texts.items()}
     rows = [["place", "finished thickness (least to most)"],
             *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]
@@ -94,7 +81,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
     """All layers with their captions, and a plated hole."""
     layers = layout.spec.fpc.stackup.layers
-    middles, copper, y = [], [], TOP
+    middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
     for number, layer in enumerate(layers, 1):
         height = layer.thickness * scale
         _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind], f"stackup-layer-{number}")
@@ -102,12 +89,15 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         middles.append(y - height / 2)
         y -= height
     if layout.vias and copper:
-        _barrel(sheet, copper[0], copper[0] - copper[-1])
+        # A plated hole through all copper layers
+        middle, height = (JOINT + BODY) / 2, copper[0] - copper[-1]
+        for x, width, fill in ((-4.0, 8.0, "#ffffff"), (-4.0, 1.5, wall), (2.5, 1.5, wall)):
+            _bar(sheet, middle + x, copper[0], width, height, fill)
     texts = []
     for layer, name in zip(layers, stack_names(layout), strict=True):
-        material = f", {layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
+        material = f", {notes.layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
         if layer.kind is LayerKind.COPPER:
-            material = f", {copper_text(layout.spec.fpc.stackup, layer)}"
+            material = f", {notes.copper_text(layout.spec.fpc.stackup, layer)}"
         texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
     most = max(map(len, texts))
     size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
@@ -124,24 +114,16 @@ def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: 
     sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill, name)
 
 
-def _barrel(sheet: Sheet, top: float, height: float) -> None:
-    """A plated hole through all copper layers."""
-    middle = (JOINT + BODY) / 2
-    _bar(sheet, middle - 4.0, top, 8.0, height, "#ffffff")
-    for x in (middle - 4.0, middle + 2.5):
-        _bar(sheet, x, top, 1.5, height, COLOURS[LayerKind.COPPER])
-
-
 def _notes(layout: Layout) -> Iterator[str]:
     """What the films are and what their thicknesses count."""
     stackup = layout.spec.fpc.stackup
     is_film = any(layer.kind is LayerKind.COVERLAY and layer.material != MASK for layer in stackup.layers)
     glued = "; coverlay with its adhesive" if is_film else ""
-    yield f"Thicknesses are finished ones{glued}. Laminates: {laminate_text(layout)}."
-    yield from (f"Bond, {where}: {text}." for where, text in bond_texts(layout).items())
-    if build := build_text(layout):
+    yield f"Thicknesses are finished ones{glued}. Laminates: {notes.laminate_text(layout)}."
+    yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(layout).items())
+    if build := notes.build_text(layout):
         yield f"Build: {build}."
-    yield finish_text(layout)
+    yield notes.finish_text(layout)
     if layout.bend_zone is not None:
-        yield bend_text(layout)
+        yield notes.bend_text(layout)
     yield f"Stack-up from: {stackup.source}" if stackup.source else "Stack-up as written in the spec."

@@ -35,8 +35,7 @@ from sitscad.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 ROOT = "%SRCROOT%"
-LONGEST = 1000
-"""Characters of a line up to which it stands whole in a result."""
+LONGEST = 1000  # Characters of a line up to which it stands whole in a result
 
 _GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
 """The tag of a rule, by the first figure of its number."""
@@ -166,9 +165,7 @@ _PLAIN = re.compile(r"[^#\[\]{},]*?(?=\s*(?:$|[\[\]{},]|\s#))")
 
 
 def extent(line: str, column: int) -> int:
-    """How many characters the value takes that begins at a column (from 1): a quoted or plain one, or a bracketed list;
-    at least one.
-    """
+    """How many characters, at least one, a value takes from a column (from 1): quoted, plain, or a bracketed list."""
     rest = line[column - 1 :]
     if rest.startswith(("[", "{")):
         # Characters up to the bracket that closes the first one; those of the line where it closes later
@@ -186,24 +183,20 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """The XML document of some checked specs."""
     top = Element("testsuites", name="sitscad")
     for spec in checked:
-        _suite(top, spec, output)
+        path = _shown(output.path_from_root(spec.path))
+        suite = SubElement(top, "testsuite", name=path)
+        rules = {rule.id: rule.name for rule in output.rules}
+        rules |= {finding.rule: finding.name for finding in spec.findings}
+        for rule in sorted(rules):
+            _case(suite, spec, output, path, rule, rules[rule])
+        for count, kind in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
+            suite.set(count, str(sum(case.find(kind) is not None for case in suite)))
+        suite.set("tests", str(len(suite)))
+        suite.set("time", "0")
     for count in ("tests", "failures", "errors", "skipped"):
         top.set(count, str(sum(int(suite.get(count, "0")) for suite in top)))
     ElementTree.indent(top, " ")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(top, encoding="unicode")}\n'
-
-
-def _suite(top: Element, spec: CheckedSpec, output: OutputOptions) -> None:
-    path = _shown(output.path_from_root(spec.path))
-    suite = SubElement(top, "testsuite", name=path)
-    rules = {rule.id: rule.name for rule in output.rules}
-    rules |= {finding.rule: finding.name for finding in spec.findings}
-    for rule in sorted(rules):
-        _case(suite, spec, output, path, rule, rules[rule])
-    for count, kind in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
-        suite.set(count, str(sum(case.find(kind) is not None for case in suite)))
-    suite.set("tests", str(len(suite)))
-    suite.set("time", "0")
 
 
 def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
@@ -216,18 +209,14 @@ def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, r
         kind = "error" if rule.startswith("SIT0") else "failure"
         told = SubElement(case, kind, message=_shown(first.message), type=first.severity.value)
         told.text = "\n".join(_lines(path, finding) for finding in failing)
-    elif reasons := _reasons(spec, rule):
-        SubElement(case, "skipped", message=_shown("; ".join(reasons)))
+    else:  # why a rule without a failure did not simply pass
+        reasons = [f"not checked: {each.reason}" for each in spec.not_checked if each.rule == rule]
+        reasons += [f"ignored: {each.reason}" for each in spec.ignored if each.finding.rule == rule]
+        if reasons:
+            SubElement(case, "skipped", message=_shown("; ".join(dict.fromkeys(reasons))))
     milder = [finding for finding in found if finding not in failing]
     if milder:
         SubElement(case, "system-out").text = "\n".join(_lines(path, finding) for finding in milder)
-
-
-def _reasons(spec: CheckedSpec, rule: str) -> list[str]:
-    """Why a rule without a failure did not simply pass."""
-    skipped = [f"not checked: {each.reason}" for each in spec.not_checked if each.rule == rule]
-    ignored = [f"ignored: {each.reason}" for each in spec.ignored if each.finding.rule == rule]
-    return list(dict.fromkeys((*skipped, *ignored)))
 
 
 def _lines(path: str, finding: Finding) -> str:
@@ -241,8 +230,7 @@ def _shown(text: str) -> str:
     return printable(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-SHOWN = 10
-"""How many findings become annotations."""
+SHOWN = 10  # How many findings become annotations
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
@@ -263,7 +251,8 @@ def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
         **{name: str(value) for name, value in places.items() if value is not None},
         "title": f"{finding.rule} {finding.name}",
     }
-    told = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
+    escaped = {name: _data(value).replace(":", "%3A").replace(",", "%2C") for name, value in properties.items()}
+    told = ",".join(f"{name}={value}" for name, value in escaped.items())
     return f"::{_COMMANDS[finding.severity]} {told}::{_data(finding.advised_message)}"
 
 
@@ -271,10 +260,6 @@ def _data(text: str) -> str:
     """A message as a workflow command holds it: one line, nothing in it that begins another command."""
     lines = (printable(line) for line in text.replace("%", "%25").splitlines())
     return "%0A".join(lines)
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
 def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> str:

@@ -1,7 +1,6 @@
 """Findings as JSON for a program, and read back from it: the document of ``check`` (docs/commands.md,
-data/check.schema.json).
-
-What checks found in one spec, with the text that findings point into, and the orders that reports list them in.
+data/check.schema.json). What checks found in one spec, with the text that findings point into, and the orders that
+reports list them in.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
 from sitscad.measured import Closing, Measure, RequirementResult, Share, Signal
@@ -18,9 +17,6 @@ from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 from sitscad.version import __version__
-
-if TYPE_CHECKING:
-    from sitscad.measured import Closing, Measure, RequirementResult, Signal
 
 
 @record
@@ -87,8 +83,7 @@ class CheckedSpec:
         return lines[number - 1] if number and 0 < number <= len(lines) else None
 
 
-EXCERPT = 160
-"""Characters of a spec's line that are quoted where nobody says how many there is room for."""
+EXCERPT = 160  # Characters of a spec's line that are quoted where nobody says how many there is room for
 
 
 def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
@@ -143,9 +138,8 @@ def worst_first(checked: Sequence[CheckedSpec]) -> list[tuple[CheckedSpec, Findi
 
 
 def identities(findings: Sequence[Finding]) -> list[str]:
-    """For every finding a text that stays the same when lines move, or when the numbers in its message change.
-
-    Findings of one rule at one key are told apart by their turn, in the order given.
+    """For every finding a text that stays the same when lines move, or when the numbers in its message change. Findings
+    of one rule at one key are told apart by their turn, in the order given.
     """
     seen: Counter[tuple[str, str | None, str | None]] = Counter()
     names = []
@@ -168,8 +162,7 @@ def fingerprint(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
-BOARD = ("body_length_m", "body_width_m", "length_m", "width_m")
-"""The keys of a board's size."""
+BOARD = ("body_length_m", "body_width_m", "length_m", "width_m")  # The keys of a board's size
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:
@@ -179,6 +172,8 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     """The findings as plain values for JSON."""
+    from sitscad.report.measures import closing_json, fit_json
+
     return {
         "sitscad": __version__,
         "ok": all(spec.ok for spec in checked),
@@ -195,29 +190,13 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
                 "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
                 "signal": [{key: getattr(signal, field) for key, field in SIGNAL.items()} for signal in spec.signals],
-                "fit": _fit_json(spec),
-                "closing": _closing_json(spec),
+                "fit": [fit_json(measure) for measure in spec.fit],
+                "closing": None if spec.closing is None else closing_json(spec.closing),
                 "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=True)),
             }
             for spec in checked
         ],
     }
-
-
-def _fit_json(spec: CheckedSpec) -> list[dict[str, Any]]:
-    if not spec.fit:
-        return []
-    from sitscad.report.measures import fit_json
-
-    return [fit_json(measure) for measure in spec.fit]
-
-
-def _closing_json(spec: CheckedSpec) -> dict[str, Any] | None:
-    if spec.closing is None:
-        return None
-    from sitscad.report.measures import closing_json
-
-    return closing_json(spec.closing)
 
 
 def to_json(document: object) -> str:
@@ -257,14 +236,11 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     if finding.place is not None:
         place = finding.place
         entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
-    entry["fixes"] = [remedy_json(remedy) for remedy in finding.fixes]
+    entry["fixes"] = [
+        {"edits": [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits],
+         "safe": remedy.is_safe, "brings": list(remedy.brings)} for remedy in finding.fixes
+    ]
     return entry
-
-
-def remedy_json(remedy: Remedy) -> dict[str, Any]:
-    """What mends a finding, as plain values for JSON."""
-    edits = [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits]
-    return {"edits": edits, "safe": remedy.is_safe, "brings": list(remedy.brings)}
 
 
 def _finite(value: object) -> object:
@@ -287,9 +263,13 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
         not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
         findings = tuple(map(_finding, spec["findings"]))
+        closing, shut = None, spec["closing"]
+        if shut is not None:
+            closing = Closing(shut["parallel_at_m"], shut["reach_m"], shut["opening_rad"], shut["pivot_offset_m"])
+        signals = tuple(Signal(**{field: each[key] for key, field in SIGNAL.items()}) for each in spec["signal"])
         return CheckedSpec(
-            path, text, findings, not_checked, signals=tuple(map(_signal, spec["signal"])), ignored=tuple(ignored),
-            fit=tuple(map(_measure, spec["fit"])), closing=_closing(spec["closing"]),
+            path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
+            fit=tuple(map(_measure, spec["fit"])), closing=closing,
             reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
             board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
         )
@@ -313,18 +293,8 @@ def _remedy(entry: dict[str, Any]) -> Remedy:
     return Remedy(edits, tuple(entry["brings"]))
 
 
-def _signal(entry: dict[str, Any]) -> Signal:
-    return Signal(**{field: entry[key] for key, field in SIGNAL.items()})
-
-
 def _measure(entry: dict[str, Any]) -> Measure:
     from sitscad.report.measures import MEASURE, SHARE
 
     parts = tuple(Share(**{field: each[key] for key, field in SHARE.items()}) for each in entry["parts"])
     return Measure(**{field: entry[key] for key, field in MEASURE.items() if field != "margin"}, parts=parts)
-
-
-def _closing(entry: dict[str, Any] | None) -> Closing | None:
-    if entry is None:
-        return None
-    return Closing(entry["parallel_at_m"], entry["reach_m"], entry["opening_rad"], entry["pivot_offset_m"])

@@ -20,9 +20,7 @@ from sitscad.record import record
 from sitscad.report.findings.document import CheckedSpec, by_weight, excerpt, in_order
 from sitscad.units import counted
 
-INDENT = 6
-"""Columns by which what belongs to a finding stands in from its first line."""
-
+INDENT = 6  # Columns by which what belongs to a finding stands in from its first line
 
 
 class RuleTexts(Protocol):
@@ -84,10 +82,9 @@ _BRIEF = OutputOptions()
 
 
 def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> str:
-    """The findings of all specs, what their coils feel and how they fit, and the verdict in the end.
-
-    Every line names its spec where there are several, or `OutputOptions.named` says that others are told before or
-    after; several specs have their figures in the whole form only.
+    """The findings of all specs, what their coils feel and how they fit, and the verdict in the end. Every line names
+    its spec where there are several, or `OutputOptions.named` says that others are told before or after; several specs
+    have their figures in the whole form only.
     """
     name_it, colour = output.named or len(checked) > 1, output.colour
     groups = [group for spec in checked for group in _findings_text(spec, output)]
@@ -99,7 +96,12 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
     else:
         last = _not_checked_text(checked, name, output)
     last += [line for spec in checked for line in _ignored_text(spec, name_it, output)]
-    said = summary(checked, colour) if output.verbose else verdict(checked, colour) + _unsaid(checked, output)
+    said = summary(checked, colour)
+    if not output.verbose:  # what the short form left out of the findings, and how it is seen
+        milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(output.fail_on)}
+        words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
+        told = " and ".join(word for severity, word in words.items() if severity in milder)
+        said = verdict(checked, colour) + (f" (check -v shows {told})" if told else "")
     last += [name + line for line in (*_fixes_text(checked), said)]
     return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
@@ -112,14 +114,6 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     full = [_in_full(spec, finding, output) for finding in found if finding.severity.weighs(output.fail_on)]
     milder = [f for f in found if f.severity is Severity.WARNING and not f.severity.weighs(output.fail_on)]
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
-
-
-def _unsaid(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
-    """What the short form left out of the findings, and how it is seen."""
-    milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(output.fail_on)}
-    words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
-    told = " and ".join(word for severity, word in words.items() if severity in milder)
-    return f" (check -v shows {told})" if told else ""
 
 
 def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
@@ -228,9 +222,7 @@ def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
 
 
 def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
-    """What is ignored with its reason, in the whole form one line a finding, else one line a rule and reason; and the
-    errors among it that mark a package.
-    """
+    """What is ignored and why, a line a finding in the whole form, else a rule and reason; and silenced errors."""
     head = f"{_named(spec, name_it)}ignored: "
     lines = [line for words in _ignored_words(spec, output.verbose) for line in _folded(head, words, INDENT, output)]
     if spec.silenced:
