@@ -271,9 +271,7 @@ def rounded(table: Table, column: Column) -> Array:
 
 
 def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:
-    """A coil's frequencies (Hz; n) by one of its columns; raises BenchError for readings that are not above 0, and for
-    counts that the converter's result cannot have.
-    """
+    """A coil's frequencies (Hz; n) by a column; raises BenchError for readings that it cannot have."""
     readout = sensors.model.estimates.readout
     values = table.numbers(column) * column.factor
     if np.any(values <= 0.0):

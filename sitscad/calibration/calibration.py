@@ -133,9 +133,7 @@ class Calibration:
 
     @property
     def moved(self) -> Mapping[str, Mapping[str, float]]:
-        """What the points say of every unknown that was looked for: its value, how many prior standard deviations that
-        is, how sure it is and how sure it was before; nothing without points.
-        """
+        """What the points say of every unknown: value, moved by how many sigmas, sigma now and before; else nothing."""
         if self.fit is None:
             return {}
         rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)

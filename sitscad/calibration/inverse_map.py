@@ -146,9 +146,7 @@ there are so many points for each of its terms."""
 
 @record(eq=False)
 class Correction:
-    """The map with what was added to it, and the errors (n, axes; N) of every point as the others foretell it; `degree`
-    is 0, and the map as it was, where none serves.
-    """
+    """The map with what was added (`degree` 0: nothing), and the errors (n, axes; N) as other points foretell."""
 
     map: InverseMap
     degree: int

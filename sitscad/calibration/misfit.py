@@ -151,9 +151,7 @@ def _share(term: Array, off: Array) -> float:
 
 @record
 class Turned:
-    """How a fit compares with one of a target that turns otherwise: by how much less its cost is (`likelier`), and how
-    many times larger than expected errors are in it (`excess`).
-    """
+    """A fit beside one of a target that turns otherwise: by how much `likelier`, and how large its `excess` is."""
 
     likelier: float
     excess: float

@@ -148,9 +148,7 @@ class ModelFit:
 
 
 def fit_model(sensors: Sensors, points: Points, start: Array | None = None, rounds: int = ROUNDS) -> ModelFit:
-    """The most likely errors of a sensor that read so (after drift is taken out), in so many `rounds` at most; raises
-    NoFit where none are found.
-    """
+    """The most likely errors of a sensor that read so (drift taken out), in `rounds` at most; raises NoFit."""
     points = points.settled
     sigma = np.array([one.sigma for one in sensors.known])
     chosen = np.array([one.is_fitted for one in sensors.known])
@@ -290,9 +288,7 @@ def _open(problem: _Problem, found: Fitted) -> Array:
 
 
 def left_out(found: Fitted, count: int) -> tuple[Array, Array]:
-    """Residuals (count, each) of every point as the other points foretell it, to first order: what is left, over one
-    less the point's own pull; and that (count, each, each).
-    """
+    """Residuals (count, each) of every point by the others, to first order; and 1 less its pull (count, each, each)."""
     left = found.residuals.reshape(count, -1)
     slopes = found.slopes.reshape(count, left.shape[1], -1)
     pull = slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)

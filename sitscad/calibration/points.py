@@ -56,9 +56,7 @@ class Points:
 
     @property
     def restless(self) -> Array:
-        """What ln f of the tares (tares, coils) is off their line along the rows, which is drift; none of fewer than
-        three.
-        """
+        """What ln f of the tares (tares, coils) is off their line along the rows: drift; empty for under three."""
         rows, read = np.flatnonzero(self.at_rest), np.log(self.frequency[self.at_rest])
         if len(rows) < 3:
             return np.zeros((0, read.shape[1]))

@@ -47,9 +47,7 @@ def _contact(layout: Layout, pad: Pad) -> str:
 
 
 def _via(layout: Layout, via: Via) -> str:
-    """Operation 317: a plated hole in the middle of its net, of the same size on both sides; one that ends on an inner
-    layer is met from the top only (access 01), as KiCad writes it.
-    """
+    """Operation 317: a plated hole in its net; one that ends on an inner layer is met from the top (01) as in KiCad."""
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"
     access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"

@@ -461,9 +461,7 @@ class _Surroundings:
         return [k not in short for k in range(len(tries))]
 
     def _farther_on(self, tries: Sequence[_Try], tried: Index, pieces: Index) -> tuple[Array, Array]:
-        """Which part (two fractions) of each piece counts: all of it, but of the outline's own track only what lies
-        so far along it that it has come back, not bent.
-        """
+        """Which part (two fractions) of a piece counts: of the outline's own track what has come back, not bent."""
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
         for at, (k, piece) in enumerate(zip(tried.tolist(), pieces.tolist(), strict=True)):
             one, (kind, number) = tries[k], self._owner[piece]

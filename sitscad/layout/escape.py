@@ -232,9 +232,7 @@ class _Search:
         return [branch_table(around, options) for options in leads]
 
     def find(self, tables: Sequence[BranchTable], most: int) -> Escape | None:
-        """One branch of every table, those of the two leads first, none too near another or anything on the board;
-        None, too, where `most` trials were not enough: then it `gave_up`.
-        """
+        """One branch of every table, leads first, all clear of another and the board; None, too, once it `gave_up`."""
         self._asked.append(tables)  # what is remembered goes by identity, so the tables have to live on
         self._left = min(most, self._total)
         self.gave_up = False
@@ -301,9 +299,7 @@ class _Search:
         self._searches.left -= 1
 
     def lets_out(self, around: Surroundings, out: Exit) -> bool:
-        """Whether the way from the ring to the tail, which all leads by that exit share, keeps its distances: if not,
-        none of them does, which is one trial instead of one each.
-        """
+        """Whether the way from ring to tail that leads share is free: if not, that is one trial instead of one each."""
         way = polyline([around.ring.at(out.angle), *out.way])
         is_free = not way.segments or self._obstacles.admits([Track(way, around.bus.width, out.layer)])
         if not is_free:
@@ -355,9 +351,7 @@ def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tupl
 def _ways_out(
     around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole], beside: list[float]
 ) -> Iterator[Branch]:
-    """The ways from a coil's end to its exit: directly, or by a via where the layers differ. The via of a lead from the
-    inside stands where that lead comes out, or not far from there.
-    """
+    """The ways from a coil's end to its exit: directly, or by a via where layers differ, near where it comes out."""
     if end.layer == out.layer:
         near = [angle + turned for turned in COMES_OUT for angle in beside]
         for sweep in _sweeps(around, end, out.angle, near):

@@ -174,9 +174,7 @@ class Bus:
 
 @record
 class Lane:
-    """One coil's lane. ``side`` is +1 above, -1 below, 0 forwards; ``index`` counts outwards; ``rank`` counts from the
-    top in the tail.
-    """
+    """One coil's lane: ``side`` +1 above, -1 below, 0 ahead; ``index`` outwards; ``rank`` from the top in the tail."""
 
     placement: CoilPlacement
     side: int

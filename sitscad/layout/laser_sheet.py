@@ -27,9 +27,7 @@ _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plai
 
 
 class CutLayer(StrEnum):
-    """What the laser does with a contour, in the order in which it has to be done. Engraving comes before any cut, and
-    inside contours before outside ones: a piece that is cut loose may move.
-    """
+    """What the laser does with a contour, in order: engraving first, then inside cuts, for a loose piece may move."""
 
     ENGRAVE = "ENGRAVE"
     CUT_INNER = "CUT_INNER"
@@ -81,9 +79,7 @@ class Contour:
 
 @record
 class Nest:
-    """How copies lie on a sheet: `columns` by `rows`, of which `count` are there; which sheet it is, and how many times
-    it is cut.
-    """
+    """How copies lie on a sheet: `columns` by `rows` for `count`; which sheet it is, and how often it is cut."""
 
     count: int = 1
     columns: int = 1

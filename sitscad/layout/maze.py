@@ -32,9 +32,7 @@ _STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
 @record(eq=False)
 class Wave:
-    """Distances over the lattice (in steps; infinite where it did not come), and from each node the one before it. Both
-    are kept row by row, with a border of nodes that are not free.
-    """
+    """Distances over a bordered lattice, row by row (in steps; infinite beyond), and each node's one before."""
 
     stride: int
     reached: Sequence[float]

@@ -46,9 +46,7 @@ class Routing:
 
 @record
 class Stuck:
-    """Which coil found no way out; ``walled`` if nothing on the board let it through from its ring to the tail: to keep
-    more room beside other coils then only makes it worse.
-    """
+    """Which coil found no way; ``walled`` if nothing let it out of its ring: more room elsewhere is no help."""
 
     coil: int
     walled: bool = False

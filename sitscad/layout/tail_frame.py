@@ -392,9 +392,7 @@ class Course:
         return self._at(point.x).place(point)
 
     def path(self, path: Path) -> Path:
-        """A path of the straight board, laid along the course, one piece a stretch of the tail. Raises ValueError for
-        one that does not run along the tail within the turn.
-        """
+        """A path of the straight board laid along the course. Raises ValueError where it runs askew in the turn."""
         laid: list[Segment] = []
         for segment in path:
             low, _, high, _ = segment.box

@@ -34,9 +34,7 @@ WIDTH = 96
 def render(
     layout: Layout, estimates: Estimates, bench: Estimates, forced: str, files: dict[str, bytes]
 ) -> dict[str, bytes]:
-    """The text, numbered, and what the pieces weigh (out of ``mount/assembly.json``); nothing without a mount. It
-    begins with a warning where ``forced`` is not empty.
-    """
+    """The numbered text and what pieces weigh (of ``mount/assembly.json``); nothing without a mount."""
     if layout.spec.mount is None:
         return {}
     content = files.get("mount/assembly.json")  # not there where pieces of a forced package cannot be put together

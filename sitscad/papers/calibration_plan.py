@@ -19,9 +19,7 @@ LOADING = {
 
 
 def table(found: Calibration, plan: Plan) -> bytes:
-    """The loads as CSV, rest before, amid and after them, the coils' columns empty: filled in it is what `sitscad
-    calibrate` reads. Its first line says how the target is loaded.
-    """
+    """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
     sensors = found.sensors
     rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils)
             for load in plan.rows]

@@ -73,9 +73,7 @@ def density(material: str) -> tuple[float, str] | None:
 
 
 def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
-    """What a solid with so much copper (m3) in it weighs (kg) and where its centre lies (m); without a density no
-    mass, and why.
-    """
+    """A solid's mass (kg), `copper` (m3) of it copper, and its centre (m); no mass, and why, without a density."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
     share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
     found, of_copper = own.get(solid.material) or density(solid.material), density("copper")

@@ -38,9 +38,7 @@ class TriangleMesh:
 
 
 def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> TriangleMesh:
-    """A solid's closed mesh within `chord` (mm) of its faces, curves in steps of at most `turn` (rad). Raises
-    `NotManifold`. Cached triangles are thrown away first: they depend on what was asked of the shape before.
-    """
+    """A solid's closed mesh within `chord` (mm), by `turn` (rad), cached ones thrown away. Raises `NotManifold`."""
     clean = require("OCP.BRepTools").BRepTools.Clean_s
     clean(solid.shape.wrapped)
     solid.shape.mesh(chord, turn)

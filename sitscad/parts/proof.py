@@ -235,9 +235,7 @@ def _middle(body: Any) -> tuple[float, float, float]:
 
 @record
 class PadLoad:
-    """The pad under the forces that the spec asks it to bear: in words, where the target has gone, and how far the
-    elastomer's sides bulge (m).
-    """
+    """The pad under forces that it has to bear: in words, where the target is, how far its sides bulge (m)."""
 
     name: str
     pose: Pose

@@ -144,9 +144,7 @@ def top_edges(shape: Any) -> Any:
 
 
 def _wire(path: Path) -> Any:
-    """The path as a wire, edge after edge: given all at once, OpenCASCADE merges the ends of neighbours in the order of
-    their addresses, and the last bit of a corner differs from run to run.
-    """
+    """The path as a wire, edge by edge: at once, OpenCASCADE merges ends by address, and last bits differ by run."""
     bd, wire = require("build123d"), require("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
     for segment in path:
         wire.Add(_edge(segment).wrapped)

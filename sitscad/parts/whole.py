@@ -124,9 +124,7 @@ CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
 
 
 def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
-    """Volume (m3) of copper in the films that fill copper layers, by the film's name; `drawn` are the names of the
-    rings that are solids of their own. What lies beyond the body's end is the tail's.
-    """
+    """Copper (m3) in the films that fill copper layers, by their names; `drawn` rings are solids of their own."""
     stack = layout.spec.fpc.stackup
     body = dict(_copper("board", stack.layers))
     tail = dict(_copper("tail", tail_layers(layout)))

@@ -119,9 +119,7 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
 
 
 def passes_port(layout: Layout, spec: SensorSpec) -> bool:
-    """Whether the closed pair of a sensor whose parts are as thick as another spec says passes its port, by
-    root-sum-square; any does that is in no jaw.
-    """
+    """Whether the pair of a sensor as thick as another spec's passes its port (root-sum-square), or is in no jaw."""
     closed = (m for m in measures(replace(layout, spec=spec)) if m.name == CLOSED_PAIR)
     return all(measure.likely_margin >= 0.0 for measure in closed)
 
@@ -146,9 +144,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 
 
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
-    """How far the board stands over each side of the jaw's true face, against what the seat below it carries: as much
-    as it is thick, which is an overhang of 45 degrees.
-    """
+    """How far the board stands over the sides of the jaw's face; the seat carries as much as it is thick (45 deg)."""
     spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
     outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec, face), placement(spec)
     parts = (

@@ -96,9 +96,7 @@ def half_width(layout: Layout, z: float) -> float:
 
 
 def room_across(layout: Layout, z: float) -> float:
-    """Half the width (m) that port and pad pocket leave at height z, glue and tolerances at their worst; endless
-    without a jaw, and above the pocket's rims.
-    """
+    """Half the width (m) that port and pad pocket leave at height z, at worst; endless without, or above the rims."""
     jaw, span = fitted_jaw(layout), closed_span(layout)
     if jaw is None or span is None:
         return math.inf

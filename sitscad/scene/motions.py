@@ -21,9 +21,7 @@ class TableError(ValueError):
 
 
 def table_text(path: str, most: int) -> str:
-    """The text of a file of at most so many bytes. Raises TableError for a larger one and for what is not UTF-8,
-    OSError where it cannot be opened.
-    """
+    """A file's text of at most so many bytes. Raises TableError for more, and no UTF-8; OSError where unopened."""
     with Path(path).open("rb") as file:  # a device has no size and no end
         content = file.read(most + 1)
     if len(content) > most:

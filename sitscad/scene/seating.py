@@ -147,9 +147,7 @@ def neck(found: Retention) -> float:
 
 
 def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
-    """Half widths (m) of a dovetail at its bottom and at the mount's lower face, and its depth; larger on every face by
-    a clearance (m).
-    """
+    """Half widths (m) of a dovetail at bottom and mount, and its depth, larger on every face by a clearance (m)."""
     flank = room / math.sin(found.angle)
     bottom = found.width / 2 + room / math.tan(found.angle) + flank
     return bottom, neck(found) / 2 + flank, found.depth + room

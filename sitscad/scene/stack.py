@@ -114,9 +114,7 @@ def encapsulation(layout: Layout) -> Body | None:
 
 
 def ground(layout: Layout) -> Path:
-    """What plates can lie on: the board's body with its rounded corners, without taper and tail, or the outline that
-    the spec gives it; convex, counter-clockwise.
-    """
+    """What plates can lie on: the board's body with its corners, or the spec's outline; convex, counter-clockwise."""
     if (edge := edge_of_body(layout.spec)) is not None:
         return edge
     found = within_box(layout.outline, layout.body)

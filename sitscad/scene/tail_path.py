@@ -23,9 +23,7 @@ LEFT = 0.4  # Share of the plastic under the tail that is left upright below a r
 
 @record
 class Lip:
-    """An edge over which the tail leaves what carries it, round from one place along the tail to another (m): its
-    radius (m), and through which angle (rad) it is round.
-    """
+    """An edge over which the tail leaves what carries it: from place to place (m), its radius (m) and turn (rad)."""
 
     start: float
     end: float

@@ -61,9 +61,7 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
 
 
 def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
-    """The meshes moved apart along z: each stands clear of all that was drawn before it, but for pieces of one kind at
-    one height, those of cells, which go together.
-    """
+    """The meshes moved apart along z, each clear of those before it; cells' pieces of one height together."""
     depth = max(float(m.vertices[:, 1].max() - m.vertices[:, 1].min()) for _, m in meshes)
     gap, top, found, lift, before = 0.3 * depth, None, [], 0.0, None
     for solid, mesh in meshes:

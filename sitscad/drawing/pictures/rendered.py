@@ -46,9 +46,7 @@ class Coloured:
 
 @record(eq=False)
 class View:
-    """From space to the sheet: unit vectors to the right, up and towards the viewer; the scale and the place of the
-    left upper corner along the first two.
-    """
+    """From space to the sheet: unit vectors right, up and to the viewer, the scale, and the left upper corner."""
 
     right: Array
     up: Array

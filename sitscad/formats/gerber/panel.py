@@ -51,9 +51,7 @@ TEXT_PEN = 0.2e-3
 
 
 def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The panel's files by their paths in the package; none where there is no panel. ``files`` are the board's own
-    files: their images are repeated as they are.
-    """
+    """The panel's files by their paths; none without a panel. ``files`` are the board's own, repeated as they are."""
     if panel is None:
         return {}
     layout = panel.layout
@@ -150,9 +148,7 @@ def _drills(panel: Panel) -> dict[str, bytes]:
 
 
 def _places(panel: Panel) -> bytes:
-    """Where everything is, for programs: millimetres, from the panel's lower left corner. The ends of bridges count
-    from the origin of the copy that they hold.
-    """
+    """Where everything is (mm), from the panel's lower left corner; bridges from the origin of their copy."""
 
     def points(found: tuple[Point, ...]) -> list[list[float]]:
         return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]

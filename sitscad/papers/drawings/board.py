@@ -204,9 +204,7 @@ def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
 
 
 def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
-    """The lines about which the tail is bent, which way and how far: below the tail, above one that goes on downwards.
-    How high on paper this reaches.
-    """
+    """The tail's bend lines, which way and how far, beside the tail; how high on paper this reaches."""
     found, tail = bends(layout), layout.spec.fpc.tail
     if not found or tail is None:
         return 0.0

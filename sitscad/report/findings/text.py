@@ -69,9 +69,7 @@ class OutputOptions:
             return path.replace(os.sep, "/")
 
     def uri_from_root(self, path: str) -> str:
-        """The same as a relative reference of RFC 3986, absolute where the path lies outside the root; the name's bytes
-        are written as they are on the disk, no UTF-8 though they be.
-        """
+        """The path as RFC 3986 has it, absolute outside the root; the name's bytes as they are on disk."""
         name = self.path_from_root(path)
         if name.startswith(("/", "../")) or name == "..":
             return "file://" + quote(os.fsencode(os.path.abspath(path)))
