@@ -107,8 +107,9 @@ def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     x0, y0, x1, y1 = bounding_box([design.layout.outline])
-    return CheckResult(tuple(sorted(findings, key=_order)), tuple(not_checked), signals(design.estimates), design.fit,
-                       design.closing, performance.noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
+    findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
+    return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
+                       performance.noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
@@ -130,7 +131,3 @@ def explain(rule_id: str) -> str:
         (f"{rule.id} {rule.name} ({rule.severities})", rule.summary, f"Why: {rule.why}", f"To mend it: {rule.mend}",
          f"Source: {rule.source}")
     )
-
-
-def _order(finding: Finding) -> tuple[str, int, int, str]:
-    return finding.rule, finding.line or 0, finding.column or 0, finding.message

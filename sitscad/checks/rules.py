@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from string import Formatter
 
 from sitscad.data import rows
@@ -111,12 +111,6 @@ def _states(spec: SensorSpec, keys: tuple[str, ...]) -> bool:
     return all(getattr(spec.requirements, key) is not None for key in keys)
 
 
-def _stating(keys: tuple[str, ...]) -> tuple[Callable[[SensorSpec], bool], str]:
-    """What tells whether a spec has all of some requirements, and the reason where it has not."""
-    missing = " or ".join(f"requirements.{key}" for key in keys)
-    return (lambda spec: _states(spec, keys)), f"no {missing} in the spec"
-
-
 NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "target": (lambda s: s.target is not None, "no target in the spec"),
     "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
@@ -128,7 +122,8 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "normal force": (lambda s: s.requirements.normal_force is not None, "no requirements.normal_force in the spec"),
     "shear force": (lambda s: s.requirements.shear_force is not None, "no requirements.shear_force in the spec"),
     "bandwidth": (lambda s: s.requirements.bandwidth is not None, "no requirements.bandwidth in the spec"),
-    **{need: _stating(keys) for need, keys in _FEELING.items()},
+    **{need: (partial(_states, keys=keys), f"no {' or '.join(f'requirements.{key}' for key in keys)} in the spec")
+       for need, keys in _FEELING.items()},
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
@@ -164,7 +159,9 @@ def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked
         return [Outcome(each) for each in named_so], unsaid
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
-        return [], [NotChecked(rule.id, _reason(missing, design.spec))]
+        mount = design.spec.mount
+        is_by_file = missing == "jaw" and mount is not None and mount.is_jaw_unmeasured
+        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else NEEDS[missing][1])]
     found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():
@@ -179,13 +176,6 @@ JAW_BY_FILE_ALONE = (
     "the jaw is a STEP file, whose dimensions are not in the spec: write mount.jaw.width, length and height; the build "
     "measures the file's solid"
 )
-
-
-def _reason(need: str, spec: SensorSpec) -> str:
-    """Why a rule is not applied whose need is not met."""
-    if need == "jaw" and spec.mount is not None and spec.mount.is_jaw_unmeasured:
-        return JAW_BY_FILE_ALONE
-    return NEEDS[need][1]
 
 
 def named(rule: Rule, complaint: Violation, converter: Converter) -> Finding:

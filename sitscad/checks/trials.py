@@ -14,7 +14,6 @@ from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.layout.board import Layout
 from sitscad.layout.escape import SearchLimit
-from sitscad.record import record
 from sitscad.remedy.mending import worsened
 from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work, warn
 from sitscad.spec.sensor import SensorSpec
@@ -92,7 +91,7 @@ class Trials:
         if design is None:
             design = self._draw(changed, self._looks)
             self._drawn.insert(0, (changed, design))
-        return design is not None and not self._breaks(finding, self._looked(design)[0].result)
+        return design is not None and not self._breaks(finding, self._looked(design)[0])
 
     def _breaks(self, finding: Finding, tried: _Tried) -> tuple[str, ...]:
         """What a changed design breaks, by what is said of it."""
@@ -105,7 +104,7 @@ class Trials:
     def warned(self, changed: SensorSpec, of_worse: bool = True) -> tuple[str, ...]:
         """The rules that complain more often of a changed design than of the design as it stands, or more."""
         tried = self._tried(changed)
-        return () if tried is None else tuple(sorted({*tried.complaints, *(tried.worse if of_worse else ())}))
+        return () if tried is None else tried.warned(of_worse)
 
     def share(self, changed: SensorSpec) -> float | None:
         """The largest share of its reading by which a coil of a changed design changes over the required force; None
@@ -158,13 +157,13 @@ class Trials:
         for rule in asking:
             if tried.has_new_errors(*outcomes(rule, design)):
                 break
-        return tried.result
+        return tried
 
-    def _looked(self, design: Design) -> tuple[_Tally, list[Rule]]:
+    def _looked(self, design: Design) -> tuple[_Tried, list[Rule]]:
         """What is said of a changed design without estimates, and the rules that ask for them: none where that is
         enough to refuse it.
         """
-        tried, unestimated = _Tally(self._errors, _complaints(self._said)), _Unestimated(design.spec, design.layout)
+        tried, unestimated = _Tried(self._errors, _complaints(self._said)), _Unestimated(design.spec, design.layout)
         asking = []
         for rule in self._rules:
             try:
@@ -189,45 +188,35 @@ class _Unestimated(Design):
         raise _Asked
 
 
-@record
 class _Tried:
-    """Which rules complain of which keys of a changed design (of None: cannot judge it), which only note something, and
-    how many more errors and complaints (errors and warnings) each rule has than of the design as it stands; and whose
-    warnings are `worsened`.
+    """What rules say of a changed design, against what they say of the design as it stands: ``complaining`` are those
+    that complain, with the key (of None: cannot judge it), ``noting`` those that say anything at all, ``errors`` how
+    many more errors each has.
     """
 
-    complaining: frozenset[_Place]
-    noting: frozenset[_Place]
-    errors: Counter[str]
-    complaints: Counter[str]
-    worse: frozenset[str]
-
-
-class _Tally:
-    """Counts what rules say of a changed design, against what they say of the design as it stands."""
-
     def __init__(self, errors: Counter[str], complaints: Sequence[Finding]) -> None:
-        self._before, self._complaints_before = errors, complaints
-        self._complaining: set[_Place] = set()
-        self._noting: set[_Place] = set()
-        self._errors: Counter[str] = Counter()
-        self._complaints: list[Finding] = []
+        self._errors_before, self._complaints_before = errors, complaints
+        self._errors, self._complaints = Counter[str](), list[Finding]()
+        self.complaining, self.noting = set[_Place](), set[_Place]()
 
     def has_new_errors(self, said: Sequence[Outcome], undecided: Sequence[NotChecked]) -> bool:
         """Count what one rule says; whether there are more errors now than before."""
-        self._complaining |= {(one.rule, one.key) for one in _complaints(said)}
-        self._complaining |= {(one.rule, None) for one in undecided}
-        self._noting |= {(one.finding.rule, one.finding.key) for one in said}
+        self.complaining |= {(one.rule, one.key) for one in _complaints(said)}
+        self.complaining |= {(one.rule, None) for one in undecided}
+        self.noting |= {(one.finding.rule, one.finding.key) for one in said}
         self._complaints += _complaints(said)
         self._errors += _errors(said)
-        return bool(self._errors - self._before)
+        return bool(self.errors)
 
     @property
-    def result(self) -> _Tried:
+    def errors(self) -> Counter[str]:
+        return self._errors - self._errors_before
+
+    def warned(self, of_worse: bool) -> tuple[str, ...]:
+        """The rules with more complaints (errors and warnings), and those whose warnings are `worsened`."""
         now, then = (Counter(one.rule for one in found) for found in (self._complaints, self._complaints_before))
-        worse = frozenset(worsened(self._complaints_before, self._complaints))
-        seen = frozenset(self._complaining), frozenset(self._noting)
-        return _Tried(*seen, self._errors - self._before, now - then, worse)
+        worse = worsened(self._complaints_before, self._complaints) if of_worse else ()
+        return tuple(sorted({*(now - then), *worse}))
 
 
 class _Left:

@@ -40,13 +40,13 @@ SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm",
 @cache
 def usual_ranges() -> tuple[UsualRange, ...]:
     """Every row of the table."""
-    return tuple(_range(**row) for row in rows("usual_ranges"))
-
-
-def _range(key: str, value: str, dimension: str, low: str, high: str, **origin: str) -> UsualRange:
-    bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
-    words = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
-    return UsualRange(key, value or key, dimension, *bounds, words, cited(origin))
+    found = []
+    for row in rows("usual_ranges"):
+        low, high, dimension = row["low"], row["high"], row["dimension"]
+        bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
+        words = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
+        found.append(UsualRange(row["key"], row["value"] or row["key"], dimension, *bounds, words, cited(row)))
+    return tuple(found)
 
 
 def _figure(text: str, dimension: str, otherwise: float) -> float:
@@ -80,11 +80,6 @@ def _asked(design: Design) -> list[float]:
     return [error / force for error, force in pairs if error is not None and force]
 
 
-def _loads(design: Design) -> list[float]:
-    """The forces of all load cases (N)."""
-    return [abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)]
-
-
 def _holes(design: Design) -> list[float]:
     """The coordinates of the holes of a bench plate from the board's middle (m)."""
     mount = design.spec.mount
@@ -104,7 +99,7 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
     ],
     "asked": _asked,
-    "loads": _loads,
+    "loads": lambda design: [abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)],
     "holes": _holes,
 }
 """What no single value of the spec is, by the name that the table has for it."""
@@ -115,14 +110,16 @@ def unusual(design: Design) -> Iterator[Verdict]:
     for section, found in groupby(_beyond(design), key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
             beyond = list(found)
-            told = [f"{_named(usual)} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond]
+            told = [f"{NAMES.get(usual.value, usual.key)} {_shown(value, usual.dimension)} ({usual.words})"
+                    for usual, value in beyond]
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
             yield Violation(f"nobody is known who makes what these rules say: {', '.join(told)}",
                             f"look at numbers and units; {IGNORE}", section, float(len(beyond)), 0.0, source=sources)
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
-            yield Violation(f"{_named(usual)} is {_shown(value, usual.dimension)}; {usual.words} are usual",
+            what = NAMES.get(usual.value, usual.key)
+            yield Violation(f"{what} is {_shown(value, usual.dimension)}; {usual.words} are usual",
                             f"look at number and unit ({usual.source}); {IGNORE}", usual.key, value, bound,
                             SI.get(usual.dimension), source=usual.source)
 
@@ -160,11 +157,6 @@ def _shown(value: float, dimension: str) -> str:
     others = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",
               "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
     return others.get(dimension, f"{value:.4g}")
-
-
-def _named(usual: UsualRange) -> str:
-    """What a finding calls a figure."""
-    return NAMES.get(usual.value, usual.key)
 
 
 NAMES = {

@@ -38,10 +38,8 @@ if TYPE_CHECKING:
     help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
-@click.option(
-    "--check", is_flag=True,
-    help="Write nothing; fail where packages are not what the same command without --check makes.",
-)
+@click.option("--check", is_flag=True,
+              help="Write nothing; fail where packages are not what the same command without --check makes.")
 @BASELINE
 @JOBS
 @PLUGIN

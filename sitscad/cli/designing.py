@@ -6,19 +6,17 @@ import os
 import re
 import sys
 import time
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, print_result, row_of, say, show_findings, spec_of
+from sitscad.cli.terminal import Example, print_result, progress_of, row_of, say, show_findings, spec_of
 from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad.study.running import Progress as StudyProgress
     from sitscad.study.running import StudyState
-    from sitscad.study.sweeping import Progress
 
 
 @click.command(cls=Example, example="sitscad measures")
@@ -73,7 +71,8 @@ def sweep(
         asked = dict(map(range_of, ranges))
         if len(asked) < len(ranges):
             raise click.UsageError("a key is swept once")
-        table = sitscad.sweep(loaded, asked, names or None, level=level, jobs=jobs, progress=_progress())
+        progress = progress_of("designs")
+        table = sitscad.sweep(loaded, asked, names or None, level=level, jobs=jobs, progress=progress)
         content = write(table) if write is not None else b""
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error
@@ -90,17 +89,6 @@ def sweep(
     else:
         print_result(show(table))
     return 0
-
-
-def _progress() -> Progress | None:
-    """What shows on a terminal how far a sweep is."""
-    if not sys.stderr.isatty():
-        return None
-
-    def show(done: int, of: int) -> None:
-        click.echo(f"\r  {done} of {of} designs" + ("\n" if done >= of else ""), err=True, nl=False)
-
-    return show
 
 
 @click.command(cls=Example, example="sitscad design study.yaml --jobs 2")
@@ -153,17 +141,12 @@ def design(
     files = answer_files(answer)
     for name in files:
         write_file(os.path.join(folder, name), files[name])
-    _drop_stale(folder, files)
+    for name in os.listdir(os.path.join(folder, "designs")):
+        if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
+            os.unlink(os.path.join(folder, "designs", name))  # that an earlier answer kept and this one does not
     say(f"wrote {folder}")
     print_result(answer_json(answer) if format_name == "json" else answer_text(answer, folder))
     return 0 if answer.is_met else 1
-
-
-def _drop_stale(folder: str, files: Mapping[str, bytes]) -> None:
-    """Take away designs that an earlier answer kept and this one does not."""
-    for name in os.listdir(os.path.join(folder, "designs")):
-        if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
-            os.unlink(os.path.join(folder, "designs", name))
 
 
 def _study_progress() -> StudyProgress | None:

@@ -11,7 +11,17 @@ from pathlib import Path
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, Tolerance, coloured, exit_code_of, print_result, row_of, say, spec_of
+from sitscad.cli.terminal import (
+    Example,
+    Tolerance,
+    coloured,
+    exit_code_of,
+    print_result,
+    progress_of,
+    row_of,
+    say,
+    spec_of,
+)
 from sitscad.units import counted
 
 
@@ -212,7 +222,7 @@ def response(
         return 2
     whole = sitscad.Design(loaded)
     design = _of_cell(whole, cell)
-    progress = _points if sys.stderr.isatty() and len(motions) > MANY else None
+    progress = progress_of("poses solved") if len(motions) > MANY else None
     try:
         found = respond_to(design, motions, at, tolerance, progress, jacobian, method != "law")
     except sitscad.NoResponse as error:
@@ -237,11 +247,6 @@ def _of_cell(whole: sitscad.Design, number: int | None) -> sitscad.Design:
 
 MANY = 200
 """Points from which on progress is shown."""
-
-
-def _points(done: int, of: int) -> None:
-    """How far a response is, on one line of a terminal."""
-    click.echo(f"\r  {done} of {of} poses solved" + ("\n" if done >= of else ""), err=True, nl=False)
 
 
 @click.command(cls=Example, example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")

@@ -55,11 +55,12 @@ def explain(rule: str) -> int:
 
     RULE is an identifier (SIT103), its number (103) or the rule's name (coil-trace).
     """
+    from sitscad import checks
+
     found = require_rule(rule)
     if found is None:
         raise click.UsageError(f"{rule!r} stands for several rules; `sitscad rules` lists them.")
-    parts = (found.summary, f"Why: {found.why}", f"To mend it: {found.mend}", f"Source: {found.source}")
-    print_result("\n\n".join((f"{found.id} {found.name} ({found.severities})", *parts)))
+    print_result(checks.explain(found.id))
     return 0
 
 
@@ -90,17 +91,14 @@ def schema(document: str) -> int:
     """
     from sitscad.data import json_file
 
+    def study_schema() -> Any:
+        from sitscad.study.study import study_schema  # loads what judges designs
+
+        return study_schema()
+
     made = {
-        "spec": sitscad.json_schema,
-        "check": functools.partial(json_file, "check.schema"),
-        "calibration": functools.partial(json_file, "calibration.schema"),
-        "study": _study_schema,
+        "spec": sitscad.json_schema, "check": functools.partial(json_file, "check.schema"),
+        "calibration": functools.partial(json_file, "calibration.schema"), "study": study_schema,
     }
     print_result(json.dumps(row_of(made, document, "--of")(), indent=1))
     return 0
-
-
-def _study_schema() -> dict[str, Any]:
-    from sitscad.study.study import study_schema  # loads what judges designs
-
-    return study_schema()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -62,19 +62,12 @@ def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) 
 
 
 JOBS = click.option(
-    "--jobs",
-    type=click.IntRange(1),
+    "--jobs", type=click.IntRange(1),
     help="Processes for several specs (default: the processors); 2 build one spec's solids beside all else.",
 )
 PLUGIN = click.option(
-    "--plugin",
-    multiple=True,
-    metavar="FILE",
-    type=click.Path(),
-    expose_value=False,
-    is_eager=True,
-    callback=_use_plugins,
-    help="A Python file with rules or writers of your own.",
+    "--plugin", multiple=True, metavar="FILE", type=click.Path(), expose_value=False, is_eager=True,
+    callback=_use_plugins, help="A Python file with rules or writers of your own.",
 )
 BASELINE = click.option(
     "--baseline", metavar="FILE", help="What check --format json printed: what it holds does not fail again."
@@ -102,10 +95,8 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
     """Say which specs a baseline knows nothing of, where they have findings: none of these was known before."""
     for spec in checked:
         if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
-            named = f" named {spec.name}" if spec.name else ""
-            say(
-                f"{spec.path}: {baseline.named} holds no spec{named} at this path (its paths count from its own folder)"
-            )
+            which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
+            say(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
 
 
 def require_rule(pattern: str) -> Any:
@@ -139,6 +130,13 @@ def _meant(name: str, known: Iterable[str]) -> str:
 def say(message: str) -> None:
     """A message: to stderr, under the name of the program."""
     click.echo(f"sitscad: {message}", err=True)
+
+
+def progress_of(what: str) -> Callable[[int, int], None] | None:
+    """What shows on one line of a terminal how many of some things are done; None where there is no terminal."""
+    if not sys.stderr.isatty():
+        return None
+    return lambda done, of: click.echo(f"\r  {done} of {of} {what}{chr(10) if done >= of else ''}", err=True, nl=False)
 
 
 def print_result(text: str) -> None:

@@ -58,9 +58,10 @@ def overhang(design: Design) -> Iterator[Verdict]:
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
         # an error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it
         beside = beyond(carrier, low.footprint.centre) > 0.0
-        return Violation(message, f"{why}: {_remedy(design)}", key, over, 0.0, "m",
-                         severity=Severity.ERROR if beside else Severity.WARNING,
-                         advice=lambda left: f"{why}: {_remedy(design, left)}")
+        hint = design.once("plates on the board as it is drawn", lambda: _remedy(design, None))
+        return Violation(message, f"{why}: {hint}", key, over, 0.0, "m",
+                         severity=Severity.ERROR if beside else Severity.WARNING, advice=lambda left: f"{why}: " +
+                         design.once("plates on the board drawn anew", lambda: _remedy(design, left)))
 
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         where = _where(plate.footprint.box, pad.footprint.box)
@@ -104,16 +105,10 @@ def _jaw_in_the_way(design: Design) -> str:
     )
 
 
-def _remedy(design: Design, left: Left | None = None) -> str:
-    """Changes with which everything lies on what carries it, and what else then complains; with a larger body where
-    that may be drawn.
+def _remedy(design: Design, left: Left | None) -> str:
+    """Changes with which everything lies on what carries it, with a larger body where that may be drawn; where nothing
+    does, what comes nearest, and what else then complains; in words.
     """
-    drawn = "drawn anew" if left else "as it is drawn"
-    return design.once(f"plates on the board {drawn}", lambda: _told(design, left))
-
-
-def _told(design: Design, left: Left | None) -> str:
-    """What makes the plates lie on the board's body, and where nothing does, what comes nearest; in words."""
     before, body, key = _other_complaints(design), ground(design.layout), design.spec.fpc.body_key
     larger, aside, cut = ([c for c in way if lies(c.spec, body)] for way in
                           (carried(design.spec), moved(design.spec), cut_to_board(design.spec, body)))

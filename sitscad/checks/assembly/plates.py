@@ -20,7 +20,7 @@ from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.remedy.moves import Plate, carrying, larger_target, resized
 from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
-from sitscad.spec.materials import Target
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_specs, footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -92,22 +92,20 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
     as people write them, finer only where that leaves too little.
     """
     for grain in (100e-6, 50e-6, GRAIN):
-        yield from _cut(spec, body, grain)
-
-
-def _cut(spec: SensorSpec, body: Path, grain: float) -> Iterator[Fix]:
-    if spec.elastomer is None:
-        if spec.target is not None:
+        if spec.elastomer is not None:
+            yield from _cut(spec, spec.elastomer, body, grain)
+        elif spec.target is not None:
             for edits, plate in _fitting("target", spec, spec.target, body, film_thickness(spec), grain):
                 yield Fix(edits, replace(spec, target=plate))
-        return
-    wanted = [*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), spec.elastomer]
-    for pad in wanted:
+
+
+def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
+    for pad in (*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), now):
         for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec), grain):
-            if smaller == spec.elastomer:
+            if smaller == now:
                 below = ()
             elif smaller == pad:
-                below = _written("elastomer", spec.elastomer, smaller)
+                below = _written("elastomer", now, smaller)
             if spec.target is None:
                 yield Fix(below, replace(spec, elastomer=smaller))
                 continue

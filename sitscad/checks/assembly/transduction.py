@@ -208,8 +208,7 @@ def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
     """The softest silicone that a shear force (N) strains by no more than a limit, a sigma softer, too."""
     return _softest_enough(
-        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit
-    )
+        lambda other, modulus: _sheared(_of(spec, other).spec, force, modulus / other.shear_modulus) <= limit)
 
 
 def _modulus_for_shear(

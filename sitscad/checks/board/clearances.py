@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -57,16 +56,6 @@ def _tried_spacing(spec: SensorSpec, spacing: float, untried: str, left: Left) -
     return "".join([untried, *(tried(change, left) for change in changes[-1:])])
 
 
-def via_clearance(design: Design) -> Iterator[Verdict]:
-    """Every via pad to every conductor that does not join it there, turns of its own coil included."""
-    return _worst_of_each_kind(design, True, "coil.turns")
-
-
-def copper_spacing(design: Design) -> Iterator[Verdict]:
-    """Every other pair of tracks and contacts, turn to turn of one coil included."""
-    return _worst_of_each_kind(design, False, "coil")
-
-
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
     asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
@@ -82,7 +71,8 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
         yield found if not at_plug else replace(
             found, hint=f"{missing}a connector with more board beside its contacts", key="fpc.tail.connector",
-            advice=partial(_other_connector, design, missing),
+            advice=lambda left, missing=missing: missing + design.once(  # type: ignore[misc]
+                "connector with more edge", lambda: _connector_with_edge(design, left)),
         )
 
 
@@ -149,14 +139,6 @@ def copper_in(design: Design) -> Copper:
     return design.once("copper", lambda: copper_of(design.layout))
 
 
-def _near_copper(design: Design) -> tuple[Nearness, ...]:
-    """Every pair of items that is too near, worst first."""
-    spacing = design.spec.fpc.rules.trace_spacing
-    winding = min(spacing, design.spec.coil.trace_spacing)
-    return design.once("near copper", lambda: tuple(
-        too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL)))
-
-
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
     """Pieces of copper nearer to an edge than is asked (m): their indices and gaps (m)."""
     reach = copper.half + asked
@@ -170,7 +152,10 @@ def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[
 def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Violation]:
     """One complaint for all places of one kind (turn to turn, lead to turn of another net ...), the worst of them."""
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
-    for near in _near_copper(design):
+    spacing = design.spec.fpc.rules.trace_spacing
+    winding = min(spacing, design.spec.coil.trace_spacing)
+    for near in design.once("near copper", lambda: tuple(
+            too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
             words = sorted((_kind(near.one), _kind(near.other)))
             kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
@@ -362,8 +347,9 @@ def _inside(corners: Sequence[Position], point: Position) -> bool:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT107", via_clearance),
-    rule_of("SIT108", copper_spacing),
+    # via pads to conductors that do not join them, then all other pairs; turns of one coil included
+    rule_of("SIT107", lambda design: _worst_of_each_kind(design, True, "coil.turns")),
+    rule_of("SIT108", lambda design: _worst_of_each_kind(design, False, "coil")),
     rule_of("SIT109", copper_to_edge),
     rule_of("SIT110", drill_to_copper),
     rule_of("SIT114", coverlay_web),

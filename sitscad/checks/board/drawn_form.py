@@ -74,7 +74,6 @@ class _Edge:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        # The points of a path from one length along it (m) to another.
         points, way = [], 0.0
         for segment in self.trace.path:
             flat = segment.flattened(CHORD)
@@ -299,25 +298,21 @@ def sliver(design: Design) -> Iterator[Verdict]:
 def _drawn_otherwise(design: Design, rule: Callable[[Design], Iterable[Verdict]], left: Left) -> str:
     """Which start angle or number of turns makes the layout draw something else, found by drawing it."""
 
-    def search() -> Fix | None:
-        return first_that_mends(islice(_free_of(rule, design, left), MOST_DRAWN), left)
+    def free() -> Iterator[Fix]:
+        # other ends of the layers with which the rule finds nothing, as far as the budget goes
+        for fix in other_ends(design.spec):
+            layout = left.drawn(fix.spec)
+            if layout is None:
+                return
+            if not list(rule(Design(fix.spec, layout))):
+                yield fix
 
-    found = design.once(f"{rule.__name__} drawn otherwise", search)
+    found = design.once(f"{rule.__name__} drawn otherwise", lambda: first_that_mends(islice(free(), MOST_DRAWN), left))
     if found is None and left.is_cut_short:
         return ""
     if found is None:
         return f"{DRAWN_SO}; the board works as it is, only its yield is lower"
     return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
-
-
-def _free_of(rule: Callable[[Design], Iterable[Verdict]], design: Design, left: Left) -> Iterator[Fix]:
-    """Other ends of the layers with which a rule finds nothing; as far as the budget goes."""
-    for fix in other_ends(design.spec):
-        layout = left.drawn(fix.spec)
-        if layout is None:
-            return
-        if not list(rule(Design(fix.spec, layout))):
-            yield fix
 
 
 def shorted_turn(design: Design) -> Iterator[Verdict]:

@@ -41,7 +41,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 def _complaint(design: Design, lack: Shortfall) -> Violation:
     """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
-    # The hint, the key and the source (empty: the rule's) of a shortfall.
+    # hint, key and source (empty: the rule's)
     of_rules = f"and spacing of the rules {design.spec.fpc.rules.name}"
     at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
     said = {

@@ -205,14 +205,8 @@ def _too_sharp(design: Design) -> Iterator[Violation]:
 
 
 def _longer(design: Design, left: Left) -> str:
-    """The length of tail with which the bend has room, as it was tried; else what else would do."""
-    fix = _long_enough(design, left)
-    return NO_ROOM if fix is None else f"{fix.words} is long enough{tried(fix, left)}, or fpc.tail.bend: none"
-
-
-def _long_enough(design: Design, left: Left) -> Fix | None:
-    """A length of the tail with which its bend has room, found by laying the board out with it; None if none, or
-    where leads or vias found no room: that search is long, and as vain with any tail.
+    """The length of tail with which its bend has room, found by laying the board out with it; what else would do if
+    none, or where leads or vias found no room: that search is long, and as vain with any tail.
     """
     shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS if not design.layout.shortfalls else 0):
@@ -223,11 +217,11 @@ def _long_enough(design: Design, left: Left) -> Fix | None:
         longer = setting(design.spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
         layout = left.drawn(longer.spec) if length <= LONGEST else None
         if layout is None:
-            return None
+            break
         shorter = Design(longer.spec, layout)
         if _fits(shorter):
-            return longer
-    return None
+            return f"{longer.words} is long enough{tried(longer, left)}, or fpc.tail.bend: none"
+    return NO_ROOM
 
 
 def _fits(design: Design) -> bool:

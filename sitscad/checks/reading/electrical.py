@@ -40,8 +40,6 @@ from sitscad.units import show
 
 INDUCTANCE_GROWS = "inductance grows with the square of turns and layers"
 
-STRONG = ("parallel_resistance_high_current",)
-
 DRAWS_IN = 1.5
 """Relative permeability from which on a shield draws the field in: nearer, it adds inductance."""
 
@@ -136,7 +134,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         return
     severity, needs = Severity.WARNING, f"the data sheet specifies from {show(specified, 'ohm')} up"
     if worst.value < design.converter.limit(floor_name):
-        name, severity, strong = floor_name, Severity.ERROR, "high-current " * (floor_name in STRONG)
+        name, severity, strong = floor_name, Severity.ERROR, "high-current " * floor_name.endswith("high_current")
         needs = f"the strongest {strong}drive needs {show(design.converter.limit(name), 'ohm')}"
     asked, growth = design.converter.limit(name), (specified / worst.value) ** (1.0 / 3.0)
     grows, away = "R_P = (omega L)^2 / R grows with about the cube of turns and layers", _distance_advice(design, worst)

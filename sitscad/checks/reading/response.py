@@ -273,7 +273,9 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
     spec, force = design.spec, design.spec.requirements.shear_force
     assert force is not None
-    axes = _axes(spec)
+    # only along axes (0: x, 1: y) on which the coils stand apart can the array tell shear
+    centres = [placement.centre for placement in spec.array.placements]
+    axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > 1e-9]
     if not axes:
         yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
         return
@@ -296,12 +298,6 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         apart = max(moved) - min(moved)
         hardly = list(_judged(design, axis, travels[axis], apart, max(steps)))
         yield from hardly or _tilted(design, axis, apart, -float(poses[2, 2]))
-
-
-def _axes(spec: SensorSpec) -> list[int]:
-    """The axes (0: x, 1: y) along which the coils stand apart: only along those can the array tell shear."""
-    centres = [placement.centre for placement in spec.array.placements]
-    return [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > 1e-9]
 
 
 def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:

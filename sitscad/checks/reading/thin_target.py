@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.reading.readings import Reading, readings_of, where
+from sitscad.checks.reading.readings import readings_of, where
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
@@ -107,11 +107,14 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
         return None
     worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
     share, words = _change(design, other)
+    # the amplitude there: SIT204 judges it
+    swing = [r.value for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
+    words += f"; the amplitude there is {show(swing[0], 'V', 3)}" if swing else ""
     assert thick.target is not None
     return _Cost(
         1.0 - worst.value / against.value, share,
         f"against {show(thick.target.thickness, 'm', 3)} of it, by the same model, the parallel resistance of "
-        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}{_amplitude(design, worst)}",
+        f"{where(worst)} is {_instead(worst.value, against.value, 'ohm')}{words}",
     )
 
 
@@ -124,12 +127,6 @@ def _change(design: Design, other: Design) -> tuple[float, str]:
     force = design.spec.requirements.normal_force
     named, per = ("the change per newton", "/N") if force else ("what the target changes of the inductance", "")
     return 1.0 - mine[best] / theirs[best], f", {named} {_instead(mine[best], theirs[best], 'H', per)}"
-
-
-def _amplitude(design: Design, worst: Reading) -> str:
-    """The amplitude there, in words: SIT204 judges it."""
-    found = [r for r in readings_of(design, "amplitude", True) if (r.coil, r.state) == (worst.coil, worst.state)]
-    return f"; the amplitude there is {show(found[0].value, 'V', 3)}" if found else ""
 
 
 def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
@@ -157,7 +154,7 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
     if not theirs > 0.0 or not math.isfinite(mine):
         yield Undecided("what the target changes is unknown: no state with it was estimated")
         return
-    share, least = mine / theirs, _limit("least_target_effect")
+    share, least = mine / theirs, own_limits()["least_target_effect"]
     why = (
         f"hardly conducts: at {show(frequency, 'Hz', 3)} the field goes {show(depth, 'm', 3)} deep, the target is "
         f"{show(target.thickness, 'm', 3)} thick"
@@ -167,8 +164,8 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
     yield Violation(
         f"{target.material.name} {why}. It changes the inductance by {100.0 * share:.2g} % of what copper of its size "
         "changes", "take a metal: copper or aluminium, where it goes some hundredths of a millimetre deep",
-        "target.material", share, least, severity=Severity.ERROR if share < least else Severity.WARNING,
-        source=own_limits()["least_target_effect"].source,
+        "target.material", share, least.value, severity=Severity.ERROR if share < least.value else Severity.WARNING,
+        source=least.source,
     )
 
 
@@ -201,15 +198,9 @@ def _target(design: Design) -> Target:
     return design.spec.target
 
 
-def _limit(name: str) -> float:
-    return own_limits()[name].value
-
+_LIMITS = ("thin_target_resistance", "thin_target_change", "least_target_effect")
 
 RULES: tuple[Rule, ...] = (
-    rule_of(
-        "SIT305", target_thickness, "target", compared=COMPARED,
-        thin_target_resistance=100.0 * _limit("thin_target_resistance"),
-        thin_target_change=100.0 * _limit("thin_target_change"),
-        least_target_effect=100.0 * _limit("least_target_effect"),
-    ),
+    rule_of("SIT305", target_thickness, "target", compared=COMPARED,
+            **{name: 100.0 * own_limits()[name].value for name in _LIMITS}),
 )

@@ -52,8 +52,10 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
         yield Undecided("no scan rate was estimated")
         return
     if readout.scan_rate < wanted * (1.0 - 1e-6):
+        count = len(design.spec.array.placements)
         yield Violation(
-            f"the fastest scan of {_coils(design)} takes {show(1.0 / readout.scan_rate, 's', 3)} "
+            f"the fastest scan of {'one coil' if count == 1 else f'{count} coils'} takes "
+            f"{show(1.0 / readout.scan_rate, 's', 3)} "
             f"({show(readout.scan_rate, 'Hz')}); {show(wanted, 'Hz')} are asked",
             "ask for fewer scans a second, use fewer coils, or a faster clock", "readout.scan_rate", readout.scan_rate,
             wanted, "Hz",
@@ -69,8 +71,9 @@ def read_back(design: Design) -> Iterator[Verdict]:
         impossible = wanted > hopeful
         pause = "" if impossible else ", or a host that reads without any pause, as TI's more hopeful figure takes it"
         yield Violation(
-            f"reading {_coils(design)} over I2C at 400 kHz takes {show(1.0 / sure, 's', 3)}: a scan rate of "
-            f"{show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked", f"a lower readout.scan_rate{pause}",
+            f"reading {'one coil' if channels == 1 else f'{channels} coils'} over I2C at 400 kHz takes "
+            f"{show(1.0 / sure, 's', 3)}: a scan rate of {show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked",
+            f"a lower readout.scan_rate{pause}",
             "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,
             advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
         )
@@ -189,11 +192,6 @@ def clock(design: Design) -> Iterator[Verdict]:
             f"use {show(high, 'Hz')}{finest}", "readout.clock", value, low if value < low else high, "Hz",
             advice=lambda left: f"{fastest.words}{tried(fastest, left)}{finest}",
         )
-
-
-def _coils(design: Design) -> str:
-    count = len(design.spec.array.placements)
-    return "one coil" if count == 1 else f"{count} coils"
 
 
 RULES: tuple[Rule, ...] = (
