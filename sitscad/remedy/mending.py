@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import Generic, Protocol, TypeVar
 
-from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity
+from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.record import record
 from sitscad.remedy.search import warn
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
@@ -172,9 +172,8 @@ def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
 def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
     """Whether a text is better after a fix: it is read further, or one finding is gone and nothing new is wrong."""
     is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
-    if is_unread and is_further(before.findings, after.findings):
-        return True
-    return is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before)
+    return (is_unread and is_further(before.findings, after.findings)) or (
+        is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
 
 
 def _unknown(said: Judged) -> set[str]:
@@ -201,7 +200,8 @@ def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Findi
 
 def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
     """What a fix takes away of findings by their weight, and what it brings."""
-    read = [f"{_new_key(edit)}." for edit in applied.remedy.edits if edit.what == "name"]
+    read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
+            for edit in applied.remedy.edits if edit.what == "name"]
     seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
     now, then = _weighed(seen), _weighed(before)
     gone, new = then - now, now - then
@@ -216,11 +216,6 @@ def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:
 
 def _place(applied: Applied) -> tuple[str, str | None, Severity]:
     return applied.finding.rule, applied.finding.key, applied.finding.severity
-
-
-def _new_key(edit: Edit) -> str:
-    parent = edit.key.rpartition(".")[0]
-    return f"{parent}.{edit.new}" if parent else edit.new
 
 
 _Weighed = Counter[tuple[str, str | None, Severity]]

@@ -196,11 +196,16 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
     assert tail is not None
     for layers in (2, 1):
         if layers < tail.layers:
-            try:
-                changed = spec.replace("fpc.tail.layers", layers)
-            except SpecError:
-                continue
-            yield Fix((Edit("fpc.tail.layers", f"{layers}"),), changed)
+            yield from read_anew(spec, "fpc.tail.layers", layers)
+
+
+def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
+    """A value of the spec changed in its text, for what else follows from it; nothing where it cannot be read so."""
+    try:
+        changed = spec.replace(key, value)
+    except SpecError:
+        return
+    yield Fix((Edit(key, value if isinstance(value, str) else f"{value:.6g}"),), changed)
 
 
 def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
@@ -208,11 +213,7 @@ def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
     nothing where it is so, or no hole is plated.
     """
     if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
-        try:
-            changed = spec.replace("fpc.plated", "buttons")
-        except SpecError:
-            return
-        yield Fix((Edit("fpc.plated", "buttons"),), changed)
+        yield from read_anew(spec, "fpc.plated", "buttons")
 
 
 SEALING = ("ecoflex-00-50", 50e-6)

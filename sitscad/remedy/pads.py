@@ -8,13 +8,10 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.finding import Edit
-from sitscad.geometry.path import Point
-from sitscad.remedy.moves import resized, scans
+from sitscad.remedy.moves import read_anew, resized, scans
 from sitscad.remedy.search import Fix, Left, setting
 from sitscad.spec import presets
-from sitscad.spec.format.reading import SpecError
-from sitscad.spec.places import footprint
+from sitscad.spec.places import coils_from
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4
@@ -27,8 +24,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    here = footprint(spec, target)
-    places = [here.place_of(Point(*placement.centre)) for placement in spec.array.placements]
+    places = coils_from(spec, target).values()
     reach = [2.0 * max(abs(place[k]) for place in places) for k in (0, 1)]
     usual = target.size if target.outline.is_long else (max(*reach, *spec.coil.size),) * 2
     whole = [reach[k] if reach[k] > 0.0 else usual[k] for k in (0, 1)]
@@ -52,20 +48,14 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
         return
-    here = footprint(spec, target)
-    places = [here.place_of(Point(*placement.centre)) for placement in spec.array.placements]
+    places = coils_from(spec, target).values()
     shares = [2.0 * max(abs(place[k]) for place in places) / target.size[k] for k in (0, 1)]
     if max(shares) <= 0.0:
         return
     for step in range(1, STEPS):
         wanted = _tenths(pitch * (1.0 + (1.0 / max(shares) - 1.0) * step / STEPS))
-        if wanted <= pitch * (1.0 + 1e-9):
-            continue
-        try:
-            changed = spec.replace("array.pitch", 1e3 * wanted)
-        except SpecError:
-            continue
-        yield Fix((Edit("array.pitch", f"{1e3 * wanted:.6g}"),), changed)
+        if wanted > pitch * (1.0 + 1e-9):
+            yield from read_anew(spec, "array.pitch", 1e3 * wanted)
 
 
 def _tenths(length: float) -> float:

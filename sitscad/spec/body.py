@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
-from typing import Any
 
 from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
 from sitscad.record import record
-from sitscad.spec.format.kinds import Choice, Pair, Quantity, Special, described, refuse
+from sitscad.spec.format.kinds import Choice, FileName, Pair, Quantity
 from sitscad.spec.format.section import Section, key
-
-DXF_ENDING = r"\.[dD][xX][fF]$"
 
 PLAIN_CORNER = 0.5e-3
 """Radius (m) of a rectangle's corners: as of every board's outline, for what touches tissue has no sharp edge."""
-
-
-def _dxf_name(value: Any) -> str:
-    name = value if isinstance(value, str) else ""
-    if not 0 < len(name) <= 200 or not re.search(DXF_ENDING, name):
-        refuse("SIT006", f"{described(value)} is no name of a DXF file", "a file beside the spec, like body.dxf")
-    return name
 
 
 @record
@@ -44,9 +33,8 @@ class BodySpec(Section):
         Quantity("length", "0.1 mm", "250 mm"), "of shape rounded: 1 mm if left out", None
     )
     file: str | None = key(
-        Special(_dxf_name, {"type": "string", "maxLength": 200, "pattern": DXF_ENDING, "examples": ["body.dxf"]}),
-        "of shape dxf: one closed outline of lines and arcs, in the spec's folder. Its origin comes to the mean of the "
-        "coils' centres, its x runs to the tail", None,
+        FileName("DXF", r"\.[dD][xX][fF]$", "body.dxf"), "of shape dxf: one closed outline of lines and arcs, in the "
+        "spec's folder. Its origin comes to the mean of the coils' centres, its x runs to the tail", None,
     )
     edge: Path = Path(())
 

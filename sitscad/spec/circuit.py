@@ -156,13 +156,11 @@ class Stackup:
         their widths by it: the foil. One plating of the whole panel is in those figures; what a second one adds is
         etched like thicker foil. Where it is not stated how much is plated, all of it counts.
         """
-        return max((self._line_foil(layer) for layer in self.copper if layer.number in layers), default=0.0)
-
-    def _line_foil(self, layer: CopperLayer) -> float:
+        chosen = [layer for layer in self.copper if layer.number in layers]
         if not self.is_plating_stated:
-            return layer.thickness
-        again = max(0.0, layer.plated - self.plating_thickness) if self.plating is Plating.PANEL else 0.0
-        return layer.foil + again
+            return max((layer.thickness for layer in chosen), default=0.0)
+        once = self.plating_thickness if self.plating is Plating.PANEL else math.inf
+        return max((layer.foil + max(0.0, layer.plated - once) for layer in chosen), default=0.0)
 
     def between(self, upper: int, lower: int) -> tuple[StackLayer, ...]:
         """The layers strictly between two copper layers (numbers from 1)."""

@@ -4,13 +4,13 @@ user's own; and how all is put together. SI units.
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from sitscad.geometry.shapes import PLATES, Outline
 from sitscad.record import record
 from sitscad.spec.format.kinds import (
     Choice,
+    FileName,
     Gap,
     Label,
     Pair,
@@ -18,7 +18,6 @@ from sitscad.spec.format.kinds import (
     Quantity,
     Size,
     Special,
-    Text,
     Thickness,
     described,
     refuse,
@@ -36,13 +35,6 @@ Coordinate = Quantity("length", "-1000 mm", "1000 mm")
 Axis = Choice(("x", "-x", "y", "-y", "z", "-z"))
 
 
-def _step_name(value: Any) -> str:
-    name = Text(200).read(value)
-    if not re.search(r"\.(step|stp)$", name, re.IGNORECASE):
-        refuse("SIT006", f"{described(value)} is no name of a STEP file", "a file beside the spec, like jaw.step")
-    return str(name)
-
-
 def _datum(value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return str(Label.read(value))
@@ -51,8 +43,7 @@ def _datum(value: Any) -> str | tuple[float, ...]:
     return tuple(Coordinate.read(entry) for entry in value)
 
 
-STEP_ENDING = r"\.([sS][tT][eE][pP]|[sS][tT][pP])$"
-StepName = Special(_step_name, {"type": "string", "maxLength": 200, "pattern": STEP_ENDING, "examples": ["jaw.step"]})
+StepName = FileName("STEP", r"\.([sS][tT][eE][pP]|[sS][tT][pP])$", "jaw.step")
 Datum = Special(
     _datum, {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]}
 )

@@ -73,6 +73,12 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
     return Footprint(is_round, plate.size, Point(x + dx, y + dy), rotation)
 
 
+def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
+    """By coil, where its centre stands (m) from a plate's middle, along the plate's own axes."""
+    here = footprint(spec, plate)
+    return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
+
+
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     """By coil, the middle of the box that it has in common with the target at rest, both as they are turned, from the
     mean of the coils' centres; of a coil beside the target the nearest place of it.

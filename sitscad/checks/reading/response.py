@@ -14,7 +14,6 @@ from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import NEEDS, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.geometry.path import Point
 from sitscad.record import record
 from sitscad.remedy.moves import larger_target, over_the_middle
 from sitscad.remedy.pads import best_thickness, more_by_metal, smaller_targets, wider_arrays
@@ -22,7 +21,7 @@ from sitscad.remedy.search import Left, first_tried
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
-from sitscad.spec.places import footprint, shared_middles
+from sitscad.spec.places import coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -153,10 +152,9 @@ def _changes(deaf: Sequence[Response]) -> str:
 
 def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
     """Where the deaf coils stand to the target, and what would reach them."""
-    target, placements = spec.target, spec.array.placements
+    target = spec.target
     assert target is not None
-    here, names = footprint(spec, target), {response.coil for response in deaf}
-    places = {p.name: here.place_of(Point(*p.centre)) for p in placements}
+    places, names = coils_from(spec, target), {response.coil for response in deaf}
     outside = [max(abs(places[name][k]) - 0.5 * target.size[k] for k in (0, 1)) for name in names]
     where = (
         f"the centre of {'it' if len(outside) == 1 else 'the furthest of them'} stands {show(max(outside), 'm', 3)} "
@@ -174,8 +172,7 @@ def _over_all_coils(spec: SensorSpec, deaf: Sequence[Response]) -> Advice:
     """A hint with the target over the middle of the coils; one that is there has to cover all of them."""
     target = spec.target
     assert target is not None
-    here = footprint(spec, target)
-    places = [here.place_of(Point(*p.centre)) for p in spec.array.placements]
+    places = coils_from(spec, target).values()
     length, width = (2.0 * max(abs(place[k]) for place in places) + max(spec.coil.size) for k in (0, 1))
     return first_tried([list(over_the_middle(spec)) or list(larger_target(spec, length, width))],
                        _under_the_target(spec, deaf))
@@ -357,8 +354,7 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     assert target is not None
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_round:
         return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
-    here = footprint(spec, target)
-    reach = max(abs(here.place_of(Point(*p.centre))[axis]) for p in spec.array.placements)
+    reach = max(abs(place[axis]) for place in coils_from(spec, target).values())
     beyond = 0.5 * target.size[axis] - reach
     return (
         "only a target whose edges move over the coils tells shear, best one that ends over the middles of the outer "

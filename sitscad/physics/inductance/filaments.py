@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.mean_distance import strand_clearance
+from sitscad.physics.inductance.mean_distance import clearance_table
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
@@ -120,7 +119,7 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
             widths = (min(one.width, other.width), max(one.width, other.width))
             thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
-            clearance[block] = height**2 + np.interp(clearance[block], *_table(height, widths, thicknesses))
+            clearance[block] = height**2 + np.interp(clearance[block], *clearance_table(height, widths, thicknesses, 1))
     count = max(groups) + 1
     found = np.zeros((count, count))
     for i in range(count):
@@ -225,13 +224,6 @@ def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, squ
     v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
     distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
     return 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
-
-
-@lru_cache(maxsize=64)
-def _table(height: float, widths: tuple[float, float], thicknesses: tuple[float, float]) -> tuple[Array, Array]:
-    """Distances (m) and by how much each grows squared (m2): see `strand_clearance`, of centre lines alone."""
-    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
-    return across, strand_clearance(across, height, widths, thicknesses, 1)
 
 
 def via_inductance(length: float, diameter: float) -> float:

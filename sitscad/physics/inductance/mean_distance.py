@@ -95,6 +95,15 @@ def strand_clearance(
     return clearance
 
 
+@lru_cache(maxsize=256)
+def clearance_table(
+    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int = 1
+) -> tuple[Array, Array]:
+    """Distances (m), and by how much squared distances of strands are longer there (m2; `strand_clearance`), kept."""
+    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
+    return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
+
+
 def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
     """The height (m) between two mid-planes, or the two that have its variance over both thicknesses."""
     if levels == 1:

@@ -8,13 +8,12 @@ per turn, growing linearly with the turns, instead of the square of the number o
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
+from sitscad.physics.inductance.mean_distance import clearance_table, level_heights, strand_clearance
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
@@ -205,7 +204,7 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     widths = (first.width / unit, second.width / unit)
     strands = min(resolution.strands, CROSSING_STRANDS)
     thicknesses = (first.thickness / unit, second.thickness / unit)
-    table = _clearance_table(height, widths, thicknesses, strands)
+    table = clearance_table(height, widths, thicknesses, strands, 2)
     level, levels_apart = _levels(height, thicknesses, 2)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
@@ -236,14 +235,6 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
             inverse = _inverse_distance(squared, levels_apart)
             total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
-
-
-@lru_cache(maxsize=64)
-def _clearance_table(
-    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int
-) -> tuple[Array, Array]:
-    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
-    return across, strand_clearance(across, height, widths, thicknesses, strands, 2)
 
 
 # Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 import numpy as np
 
 from sitscad.arrays import Array, Flags, Index
-from sitscad.physics.inductance.mean_distance import level_heights, strand_clearance
+from sitscad.physics.inductance.mean_distance import clearance_table, level_heights
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
@@ -164,7 +163,7 @@ def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
     """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m)."""
     heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
     widths, thicknesses = (one.width, other.width), (one.thickness, other.thickness)
-    clearances = _table(abs(one.z - other.z), widths, thicknesses, count, levels)
+    clearances = clearance_table(abs(one.z - other.z), widths, thicknesses, count, levels)
     return Bundle(*_strands(*widths, count), np.array(heights), clearances)
 
 
@@ -179,14 +178,6 @@ def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array
     nodes, weights = gauss(count)
     a, b = np.divmod(np.arange(count * count), count)
     return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
-
-
-@lru_cache(maxsize=256)
-def _table(
-    height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int
-) -> tuple[Array, Array]:
-    across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
-    return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
 
 
 def common_levels(one: Track, other: Track, count: int) -> int:

@@ -312,6 +312,25 @@ class Text(Scalar):
 
 
 @record
+class FileName(Scalar):
+    """The name of a file of one kind in the spec's folder, told by its ending (a pattern)."""
+
+    what: str
+    ending: str
+    like: str
+
+    def read(self, value: Any) -> str:
+        name = Text(200).read(value)
+        if not re.search(self.ending, name):
+            hint = f"a file beside the spec, like {self.like}"
+            refuse("SIT006", f"{described(value)} is no name of a {self.what} file", hint)
+        return name
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "maxLength": 200, "pattern": self.ending, "examples": [self.like]}
+
+
+@record
 class Choice(Scalar):
     """One of a few words."""
 

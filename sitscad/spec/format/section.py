@@ -132,13 +132,13 @@ class Part(Kind):
 
     def validator(self) -> core_schema.CoreSchema:
         """An instance of the section; unknown keys are refused."""
-        section = self.section
-        declared = [
-            core_schema.dataclass_field(
-                name, _with_default(section.keys[written]), validation_alias=written if written != name else None
-            )
-            for written, name in section.attributes.items()
-        ]
+        section, declared = self.section, []
+        for written, name in section.attributes.items():
+            own, alias = section.keys[written], written if written != name else None
+            inner, usual = own.kind.validator(), own.default
+            if not own.is_required:
+                inner = core_schema.with_default_schema(inner, default=usual, validate_default=usual is not None)
+            declared.append(core_schema.dataclass_field(name, inner, validation_alias=alias))
         for name, like in section.alike.items():
             each = core_schema.dict_schema(values_schema=like.kind.validator())
             empty = core_schema.with_default_schema(each, default_factory=dict)
@@ -153,13 +153,6 @@ class Part(Kind):
 
     def schema(self) -> dict[str, Any]:
         return {"$ref": f"#/$defs/{self.section.form}"}
-
-
-def _with_default(k: Key) -> core_schema.CoreSchema:
-    inner = k.kind.validator()
-    if k.is_required:
-        return inner
-    return core_schema.with_default_schema(inner, default=k.default, validate_default=k.default is not None)
 
 
 @record
@@ -217,14 +210,9 @@ class NameOr(Kind):
         return {"anyOf": [*names.get("anyOf", [names]), self.written.schema()]}
 
 
-def of_the_spec(value: Any) -> Any:
-    """A value that is written out, with the spec as its source."""
-    return replace(value, source=WRITTEN_SOURCE)
-
-
-def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] = of_the_spec) -> NameOr:
-    """A preset that is looked up by its name, or written out."""
-    return NameOr(Preset(kind, up=True), Part(section, made))
+def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] | None = None) -> NameOr:
+    """A preset that is looked up by its name, or written out; then the spec is its source unless `made` says more."""
+    return NameOr(Preset(kind, up=True), Part(section, made or (lambda value: replace(value, source=WRITTEN_SOURCE))))
 
 
 def section_of(kind: Kind) -> type[Section] | None:

@@ -35,7 +35,7 @@ from sitscad.spec.format.reading import Flaw, Remarks, SpecError, finding_from_f
 from sitscad.spec.format.section import Key, Section
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
 from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.spec.yaml.source import Issue, SpecSource
+from sitscad.spec.yaml.source import Issue, SpecSource, dotted
 from sitscad.units import show
 
 DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
@@ -67,10 +67,9 @@ def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
         if type(value) is not wanted:
             yield _mistyped(value, wanted, key)
         elif wanted is not SpecSource:
+            hints = _hints(cast(Hashable, wanted))
             for one in fields(wanted):
-                yield from _misfits(
-                    getattr(value, one.name), _hints(cast(Hashable, wanted))[one.name], _inner(key, one.name)
-                )
+                yield from _misfits(getattr(value, one.name), hints[one.name], dotted(key, one.name))
         return
     origin, inner = get_origin(wanted), get_args(wanted)
     if origin in (Union, UnionType):
@@ -86,7 +85,7 @@ def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
             return
         for name, each in value.items():
             yield from _misfits(name, inner[0], key)
-            yield from _misfits(each, inner[1], _inner(key, str(name)))
+            yield from _misfits(each, inner[1], dotted(key, name))
     elif not _is_scalar(value, wanted):
         yield _mistyped(value, wanted, key)
 
@@ -97,7 +96,7 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
         yield _mistyped(value, tuple[inner], key)  # type: ignore[valid-type]
         return
     for index, each in enumerate(value):
-        yield from _misfits(each, inner[0] if many else inner[index], _inner(key, str(index)))
+        yield from _misfits(each, inner[0] if many else inner[index], dotted(key, index))
 
 
 def _is_scalar(value: Any, wanted: Any) -> bool:
@@ -119,14 +118,7 @@ def _mistyped(value: Any, wanted: Any, key: str) -> Flaw:
     return Flaw("SIT004", key, f"{described(value)}, where {name} is wanted", "values are in SI units: metres, radians")
 
 
-def _inner(key: str, name: str) -> str:
-    return f"{key}.{name}" if key else name
-
-
-@cache
-def _hints(of: Hashable) -> dict[str, Any]:
-    hints = get_type_hints(of)
-    return {one.name: hints[one.name] for one in fields(cast(Any, of))}
+_hints = cache(get_type_hints)
 
 
 def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
@@ -152,7 +144,7 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
     if section is not None:
         keys = {section.attributes[name]: each for name, each in section.keys.items()}
     for one in fields(value):
-        inside, inner = getattr(value, one.name), _inner(key, one.name)
+        inside, inner = getattr(value, one.name), dotted(key, one.name)
         if one.name in keys and inside is not None:
             yield from _refused(inside, keys[one.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):

@@ -116,7 +116,10 @@ _PATTERN_KEYS = {
 
 def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> ArraySpec:
     """The coils' places; unfit ones fall back on a single coil, with a flaw."""
-    pattern = document.pattern or _implied_pattern(document)
+    is_grid = document.count is not None and len(document.count) == 2
+    is_line = document.count is not None or document.pitch is not None
+    implied = "explicit" if document.centres is not None else "grid" if is_grid else "line" if is_line else "single"
+    pattern = document.pattern or implied
     if document.pattern is None:
         remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
     # Note keys that mean nothing with a pattern, or are missing.
@@ -143,14 +146,6 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
     array = ArraySpec(pattern, named(centres, _rotations(document, pattern, len(centres), remarks)), pitch)
     check_gaps(array, coil, remarks)
     return array
-
-
-def _implied_pattern(document: ArrayDocument) -> str:
-    if document.centres is not None:
-        return "explicit"
-    if document.count is not None and len(document.count) == 2:
-        return "grid"
-    return "line" if document.count is not None or document.pitch is not None else "single"
 
 
 def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
