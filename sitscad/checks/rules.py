@@ -21,11 +21,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Violation:
-    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's.
-
-    ``advice`` writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where
-    none are tried, and where it finds nothing to say (an empty text). ``keeps_limit`` is set where ``measured`` lies on
-    the right side of the limit, by little.
+    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``advice``
+    writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where none are
+    tried, and where it finds nothing to say (an empty text). ``keeps_limit`` is set where ``measured`` lies on the
+    right side of the limit, by little.
     """
 
     message: str
@@ -63,10 +62,9 @@ Verdict = Violation | Undecided
 
 @record
 class Rule:
-    """One rule: its texts for `explain`, the parts that it needs, and the function that applies it.
-
-    ``severity`` is the worst that it says, ``cases`` says when it is which, mildest first, where single complaints are
-    milder; ``needs`` are keys of `NEEDS`.
+    """One rule: its texts for `explain`, the parts that it needs, and the function that applies it. ``severity`` is the
+    worst that it says, ``cases`` says when it is which, mildest first, where single complaints are milder; ``needs``
+    are keys of `NEEDS`.
     """
 
     id: str
@@ -189,9 +187,8 @@ def named(rule: Rule, complaint: Violation, converter: Converter) -> Finding:
 
 
 def located(finding: Finding, spec: SensorSpec) -> Finding:
-    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint.
-
-    One in a section that the spec leaves out points at the spec's end, where the section can be added.
+    """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint. One
+    in a section that the spec leaves out points at the spec's end, where the section can be added.
     """
     section, source = (finding.key or "").partition(".")[0], spec.source
     is_left_out = source.text and section and section not in source.keys

@@ -65,12 +65,10 @@ class Hole:
 
 @record
 class Artwork:
-    """A board as its files draw it.
-
-    ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's openings by side (``Top``, ``Bot``),
-    where a file says what they are; ``sources`` the copper files, in the order of ``copper``; ``extents`` the area that
-    layers have which are not all over the board, with the first and the last of them; ``covers`` the coverlays that a
-    layer has where the layers below it end.
+    """A board as its files draw it. ``copper`` holds the area of each layer, top first; ``openings`` the coverlay's
+    openings by side (``Top``, ``Bot``), where a file says what they are; ``sources`` the copper files, in the order of
+    ``copper``; ``extents`` the area that layers have which are not all over the board, with the first and the last of
+    them; ``covers`` the coverlays that a layer has where the layers below it end.
     """
 
     copper: tuple[BaseGeometry, ...]
@@ -83,18 +81,16 @@ class Artwork:
 
 
 def read_artwork(directory: Path) -> Artwork:
-    """Every copper layer, drilled hole and coverlay opening of the files in a directory (not in its folders).
-
-    Raises ExtractionError when a file cannot be read or the copper layers are not complete.
+    """Every copper layer, drilled hole and coverlay opening of the files in a directory (not in its folders). Raises
+    ExtractionError when a file cannot be read or the copper layers are not complete.
     """
     functions = dict(sorted(file_functions(directory)))
     layers: dict[int, Path] = {}
-    for path, fields in functions.items():
-        if fields[0] == "Copper":
-            field = fields[1]
-            if not re.fullmatch(r"L[1-9][0-9]*", field):
-                raise ExtractionError(f"{path.name}: a copper layer called {field!r}, where L1, L2, ... is expected")
-            number = int(field[1:])
+    for path, (function, *rest) in functions.items():
+        if function == "Copper":
+            if not re.fullmatch(r"L[1-9][0-9]*", rest[0]):
+                raise ExtractionError(f"{path.name}: a copper layer called {rest[0]!r}, where L1, L2, ... is expected")
+            number = int(rest[0][1:])
             if number in layers:
                 raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
             layers[number] = path
@@ -107,27 +103,24 @@ def read_artwork(directory: Path) -> Artwork:
     for layer, source in enumerate(sources, start=1):
         objects = _gerber(source).objects
         copper.append(area_of(objects))
-        flashes += [_flash(layer, thing) for thing in objects if isinstance(thing, FlashedObject)]
-    holes = [
-        hole
-        for path, fields in functions.items()
-        if fields[0] in ("Plated", "NonPlated")
-        for hole in _holes(path, fields, len(sources))
-    ]
-    openings = {
-        fields[1]: area_of(_gerber(path).objects) for path, fields in functions.items() if fields[0] == "Soldermask"
-    }
-    extents = tuple(
-        (int(found[1]), int(found[2] or found[1]), area_of(_gerber(path).objects))
-        for path, fields in functions.items()
-        if (found := _EXTENT.fullmatch(",".join(fields)))
-    )
-    covers = tuple(
-        (int(found[1]), area_of(_gerber(path).objects))
-        for path, fields in functions.items()
-        if (found := _COVER.fullmatch(",".join(fields)))
-    )
-    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, extents, covers)
+        for thing in objects:
+            if isinstance(thing, FlashedObject):
+                x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
+                flashes.append(Flash(layer, x, y, _shape(thing)))
+    holes: list[Hole] = []
+    openings: dict[str, BaseGeometry] = {}
+    extents, covers = [], []
+    for path, fields in functions.items():
+        if fields[0] in ("Plated", "NonPlated"):
+            holes += _holes(path, fields, len(sources))
+        elif fields[0] == "Soldermask":
+            openings[fields[1]] = area_of(_gerber(path).objects)
+        elif found := _EXTENT.fullmatch(",".join(fields)):
+            extents.append((int(found[1]), int(found[2] or found[1]), area_of(_gerber(path).objects)))
+        elif found := _COVER.fullmatch(",".join(fields)):
+            covers.append((int(found[1]), area_of(_gerber(path).objects)))
+    return Artwork(
+        tuple(copper), tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
@@ -173,11 +166,6 @@ def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[Hole]:
         yield Hole(centre.x, centre.y, diameter, shape, plated, tuple(range(first, last + 1)))
 
 
-def _flash(layer: int, thing: Any) -> Flash:
-    x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
-    return Flash(layer, x, y, _shape(thing))
-
-
 def area_of(objects: list[Any]) -> BaseGeometry:
     """What is left dark when the objects are drawn one over the other, clear ones taking away what lies below them."""
     area: BaseGeometry = Polygon()
@@ -212,7 +200,7 @@ def _primitive(p: Any) -> BaseGeometry:
             cos, sin = math.cos(p.rotation), math.sin(p.rotation)
             return Polygon(corners @ np.array([(cos, sin), (-sin, cos)]) + 1e-3 * np.array((p.x, p.y)))
         case primitives.ArcPoly():
-            # A filled contour of lines and arcs as a shape in metres.
+            # a filled contour of lines and arcs
             points: list[np.ndarray] = []
             for start, end, (clockwise, centre) in p.segments:
                 if clockwise is None:

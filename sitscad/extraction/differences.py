@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import ExtractionError, file_functions
 from sitscad.extraction.intent import Source
@@ -69,20 +70,12 @@ class Difference:
 
 
 def compare(board: ExtractedBoard) -> tuple[Difference, ...]:
-    """Every difference between the extracted nets and the intended ones; nothing when the files keep their word.
-
-    A coil is copper from one contact to the other, so both contacts belong to one net; turns that touch do not change
-    that, but they close a loop, which no net of a coil may have.
+    """Every difference between the extracted nets and the intended ones; nothing when the files keep their word. A coil
+    is copper from one contact to the other, so both contacts belong to one net; turns that touch do not change that,
+    but they close a loop, which no net of a coil may have.
     """
-    return (
-        *_nets(board),
-        *_holes(board),
-        *_netlists(board),
-        *_openings(board),
-        *_dead_ends(board),
-        *_beyond_their_layers(board),
-        *_bare(board),
-    )
+    looks = (_nets, _holes, _netlists, _openings, _dead_ends, _beyond_their_layers, _bare)
+    return tuple(difference for look in looks for difference in look(board))
 
 
 def _place(x: float, y: float, layer: int | None) -> str:
@@ -118,9 +111,8 @@ def _nets(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
-    """Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
-    netlist has at their place.
-    """
+    # Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
+    # netlist has at their place.
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
     for hole in board.artwork.holes:
         for layer in hole.layers:
@@ -161,9 +153,8 @@ def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _openings(board: ExtractedBoard) -> Iterator[Difference]:
-    """Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where
-    an opening is not where it belongs. Of the outer layers whose coverlay has a file.
-    """
+    # Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where an
+    # opening is not where it belongs. Of the outer layers whose coverlay has a file.
     exposed: list[Difference] = []
     for side, layer in (("Top", 1), ("Bot", len(board.artwork.copper))):
         if side not in board.artwork.openings:
@@ -178,10 +169,7 @@ def _openings(board: ExtractedBoard) -> Iterator[Difference]:
                 yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
         near = shapely.union_all([contact.shape for contact in contacts]).buffer(OPEN_RIM)
         bare = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
-        if not bare.is_empty:
-            x, y = bare.representative_point().coords[0]
-            message = f"copper at {_place(x, y, layer)} lies bare in an opening of the coverlay and is no contact"
-            exposed.append(Difference(Kind.EXPOSED, message, (), x, y, layer))
+        exposed += _drawn(Kind.EXPOSED, bare, layer, "lies bare in an opening of the coverlay and is no contact")
     yield from exposed
 
 
@@ -205,16 +193,20 @@ def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
                 yield Difference(Kind.DEAD_END, message, net.names, point.x, point.y, piece.layer)
 
 
+def _drawn(kind: Kind, copper: BaseGeometry, layer: int, says: str) -> Iterator[Difference]:
+    """What is wrong with an area of copper, and a place in it; nothing where the area is empty."""
+    if not copper.is_empty:
+        x, y = copper.representative_point().coords[0]
+        yield Difference(kind, f"copper at {_place(x, y, layer)} {says}", (), x, y, layer)
+
+
 def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
     """Copper and holes where their layer is not: the lower layers of a board whose tail has fewer."""
     for first, last, extent in board.artwork.extents:
         grown = extent.buffer(PAD_EDGE)
         for layer in range(first, min(last, len(board.artwork.copper)) + 1):
             beyond = board.artwork.copper[layer - 1].difference(grown)
-            if not beyond.is_empty:
-                x, y = beyond.representative_point().coords[0]
-                message = f"copper at {_place(x, y, layer)} lies beyond the end of its layer"
-                yield Difference(Kind.NO_LAYER, message, (), x, y, layer)
+            yield from _drawn(Kind.NO_LAYER, beyond, layer, "lies beyond the end of its layer")
             for hole in board.artwork.holes:
                 if hole.is_plated and layer in hole.layers and not shapely.covers(grown, hole.shape):
                     message = f"the hole at {_place(hole.x, hole.y, layer)} is drilled beyond the end of that layer"
@@ -227,10 +219,7 @@ def _bare(board: ExtractedBoard) -> Iterator[Difference]:
         below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
         covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
         bare = board.artwork.copper[layer - 1].difference(covered)
-        if not bare.is_empty:
-            x, y = bare.representative_point().coords[0]
-            message = f"copper at {_place(x, y, layer)} is covered by nothing from below"
-            yield Difference(Kind.BARE, message, (), x, y, layer)
+        yield from _drawn(Kind.BARE, bare, layer, "is covered by nothing from below")
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
@@ -246,9 +235,8 @@ UNLISTED = "Drillmap"
 
 def compare_job(directory: Path) -> Iterator[str]:
     """Every difference between what the one job file of a directory says of its files, what these say of themselves,
-    and the order in which the stack-up names them, in words; nothing where there is no job file.
-
-    Raises ExtractionError where the job file cannot be read.
+    and the order in which the stack-up names them, in words; nothing where there is no job file. Raises ExtractionError
+    where the job file cannot be read.
     """
     functions = {path.name: ",".join(fields) for path, fields in sorted(file_functions(directory))}
     for path in sorted(directory.glob("*.gbrjob")):

@@ -23,11 +23,10 @@ class Source(StrEnum):
 
 @record
 class Mark:
-    """A place where a file says which net its copper belongs to.
-
-    ``layer`` counts from 1 at the top, None for a hole's pads on every layer; ``x``, ``y`` in metres; ``pin`` is the
-    contact's reference and number (``J1-1``) and ``function`` what it is for (``C1.A``), where the file says so;
-    ``is_via`` marks a via's pad; ``drill`` is the diameter (m) of its hole, where the file says so.
+    """A place where a file says which net its copper belongs to. ``layer`` counts from 1 at the top, None for a hole's
+    pads on every layer; ``x``, ``y`` in metres; ``pin`` is the contact's reference and number (``J1-1``) and
+    ``function`` what it is for (``C1.A``), where the file says so; ``is_via`` marks a via's pad; ``drill`` is the
+    diameter (m) of its hole, where the file says so.
     """
 
     net: str
@@ -138,17 +137,15 @@ BINARY = ("PK\x03\x04", "%PDF")
 
 
 def is_ipc_d_356(text: str) -> bool:
-    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line, or its units.
-
-    Not just a record's number: a fingerprint in a readme and the count of bytes in a PDF may begin like one.
+    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line, or its units. Not
+    just a record's number: a fingerprint in a readme and the count of bytes in a PDF may begin like one.
     """
     return bool(re.search(r"^(?:3[12]7\S.{13} {3}|P  UNITS )", text, re.MULTILINE))
 
 
 def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
-    """The marks of an IPC-D-356A netlist, one for each test record (317 for holes, 327 for surface pads).
-
-    Raises ValueError with the line's number for a test record that does not keep to the columns.
+    """The marks of an IPC-D-356A netlist, one for each test record (317 for holes, 327 for surface pads). Raises
+    ValueError with the line's number for a test record that does not keep to the columns.
     """
     unit = 2.54e-6
     aliases: dict[str, str] = {}
@@ -165,22 +162,16 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
             record = _IPC_RECORD.match(line)
             if not record:
                 raise ValueError(f"line {number}: a test record out of its columns: {line!r}")
-            marks.append(_ipc_mark(record, unit, aliases))
+            net, reference, pin = (record[part].strip() for part in ("net", "reference", "pin"))
+            is_via = reference == "VIA"
+            pad = f"{reference}-{pin}" if reference and not is_via else None
+            marks.append(Mark(
+                net=f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net),
+                layer=None if record["access"] == "00" else int(record["access"]), x=int(record["x"]) * unit,
+                y=int(record["y"]) * unit, source=Source.IPC_D_356, pin=pad, is_via=is_via,
+                drill=int(record["drill"]) * unit if record["drill"] else None,
+            ))
     return tuple(mark for mark in marks if mark.net not in _NO_NET)
-
-
-def _ipc_mark(record: re.Match[str], unit: float, aliases: dict[str, str]) -> Mark:
-    net = record["net"].strip()
-    reference, pin = record["reference"].strip(), record["pin"].strip()
-    is_via = reference == "VIA"
-    through = record["access"] == "00"
-    pad = f"{reference}-{pin}" if reference and not is_via else None
-    net = f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net)
-    return Mark(
-        net=net, layer=None if through else int(record["access"]), x=int(record["x"]) * unit,
-        y=int(record["y"]) * unit, source=Source.IPC_D_356, pin=pad, is_via=is_via,
-        drill=int(record["drill"]) * unit if record["drill"] else None,
-    )
 
 
 def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, ...]:

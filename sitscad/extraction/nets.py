@@ -47,10 +47,8 @@ class Contact:
 
 @record
 class Loop:
-    """A closed way round in the copper of one net.
-
-    Either a hole in one layer's copper, ``layer`` and the ``area`` inside it (m2), or a way through several layers that
-    the hole at (x, y) closes (``layer`` None, ``area`` nan).
+    """A closed way round in the copper of one net. Either a hole in one layer's copper, ``layer`` and the ``area``
+    inside it (m2), or a way through several layers that the hole at (x, y) closes (``layer`` None, ``area`` nan).
     """
 
     x: float
@@ -61,10 +59,9 @@ class Loop:
 
 @record
 class ExtractedNet:
-    """Copper that hangs together: its pieces and plated holes, the intended nets and contacts met on it, its loops.
-
-    The number of loops is the first Betti number of the net: holes in the pieces, and independent cycles of the graph
-    whose nodes are pieces and plated holes.
+    """Copper that hangs together: its pieces and plated holes, the intended nets and contacts met on it, its loops. The
+    number of loops is the first Betti number of the net: holes in the pieces, and independent cycles of the graph whose
+    nodes are pieces and plated holes.
     """
 
     pieces: tuple[Piece, ...]
@@ -92,10 +89,9 @@ class ExtractedBoard:
 
 
 def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
-    """The nets of the Gerber and drill files in a directory, or in its ``fpc`` folder if it has one.
-
-    ``growth`` (m) is added on every side of the copper before it is joined: with almost half the least spacing, copper
-    that stands too close counts as touching. Raises ExtractionError when the files do not make up a board.
+    """The nets of the Gerber and drill files in a directory, or in its ``fpc`` folder if it has one. ``growth`` (m) is
+    added on every side of the copper before it is joined: with almost half the least spacing, copper that stands too
+    close counts as touching. Raises ExtractionError when the files do not make up a board.
     """
     directory = Path(directory)
     directory = directory / "fpc" if (directory / "fpc").is_dir() else directory
@@ -106,13 +102,9 @@ def extract(directory: str | Path, growth: float = 0.0) -> ExtractedBoard:
 def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> ExtractedBoard:
     """The nets of some artwork, its copper grown by ``growth`` (m) on every side before it is joined."""
     pieces = [
-        Piece(layer, shape)
-        for layer, area in enumerate(artwork.copper, start=1)
-        for shape in [
-            part
-            for part in shapely.get_parts(area.buffer(growth) if growth else area)
-            if isinstance(part, Polygon) and not part.is_empty
-        ]
+        Piece(layer, part) for layer, area in enumerate(artwork.copper, start=1)
+        for part in shapely.get_parts(area.buffer(growth) if growth else area)
+        if isinstance(part, Polygon) and not part.is_empty
     ]
     holes = [hole for hole in artwork.holes if hole.is_plated]
     trees = {layer: _LayerTree(layer, pieces) for layer in range(1, len(artwork.copper) + 1)}
@@ -142,9 +134,8 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
         own = [pieces[n] for n in members if n < len(pieces)]
         loops = [loop for piece in own for loop in _windows(piece)] + [loop for n in members for loop in closing[n]]
         own_holes = tuple(holes[n - len(pieces)] for n in members if n >= len(pieces))
-        nets.append(
-            ExtractedNet(tuple(own), own_holes, tuple(sorted(names[root])), _once(contacts[root]), tuple(loops))
-        )
+        own_names = tuple(sorted(names[root]))
+        nets.append(ExtractedNet(tuple(own), own_holes, own_names, _once(contacts[root]), tuple(loops)))
     return ExtractedBoard(artwork, marks, tuple(astray), tuple(nets))
 
 
@@ -205,9 +196,8 @@ class _LayerTree:
         return sorted(self._numbers[i] for i in self._tree.query(shape, predicate="dwithin", distance=distance))
 
     def under(self, points: Array, distance: float) -> list[list[int]]:
-        """The numbers of the pieces within a distance (m) of each of many points (n, 2).
-
-        A coil is one piece with thousands of corners: its edges are indexed once, not walked for every point.
+        """The numbers of the pieces within a distance (m) of each of many points (n, 2). A coil is one piece with
+        thousands of corners: its edges are indexed once, not walked for every point.
         """
         found: list[list[int]] = [[] for _ in points]
         places = shapely.points(points)

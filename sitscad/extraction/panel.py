@@ -28,10 +28,9 @@ LARGEST = 1e4
 
 @record
 class PanelList:
-    """Where everything on a panel is to be. Lengths in nanometres, from the panel's lower left corner.
-
-    ``boards`` and ``coupons`` are how far the origin of each copy is moved; ``bridges`` and ``coupon_bridges`` are the
-    two ends of every place where the cut round a copy stops, from that origin.
+    """Where everything on a panel is to be. Lengths in nanometres, from the panel's lower left corner. ``boards`` and
+    ``coupons`` are how far the origin of each copy is moved; ``bridges`` and ``coupon_bridges`` are the two ends of
+    every place where the cut round a copy stops, from that origin.
     """
 
     size: Place
@@ -98,10 +97,9 @@ Box = tuple[int, int, int, int]
 def frame_differences(
     rest: Plotted, function: str, name: str, listed: PanelList, apertures: Sequence[str]
 ) -> Iterator[str]:
-    """What a file shows on the frame and should not, or should and does not.
-
-    ``rest`` are the objects that belong to no copy. Tooling holes stand in the file of holes that are not plated,
-    fiducials on the outer copper and in the openings over it; any other line or flash must lie on the rails.
+    """What a file shows on the frame and should not, or should and does not. ``rest`` are the objects that belong to no
+    copy. Tooling holes stand in the file of holes that are not plated, fiducials on the outer copper and in the
+    openings over it; any other line or flash must lie on the rails.
     """
     kind, *fields = function.split(",")
     marks: Counter[tuple[int, int, int]] = Counter()  # size and place of all that are wanted
@@ -203,7 +201,6 @@ class _Copies:
 
 def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
     """How many boards a panel holds, and every difference of its files from the single board's and its list's in words.
-
     A copy must show on every layer, and drill, just what the single board does, and be cut out up to its bridges;
     beside boards and coupons there are the frame's marks and what lies on the rails. Raises ExtractionError when a file
     cannot be read or one that is needed is missing.

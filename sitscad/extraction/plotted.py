@@ -75,7 +75,6 @@ class Plotted:
 
 def plotted(path: Path, apertures: dict[str, int]) -> Plotted:
     """The objects of a Gerber file in millimetres with six decimals; ``apertures`` numbers their shapes and grows.
-
     Raises ExtractionError for a file with any other command.
     """
     text = path.read_text(encoding="ascii", errors="replace")
@@ -154,9 +153,8 @@ NET, PADS = "coupon", 2
 
 
 def compare_coupon(objects: Mapping[str, Plotted], apertures: Sequence[str]) -> tuple[Difference, ...]:
-    """What is wrong with a coupon, of which ``objects`` are the plotted ones by their file function.
-
-    Pads for solder are rectangles, those of vias round: that is how the board's own files have them, too.
+    """What is wrong with a coupon, of which ``objects`` are the plotted ones by their file function. Pads for solder
+    are rectangles, those of vias round: that is how the board's own files have them, too.
     """
     layers = sorted((f for f in objects if f.startswith("Copper")), key=lambda f: int(f.split(",")[1][1:]))
     flashes: list[Flash] = []

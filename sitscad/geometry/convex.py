@@ -34,7 +34,6 @@ Box = tuple[float, float, float, float]
 
 def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
     """What lies behind a straight line of a closed path that this line crosses at most twice; None where nothing does.
-
     The line runs through `edge`, square to the unit vector `normal`; the part that `normal` points to is cut away.
     """
     kept = [part for segment in outline for part in _behind(segment, edge, normal)]

@@ -298,9 +298,8 @@ def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[P
 
 
 def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
-    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for.
-
-    One radius (m) for all corners, or one for each point.
+    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for. One
+    radius (m) for all corners, or one for each point.
     """
     segments: list[Segment] = []
     here = corners[0]

@@ -129,10 +129,8 @@ def distances(one: Primitives, other: Primitives) -> Array:
     )
     one_arc, other_arc = one.radius > 0.0, other.radius > 0.0
     for select, between in (
-        (~one_arc & ~other_arc, _line_line),
-        (~one_arc & other_arc, _line_arc),
-        (one_arc & ~other_arc, lambda a, b: _line_arc(b, a)),
-        (one_arc & other_arc, _arc_arc),
+        (~one_arc & ~other_arc, _line_line), (~one_arc & other_arc, _line_arc),
+        (one_arc & ~other_arc, lambda a, b: _line_arc(b, a)), (one_arc & other_arc, _arc_arc),
     ):
         index = np.flatnonzero(select)
         if index.size:
@@ -171,9 +169,7 @@ def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
     return np.asarray(result)
 
 
-def nearest_pairs(
-    boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None
-) -> Index:
+def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None) -> Index:
     """Index pairs (m, 2) whose boxes, grown by `reach` each, touch; within one set (i < j), or between two sets."""
     same = others is None
     second = boxes if same else others

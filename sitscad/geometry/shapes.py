@@ -80,11 +80,10 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
 
 
 def regular(corners: int, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in.
-
-    The step inwards at the end of a whole turn shortens its last side; where less than a track's width would be left
-    of it (in an octagon's small turns less than nothing), the spiral ends a corner earlier. Only a four-sided spiral
-    may be longer one way than the other.
+    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in. The step
+    inwards at the end of a whole turn shortens its last side; where less than a track's width would be left of it (in
+    an octagon's small turns less than nothing), the spiral ends a corner earlier. Only a four-sided spiral may be
+    longer one way than the other.
     """
     step = TWO_PI / corners
     first = math.floor((outer_angle - step / 2) / step + 1e-9)
@@ -303,7 +302,6 @@ class Round(Outline):
 @record
 class Polygon(Outline):
     """A regular polygon, one flat facing +x, or a rectangle: turns end at corners, and step in after each whole turn.
-
     The flat on which the inner end stands, (D - w)/2 - p floor(N) - w/2 from the centre, stays clear of it.
     """
 
@@ -358,9 +356,8 @@ class Polygon(Outline):
 
 @record
 class Racetrack(Outline):
-    """Straight sides along x and half circles: turns end where one goes over into the other.
-
-    The innermost end, (D - w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of it.
+    """Straight sides along x and half circles: turns end where one goes over into the other. The innermost end, (D -
+    w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of it.
     """
 
     @property
@@ -414,12 +411,9 @@ class Racetrack(Outline):
 SHAPES: dict[str, Outline] = {
     outline.name: outline
     for outline in (
-        Round("circle", "circular"),
-        Polygon("square", "square", 4),
-        Polygon("rectangle", "rectangular", 4, is_long=True),
-        Polygon("hexagon", "hexagonal", 6),
-        Polygon("octagon", "octagonal", 8),
-        Racetrack("racetrack", "racetrack", is_long=True),
+        Round("circle", "circular"), Polygon("square", "square", 4),
+        Polygon("rectangle", "rectangular", 4, is_long=True), Polygon("hexagon", "hexagonal", 6),
+        Polygon("octagon", "octagonal", 8), Racetrack("racetrack", "racetrack", is_long=True),
     )
 }
 """Every outline by the name that a spec gives it; a new one is a row."""

@@ -24,7 +24,6 @@ OFFSETS = ((0.1127016654, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346, 5.0 / 1
 
 def stacked_strips(width: float, distance: float, relative_permittivity: float) -> float:
     """Capacitance per length (F/m) of two equal thin strips face to face, widths and distance of the faces in metres.
-
     Half of a microstrip's over the plane of symmetry: Hammerstad and Jensen (IEEE MTT-S 1980), stated to 0.2 % for
     width over half the distance from 0.01 to 100. The permittivity is that between the strips and all round; thickness
     of the strips is not in it (adds 3 to 10 %).
@@ -46,9 +45,8 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
 
 @record
 class Slab:
-    """One layer of a stack from top to bottom: thickness (m), relative permittivity, whether it carries strips.
-
-    For strips the permittivity is that of what fills the space between them.
+    """One layer of a stack from top to bottom: thickness (m), relative permittivity, whether it carries strips. For
+    strips the permittivity is that of what fills the space between them.
     """
 
     thickness: float
@@ -134,9 +132,8 @@ def winding_voltages(
 
 
 def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float:
-    """Capacitance (F) between a winding's ends, twice its electric energy at one volt.
-
-    `per_area` (layers, layers) in F/m2, `voltages` (layers, places) from end to end, `areas` (m2) of the places.
+    """Capacitance (F) between a winding's ends, twice its electric energy at one volt. `per_area` (layers, layers) in
+    F/m2, `voltages` (layers, places) from end to end, `areas` (m2) of the places.
     """
     return float(np.einsum("ki,kl,li,i->", voltages, per_area, voltages, areas))
 
@@ -144,11 +141,10 @@ def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float
 def turn_capacitance(
     lengths: Array, voltages: Array, shares: Array, width: float, spacing: float, thickness: float, permittivity: float
 ) -> float:
-    """Capacitance (F) that neighbouring turns of a layer add between the winding's ends.
-
-    Lengths (m) of the turns at the places, their voltages and the turns that each place stands for; the pair's
-    capacitance is that of coplanar strips and of the side walls as plates. What a turn adds to the voltage is that
-    between places on both sides, each place for itself, so that one that stands for next to nothing adds nothing.
+    """Capacitance (F) that neighbouring turns of a layer add between the winding's ends. Lengths (m) of the turns at
+    the places, their voltages and the turns that each place stands for; the pair's capacitance is that of coplanar
+    strips and of the side walls as plates. What a turn adds to the voltage is that between places on both sides, each
+    place for itself, so that one that stands for next to nothing adds nothing.
     """
     turns = float(shares.sum())
     if turns <= 1.0 or shares.size < 2:

@@ -92,7 +92,6 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
 
 def spread(count: int, variables: int, skip: int = 0) -> Array:
     """Points (count, variables) that fill 0 to 1 evenly, always the same: Halton's sequence (1960), from `skip` on.
-
     Raises ValueError for more variables than there are bases here.
     """
     if variables > len(PRIMES):

@@ -24,9 +24,8 @@ def quality_factor(inductance: float, resistance: float, frequency: float) -> fl
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
-    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair.
-
-    L / (1 - omega^2 L C) for a coil without loss; infinite and then negative about its own resonance.
+    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair. L / (1 -
+    omega^2 L C) for a coil without loss; infinite and then negative about its own resonance.
     """
     omega = 2.0 * math.pi * frequency
     admittance = 1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance
@@ -35,11 +34,10 @@ def apparent_inductance(inductance: float, resistance: float, capacitance: float
 
 @record
 class Network:
-    """What lies between a coil's contacts and the converter's pins, in SI units.
-
-    `coil_side` is the lossless capacitance at the contacts (the coil's own, half the cable's), `converter_side` that
-    at the pins; the tank capacitor stands at one of the two, in series with its own resistance. `inductance` and
-    `resistance` are the cable's.
+    """What lies between a coil's contacts and the converter's pins, in SI units. `coil_side` is the lossless
+    capacitance at the contacts (the coil's own, half the cable's), `converter_side` that at the pins; the tank
+    capacitor stands at one of the two, in series with its own resistance. `inductance` and `resistance` are the
+    cable's.
     """
 
     coil_side: float
@@ -84,10 +82,9 @@ def oscillate(
     network: Network, inductance: float, resistance: float, delay: float = 0.0, start: float | None = None
 ) -> Oscillation:
     """The frequency at which the drive, `delay` (s) behind the voltage, meets its own phase: arg Y = -omega delay.
-
-    Without delay that is where the admittance at the pins is real. For a plain tank it is SNOSCY9A's
-    1/(2 pi sqrt(L C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with 5 ns there. Solved by the secant rule from the plain
-    resonance (or from `start`, Hz), the lowest one where a cable makes several.
+    Without delay that is where the admittance at the pins is real. For a plain tank it is SNOSCY9A's 1/(2 pi sqrt(L C))
+    sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with 5 ns there. Solved by the secant rule from the plain resonance (or from
+    `start`, Hz), the lowest one where a cable makes several.
     """
     whole = network.coil_side + network.converter_side + network.capacitor
     in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)

@@ -17,7 +17,6 @@ from sitscad.physics.constants import MU0
 
 def legendre(order: int, x: Array) -> Array:
     """P_0 to P_order at every x, the order last: (..., order + 1), by Bonnet's recursion (Abramowitz and Stegun 22.7).
-
     (n + 1) P_(n+1) = (2 n + 1) x P_n - n P_(n-1).
     """
     values = np.ones((order + 1, *x.shape))
@@ -39,10 +38,8 @@ def legendre_integrals(order: int, x: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def gauss(count: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on [-1, 1], kept.
-
-    Eigenvalues of the recursion's symmetric matrix, and twice the squared first elements of its eigenvectors (Golub and
-    Welsch 1969).
+    """Gauss-Legendre nodes and weights on [-1, 1], kept. Eigenvalues of the recursion's symmetric matrix, and twice the
+    squared first elements of its eigenvectors (Golub and Welsch 1969).
     """
     n = np.arange(1, count)
     beside = n / np.sqrt(4.0 * n * n - 1.0)
@@ -80,10 +77,8 @@ def j1(x: ArrayLike) -> Array:
 
 
 def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
-    """Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3; in place: tables are large.
-
-    The cosine by the tangent of half the phase, which costs a tenth of it.
-    """
+    # Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3; in place: tables are large. The
+    # cosine by the tangent of half the phase, which costs a tenth of it.
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
     found = np.asarray(_polynomial(phase, inverse))

@@ -8,14 +8,6 @@ from sitscad.policy.configuration import Policy, PolicyError, chosen_rules, kept
 from sitscad.policy.judgement import Baseline, judged, kept_baseline, read_baseline
 
 __all__ = [
-    "Baseline",
-    "Policy",
-    "PolicyError",
-    "chosen_rules",
-    "judged",
-    "kept_baseline",
-    "kept_policy",
-    "nearest_policy",
-    "read_baseline",
-    "stands_for",
+    "Baseline", "Policy", "PolicyError", "chosen_rules", "judged", "kept_baseline", "kept_policy", "nearest_policy",
+    "read_baseline", "stands_for",
 ]

@@ -34,11 +34,10 @@ class PolicyError(ValueError):
 
 @record
 class Policy:
-    """What is held against a spec.
-
-    ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is all), ``reasons`` are patterns that
-    are ignored, each with its reason, ``severity`` what the findings of a pattern weigh instead. ``profiles`` is the
-    folder of fabricators' profiles. ``named`` is what reports call the file that says so, empty where nothing does.
+    """What is held against a spec. ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is
+    all), ``reasons`` are patterns that are ignored, each with its reason, ``severity`` what the findings of a pattern
+    weigh instead. ``profiles`` is the folder of fabricators' profiles. ``named`` is what reports call the file that
+    says so, empty where nothing does.
     """
 
     select: tuple[str, ...] = ()

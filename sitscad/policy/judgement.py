@@ -98,9 +98,8 @@ class Baseline:
 
 
 def read_baseline(path: str) -> Baseline:
-    """The baseline in a file that ``sitscad check --format json`` printed.
-
-    Paths in it count from the file's own folder. Raises `PolicyError` for any other file.
+    """The baseline in a file that ``sitscad check --format json`` printed. Paths in it count from the file's own
+    folder. Raises `PolicyError` for any other file.
     """
     try:
         with open(path, "rb") as stream:
@@ -128,9 +127,7 @@ def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline
 
 
 def _place(path: str, folder: str = "") -> str:
-    """What a spec is known by: its absolute path, from the working folder or another; standard input (``-``) has
-    none.
-    """
+    """What a spec is known by: its absolute path, from the working folder or another; ``-`` (standard input) itself."""
     return path if path == "-" else os.path.abspath(os.path.join(folder, path))
 
 
@@ -147,9 +144,7 @@ def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
     ]
     known = (
         Known(
-            Severity(entry["severity"]),
-            _figure(entry["measured"]),
-            _figure(entry["limit"]),
+            Severity(entry["severity"]), _figure(entry["measured"]), _figure(entry["limit"]),
             entry.get("keeps_limit") is True,
         )
         for entry in told
@@ -165,10 +160,9 @@ def judged(
     checked: CheckedSpec, source: SpecSource | None, rules: Sequence[RuleTexts], policy: Policy | None = None,
     baseline: Baseline | None = None,
 ) -> CheckedSpec:
-    """What a policy, the comments in the spec and a baseline leave of what was found.
-
-    ``source`` is the spec's text with its keys, None where it could not be read: then nothing can be ignored. Errors
-    that only physics can judge and that are no errors any more stand in the result's ``silenced``.
+    """What a policy, the comments in the spec and a baseline leave of what was found. ``source`` is the spec's text
+    with its keys, None where it could not be read: then nothing can be ignored. Errors that only physics can judge and
+    that are no errors any more stand in the result's ``silenced``.
     """
     if source is None:
         return checked

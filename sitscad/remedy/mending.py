@@ -146,9 +146,8 @@ WORSE = 0.01
 
 
 def _excess(findings: Iterable[Finding], *also: Severity) -> dict[str, float]:
-    """How far the figures of each rule's warnings, and of other severities, lie beyond their limits, at most, in parts
-    of these.
-    """
+    # How far the figures of each rule's warnings, and of other severities, lie beyond their limits, at most, in parts
+    # of these.
     found: dict[str, float] = {}
     for one in findings:
         if one.severity in (Severity.WARNING, *also) and one.measured is not None and one.limit:

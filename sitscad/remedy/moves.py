@@ -409,7 +409,6 @@ def least(
     spec: SensorSpec, move: Move, works: Works, first: float, is_fine: Callable[[], bool] = lambda: False
 ) -> tuple[float, Fix] | None:
     """The least amount (m), as far as a few trials tell, with which the changed spec works; None where none does.
-
     `is_fine` says, when one was found, whether more may be tried: also below `first`, where that works at once.
     """
     failed, amount = 0.0, _rounded(first)

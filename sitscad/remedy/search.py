@@ -84,9 +84,8 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool
 
 
 def _is_solved(spec: SensorSpec) -> bool:
-    """Whether the target is likely solved for its own size: no good conductor, smaller than a coil, or over long coils
-    that it does not cover.
-    """
+    # Whether the target is likely solved for its own size: no good conductor, smaller than a coil, or over long coils
+    # that it does not cover.
     target, (long, short) = spec.target, sorted(spec.coil.size, reverse=True)
     if target is None:
         return False
@@ -141,10 +140,9 @@ class Budget:
 
 @record
 class Fix:
-    """A change of a spec: its edits, and the spec with them applied.
-
-    ``said`` is how it is told where that is not "key: value with key: value"; ``brings`` says which rules warn of the
-    changed design and not, or of less, of the design as it stands.
+    """A change of a spec: its edits, and the spec with them applied. ``said`` is how it is told where that is not "key:
+    value with key: value"; ``brings`` says which rules warn of the changed design and not, or of less, of the design as
+    it stands.
     """
 
     edits: tuple[Edit, ...]
@@ -193,9 +191,8 @@ class Left(Protocol):
     """What a change of the spec leaves to complain of, when the changed design is laid out, estimated and checked."""
 
     def __call__(self, fix: Fix, /) -> tuple[str, ...] | None:
-        """What it still breaks: the rule in question, and those with errors that the spec as it stands has not.
-
-        None where that was not tried, because the budget does not reach so far. A fix that leaves nothing is kept: the
+        """What it still breaks: the rule in question, and those with errors that the spec as it stands has not. None
+        where that was not tried, because the budget does not reach so far. A fix that leaves nothing is kept: the
         finding is told with it.
         """
 
@@ -280,9 +277,8 @@ def untried(fixes: Iterable[Fix], left: Left) -> str:
 
 def first_or_vain(fixes: list[Fix], left: Left, instead: tuple[str, str, str]) -> str:
     """The first fix that mends, in words, with the alternative to it; where the search ended before it found one, the
-    first that was not tried; else what else would do, and what was tried in vain.
-
-    ``instead`` is what stands between the fix and "(it was tried)", the alternative, and what else would do.
+    first that was not tried; else what else would do, and what was tried in vain. ``instead`` is what stands between
+    the fix and "(it was tried)", the alternative, and what else would do.
     """
     between, alternative, else_does = instead
     found = first_that_mends(fixes, left)

@@ -39,9 +39,8 @@ NO_FILE = "<text>"
 
 
 def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None = None) -> SensorSpec:
-    """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none.
-
-    A fabricator's profile that is named as a file is looked for in the spec's folder, then in the folder `profiles`.
+    """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none. A
+    fabricator's profile that is named as a file is looked for in the spec's folder, then in the folder `profiles`.
     """
     try:
         content = read_file(Path(path))
@@ -55,7 +54,6 @@ def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None =
 
 def read_text(path: str) -> str:
     """The text of a spec as it stands in its file, with its own line ends; of ``-`` what comes from standard input.
-
     Raises `SpecError` where it is no text, or cannot be read.
     """
     try:
@@ -184,9 +182,8 @@ def flow(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(flow, value))}]"
     if isinstance(value, str):
-        return (
-            value if _PLAIN.fullmatch(value) and plain_value(value) == value else f'"{"".join(map(_escaped, value))}"'
-        )
+        is_plain = _PLAIN.fullmatch(value) and plain_value(value) == value
+        return value if is_plain else f'"{"".join(map(_escaped, value))}"'
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, float) and math.isnan(value):

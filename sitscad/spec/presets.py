@@ -41,9 +41,8 @@ from sitscad.units import parse_quantity, show
 
 @cache
 def stackup(name: str) -> Stackup:
-    """A stack-up, plated in one step as its rows say.
-
-    Rows of copper give its foil. Where it is not verified how much a fabricator plates, they give his finished copper.
+    """A stack-up, plated in one step as its rows say. Rows of copper give its foil. Where it is not verified how much a
+    fabricator plates, they give his finished copper.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
@@ -147,11 +146,10 @@ def metal_colour(name: str) -> str:
 
 @cache
 def elastomer(name: str) -> ElastomerMaterial:
-    """A silicone.
-
-    Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean and one sigma
-    is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two. Both are told as if the silicone were
-    neo-Hookean: of one with an Ogden exponent they have stiffened, and the value is what they were at rest.
+    """A silicone. Where the maker's data sheet and a measurement both give a modulus, the value is their geometric mean
+    and one sigma is half the logarithm of their ratio, so that mean * exp(+-sigma) are the two. Both are told as if the
+    silicone were neo-Hookean: of one with an Ogden exponent they have stiffened, and the value is what they were at
+    rest.
     """
     row = _table("elastomers")[name]
     exponent = float(row["ogden_exponent"] or NEO_HOOKEAN)
@@ -208,11 +206,8 @@ def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
     if name not in names(kind):
         return ()
     rows = _rows(kind, name) if kind in FOLDERS else (_table(TABLES[kind])[name],)
-    return tuple(
-        (row.get("field") or row.get("kind") or "", row.get("value") or row.get("thickness") or "", row["source"])
-        for row in rows
-        if row.get("status", "verified") != "verified"
-    )
+    return tuple((row.get("field") or row.get("kind") or "", row.get("value") or row.get("thickness") or "",
+                  row["source"]) for row in rows if row.get("status", "verified") != "verified")
 
 
 def _length(row: Mapping[str, str], field: str = "value") -> float:
@@ -248,25 +243,22 @@ class UnverifiedFigure:
     source: str
 
 
-def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
-    """The unverified figures of the design rules, stack-up, connector, chip, jaw and materials that a spec uses."""
-    return (*_of_rules(spec.fpc.rules), *_of_presets(spec))
-
-
 def is_unverified(rules: DesignRules, field: str) -> bool:
     """Whether one figure of the fabricator's rules stands on a source that was not seen."""
     return is_unseen(rules.sources.get(field, ""))
 
 
-def _of_rules(rules: DesignRules) -> Iterator[UnverifiedFigure]:
+def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
+    """The unverified figures of the design rules, stack-up, connector, chip, jaw and materials that a spec uses."""
+    rules, found = spec.fpc.rules, []
     for field, source in rules.sources.items():
-        if not is_unseen(source) or _OF_A_FOIL.search(field):
-            continue
-        value = getattr(rules, field, None)
-        between = " x " if field in ("part_size", "panel_size") else ", "
-        values = value if isinstance(value, tuple) else (value,)
-        text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
-        yield UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED))
+        if is_unverified(rules, field) and not _OF_A_FOIL.search(field):
+            value = getattr(rules, field, None)
+            between = " x " if field in ("part_size", "panel_size") else ", "
+            values = value if isinstance(value, tuple) else (value,)
+            text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
+            found.append(UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED)))
+    return (*found, *_of_presets(spec))
 
 
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:

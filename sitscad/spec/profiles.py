@@ -179,7 +179,6 @@ def content_of(path: Path, name: str, key: str, remarks: Remarks, most: int, sma
 @cache
 def installed_rules(name: str) -> DesignRules:
     """An installed fabricator's design rules, for its thinnest copper; raises KeyError where there is none so called.
-
     What a house does not state comes from the profile that it is based on, and says so in its source.
     """
     if name not in names("rules"):
@@ -239,16 +238,8 @@ _BY_COUNT: Mapping[str, tuple[str, Callable[[str], Any]]] = {
 _TABLES = {"trace": ("tracks", "track_lines"), "coil_trace": ("coil_tracks", "coil_lines")}
 """Beginnings of keys of lines, the key of their rows by foil, and the table of the rules."""
 
-_NEEDED = (
-    "via_drill",
-    "annular_ring",
-    "hole_to_hole",
-    "drill_to_copper",
-    "copper_to_edge",
-    "coverlay_web",
-    "coverlay_opening_to_trace",
-    "part_size",
-)
+_NEEDED = ("via_drill", "annular_ring", "hole_to_hole", "drill_to_copper", "copper_to_edge", "coverlay_web",
+           "coverlay_opening_to_trace", "part_size")
 
 
 class _Profile:
@@ -284,7 +275,12 @@ class _Profile:
         changed["beyond"] = {name: most for name, most in base.beyond.items() if name not in figures}
         changed["sources"] = {**base.sources, **{name: self._source(name, each) for name, each in figures.items()}}
         changed["holders"] = {**base.holders, **{name: self._holder(name) for name in figures}}
-        rules = replace(base, **changed, name=self.name, source=self._whole_source(base))
+        is_said = not self.place.chain or "source" in self.place.source.keys
+        source = self.document.source if is_said else self.place.label
+        source += f"; the rest from {base.name}" if base.name else ""
+        if self.place.installed:
+            source = f"design rules {self.name}, each figure with its own source"
+        rules = replace(base, **changed, name=self.name, source=source)
         if foil is None and (thinnest := (rules.track_lines or rules.coil_lines)[:1]):
             foil = thinnest[0].copper
         return rules.for_foil(foil) if foil is not None and any(rows.values()) else rules
@@ -307,13 +303,6 @@ class _Profile:
             coil_rule_binding=False, **needed,
         )
 
-    def _whole_source(self, base: DesignRules) -> str:
-        if self.place.installed:
-            return f"design rules {self.name}, each figure with its own source"
-        is_said = not self.place.chain or "source" in self.place.source.keys
-        own = self.document.source if is_said else self.place.label
-        return f"{own}; the rest from {base.name}" if base.name else own
-
     def _binding(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
@@ -330,9 +319,8 @@ class _Profile:
     def _tables(
         self, base: DesignRules, changed: Mapping[str, Any], rows: Mapping[str, tuple[FoilLines, ...]]
     ) -> dict[str, Any]:
-        """Lines by foil: a table that is written is the whole one, rows in keys of their own lie over the base's; the
-        table goes where a figure for every foil is written.
-        """
+        # Lines by foil: a table that is written is the whole one, rows in keys of their own lie over the base's; the
+        # table goes where a figure for every foil is written.
         found: dict[str, Any] = {}
         for kind, (key, table) in _TABLES.items():
             is_plain = f"{kind}_width" in changed or f"{kind}_spacing" in changed
@@ -400,9 +388,7 @@ class _Profile:
         return f"{self.name if self._is_written('name') else 'the spec'} (line {line})"
 
     def _source(self, key: str, figure: Figure) -> str:
-        """Where a figure comes from: what is said of it, after the file and line that it stands in; marked if not
-        seen.
-        """
+        """Where a figure comes from: what is said of it, after the file and line it stands in; marked if not seen."""
         said, place = figure.source or self.document.source, self.place
         if place.chain:
             line = place.source.locate(key)[0]

@@ -307,7 +307,8 @@ class SensorSpec:
         >>> SensorSpec.from_mapping(name="bench", coil=coil).coil.outer_diameter
         0.007
         """
-        return cast(SensorSpec, _changing().from_mapping({} if sections is None else sections, named))
+        load = import_module("sitscad.spec.load")  # which knows this module already
+        return cast(SensorSpec, load.from_mapping({} if sections is None else sections, named))
 
     @overload
     def replace(self, key: str, value: Any, /) -> SensorSpec: ...
@@ -329,7 +330,7 @@ class SensorSpec:
             text before (`dataclasses.replace`), which would undo them.
         """
         changes = tuple(key.items()) if isinstance(key, Mapping) else ((key, value),)
-        return cast(SensorSpec, _changing().replaced(self, changes))
+        return cast(SensorSpec, import_module("sitscad.spec.load").replaced(self, changes))
 
     @property
     def is_known(self) -> bool:
@@ -341,11 +342,6 @@ class SensorSpec:
         found = replace(self, source=source)
         found.__dict__["_known"] = True  # no field: what `dataclasses.replace` makes of it has to be looked at anew
         return found
-
-
-def _changing() -> Any:
-    """What makes and changes specs: it reads them, and so knows this module already."""
-    return import_module("sitscad.spec.load")
 
 
 def without_text(spec: SensorSpec) -> SensorSpec:

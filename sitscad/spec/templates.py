@@ -8,10 +8,9 @@ from pathlib import Path
 
 
 def directory() -> Traversable:
-    """Where the templates are.
-
-    An installed sitscad carries them as ``sitscad/templates``; a source tree (or an editable installation of one)
-    keeps them in ``templates/`` beside the package. Raises FileNotFoundError when neither is there.
+    """Where the templates are. An installed sitscad carries them as ``sitscad/templates``; a source tree (or an
+    editable installation of one) keeps them in ``templates/`` beside the package. Raises FileNotFoundError when neither
+    is there.
     """
     inside = importlib.resources.files("sitscad") / "templates"
     if inside.is_dir():

@@ -83,9 +83,8 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
 
 
 def _calmer(design: Design, left: Left) -> str:
-    """One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
-    are a warning yet.
-    """
+    # One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
+    # are a warning yet.
     thinner, once = list(thinner_tails(design.spec))[::-1], [setting(design.spec, "fpc.tail.bend", "static", "static")]
     found = ways(([change] for change in (*thinner, *once)), left)
     milder = [f"{fix.words} leaves a warning" for fix in thinner if left(fix) == ("SIT308",)]

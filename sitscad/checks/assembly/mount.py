@@ -208,8 +208,6 @@ def _what_carries(design: Design, mount: Mount) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT315", mount_joint, "jaw"),
-    rule_of("SIT316", mount_holes, "mount"),
-    rule_of("SIT314", printed_wall, "mount"),
-    rule_of("SIT319", carried, "mount"),
+    rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", mount_holes, "mount"),
+    rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", carried, "mount"),
 )

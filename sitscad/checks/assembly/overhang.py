@@ -106,9 +106,8 @@ def _jaw_in_the_way(design: Design) -> str:
 
 
 def _remedy(design: Design, left: Left | None) -> str:
-    """Changes with which everything lies on what carries it, with a larger body where that may be drawn; where nothing
-    does, what comes nearest, and what else then complains; in words.
-    """
+    # Changes with which everything lies on what carries it, with a larger body where that may be drawn; where nothing
+    # does, what comes nearest, and what else then complains; in words.
     before, body, key = _other_complaints(design), ground(design.layout), design.spec.fpc.body_key
     larger, aside, cut = ([c for c in way if lies(c.spec, body)] for way in
                           (carried(design.spec), moved(design.spec), cut_to_board(design.spec, body)))
@@ -218,7 +217,5 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT307", overhang, "plate"),
-    rule_of("SIT317", laser_sheet),
-    rule_of("SIT318", finger_carries, "mount"),
+    rule_of("SIT307", overhang, "plate"), rule_of("SIT317", laser_sheet), rule_of("SIT318", finger_carries, "mount"),
 )

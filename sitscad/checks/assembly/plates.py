@@ -133,9 +133,8 @@ def _fitting(
 
 
 def _room(here: Footprint, on: Path, around: float, is_square: bool, grain: float) -> tuple[float, float] | None:
-    """The sides (m) of the largest plate of a kind and no larger than now that lies in its place, in whole grains where
-    they are smaller; None without room.
-    """
+    # The sides (m) of the largest plate of a kind and no larger than now that lies in its place, in whole grains where
+    # they are smaller; None without room.
     room = -beyond(on, here.centre) - around
     if room < GRAIN:
         return None

@@ -119,9 +119,8 @@ def _narrower_body(design: Design, excess: float, left: Left) -> str:
 
 
 def _led_otherwise(design: Design, name: str, left: Left) -> Iterator[Fix]:
-    """Other ends of the layers whose leads leave the body so narrow that a measure is an error no more, or no warning
-    where it is one now; as far as the budget goes.
-    """
+    # Other ends of the layers whose leads leave the body so narrow that a measure is an error no more, or no warning
+    # where it is one now; as far as the budget goes.
     now = measure_of(design, name)
     for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
@@ -233,9 +232,8 @@ def stack_height(design: Design) -> Iterator[Verdict]:
 
 
 def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
-    """The complaint for a closed pair that does not pass its port, with what can give: the heights, largest first, and
-    the tolerances that count most.
-    """
+    # The complaint for a closed pair that does not pass its port, with what can give: the heights, largest first, and
+    # the tolerances that count most.
     spec, wider = design.spec, SMALLEST_MEASURED_PORT * pair.limit
     standoff = "mount.standoff (from the metal's face up to the board's bottom face)"
     heights = [(standoff, spec.mount.standoff if spec.mount else 0.0)]
@@ -289,9 +287,8 @@ def _pair(layout: Layout) -> Measure:
 
 
 def _height_to_take_off(design: Design, pair: Measure) -> float:
-    """What height (m) has to go until the pair passes as it failed: the circle shrinks by less than the stack does.
-    Tried on the elastomer; where that is not thick enough, or there is none, that by which the circle is too wide.
-    """
+    # What height (m) has to go until the pair passes as it failed: the circle shrinks by less than the stack does.
+    # Tried on the elastomer; where that is not thick enough, or there is none, that by which the circle is too wide.
     spec, over = design.spec, pair.measured - pair.limit
     if spec.elastomer is None:
         return over
@@ -306,9 +303,8 @@ def _height_to_take_off(design: Design, pair: Measure) -> float:
 
 
 def _least_that(passes: Callable[[float], bool], over: float, most: float) -> float | None:
-    """The least length (m) that is enough, of some between half of what is too much and three times that; None where
-    none below `most` is.
-    """
+    # The least length (m) that is enough, of some between half of what is too much and three times that; None where
+    # none below `most` is.
     steps = (step * over for step in (1.0, 1.2, 1.5, 2.0, 3.0) if step * over < most)
     high = next((length for length in steps if passes(length)), None)
     if high is None:

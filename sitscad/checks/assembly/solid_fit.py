@@ -139,13 +139,9 @@ JUDGED_BY = {"interference": ("SIT320", "mount"), "port": ("SIT321", "mount"), "
 """By kind of measurement: the rule that judges it, and the key that it points at."""
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT320", on_solids, "jaw"),
-    rule_of("SIT321", on_solids, "jaw"),
-    rule_of("SIT322", on_solids, "jaw"),
-    rule_of("SIT323", on_solids, "jaw"),
-    rule_of("SIT324", tail_past_pin, "jaw", "tail"),
-    rule_of("SIT325", end_through_shaft, "jaw", "tail"),
-    rule_of("SIT326", on_solids, "mount"),
+    rule_of("SIT320", on_solids, "jaw"), rule_of("SIT321", on_solids, "jaw"), rule_of("SIT322", on_solids, "jaw"),
+    rule_of("SIT323", on_solids, "jaw"), rule_of("SIT324", tail_past_pin, "jaw", "tail"),
+    rule_of("SIT325", end_through_shaft, "jaw", "tail"), rule_of("SIT326", on_solids, "mount"),
 )
 
 _RULES = {rule.id: rule for rule in RULES}

@@ -317,10 +317,8 @@ def _softest(sigma: float) -> float:
 
 
 def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
-    """The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it.
-
-    By bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
-    """
+    # The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it. By
+    # bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
     pad, face = pad_of(design), loaded_face(design.spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(design.spec) or elastomer.BARE
@@ -344,9 +342,8 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:
-    """The softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a silicone and
-    its shear modulus (Pa) then. None where none is.
-    """
+    # The softest silicone with a preset that is stiff enough a sigma softer, too: `bears` tells it of a silicone and
+    # its shear modulus (Pa) then. None where none is.
     presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
     return next((m for m in presets if bears(m, m.shear_modulus * _softest(m.shear_modulus_sigma))), None)
 

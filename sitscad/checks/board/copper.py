@@ -60,10 +60,9 @@ class Outline(Protocol):
 
 @record
 class Copper:
-    """All copper, piece by piece and layer by layer (arrays of one length); a via has a piece on every layer.
-
-    ``half`` is half the width (m); ``chain`` numbers the conductor, ``first`` and ``last`` are the way (m) along it to
-    both ends of a piece, ``reach`` what a contact adds to the way that counts as joined; ``item`` numbers ``items``.
+    """All copper, piece by piece and layer by layer (arrays of one length); a via has a piece on every layer. ``half``
+    is half the width (m); ``chain`` numbers the conductor, ``first`` and ``last`` are the way (m) along it to both ends
+    of a piece, ``reach`` what a contact adds to the way that counts as joined; ``item`` numbers ``items``.
     """
 
     layer: Index
@@ -132,9 +131,8 @@ def copper_of(layout: Layout) -> Copper:
 
 def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator[Nearness]:
     """Every pair of items with copper nearer than `spacing` (m) to one another on one layer, where they are not joined.
-
-    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items
-    and layer, the nearest place of it.
+    A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items and
+    layer, the nearest place of it.
     """
     i, j = _pairs(copper, spacing)
     solid = np.array([not isinstance(item, Trace) for item in copper.items], dtype=bool)
@@ -153,7 +151,6 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
 
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
     """Every via whose drilled hole comes nearer than `clearance` (m) to copper that it is not joined to, on any layer.
-
     The half-width of the via is then its drill's radius.
     """
     radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
@@ -167,9 +164,8 @@ def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
 
 def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
     """Pieces of one conductor so near to one another along it that they count as joined, with an open gap of less than
-    `spacing` (m) between them: where the way along the conductor is `DETOUR` times the centre distance and more.
-
-    Legs that meet in a corner are no notch, whatever their angle.
+    `spacing` (m) between them: where the way along the conductor is `DETOUR` times the centre distance and more. Legs
+    that meet in a corner are no notch, whatever their angle.
     """
     i, j = _pairs(copper, spacing)
     i, j = np.where(copper.first[i] <= copper.first[j], (i, j), (j, i))
@@ -192,9 +188,8 @@ def conductor_notches(copper: Copper, spacing: float) -> Iterator[Nearness]:
 
 
 def _pairs(copper: Copper, clearance: float, chosen: Flags | None = None) -> tuple[Index, Index]:
-    """Index pairs of pieces on one layer whose boxes come within the clearance of one another; with `chosen` those of
-    a chosen piece and one that is not.
-    """
+    # Index pairs of pieces on one layer whose boxes come within the clearance of one another; with `chosen` those of a
+    # chosen piece and one that is not.
     boxes, reach = copper.pieces.boxes, copper.half + clearance / 2.0
     found = [np.empty((0, 2), dtype=np.intp)]
     for layer in sorted(set(copper.layer.tolist())):
@@ -233,9 +228,8 @@ def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None =
 
 
 def _trimmed(copper: Copper, earlier: Index, later: Index, cut: Array, other_cut: Array) -> Array:
-    """Distance between pieces with `cut` (m) taken off the end of the earlier, `other_cut` off the start of the later;
-    infinite where nothing is left of one.
-    """
+    # Distance between pieces with `cut` (m) taken off the end of the earlier, `other_cut` off the start of the later;
+    # infinite where nothing is left of one.
     length = copper.last[earlier] - copper.first[earlier]
     other_length = copper.last[later] - copper.first[later]
     result = np.full(len(earlier), np.inf)

@@ -374,8 +374,6 @@ def _corners(copper: Copper) -> Iterator[tuple[int, int, tuple[float, float], fl
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT120", acute_angle),
-    rule_of("SIT121", sliver),
-    rule_of("SIT122", shorted_turn),
+    rule_of("SIT120", acute_angle), rule_of("SIT121", sliver), rule_of("SIT122", shorted_turn),
     rule_of("SIT125", unconnected),
 )

@@ -365,12 +365,7 @@ ANOTHER = "another fabricator (fpc.rules); where yours has told you that it is m
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT104", via_drill),
-    rule_of("SIT105", annular_ring),
-    rule_of("SIT106", hole_to_hole),
-    rule_of("SIT116", part_size),
-    rule_of("SIT101", trace_width),
-    rule_of("SIT102", trace_spacing),
-    rule_of("SIT103", loop_lines),
-    rule_of("SIT131", offered),
+    rule_of("SIT104", via_drill), rule_of("SIT105", annular_ring), rule_of("SIT106", hole_to_hole),
+    rule_of("SIT116", part_size), rule_of("SIT101", trace_width), rule_of("SIT102", trace_spacing),
+    rule_of("SIT103", loop_lines), rule_of("SIT131", offered),
 )

@@ -205,9 +205,8 @@ def _too_sharp(design: Design) -> Iterator[Violation]:
 
 
 def _longer(design: Design, left: Left) -> str:
-    """The length of tail with which its bend has room, found by laying the board out with it; what else would do if
-    none, or where leads or vias found no room: that search is long, and as vain with any tail.
-    """
+    # The length of tail with which its bend has room, found by laying the board out with it; what else would do if
+    # none, or where leads or vias found no room: that search is long, and as vain with any tail.
     shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS if not design.layout.shortfalls else 0):
         missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).room)
@@ -318,8 +317,6 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT123", bend_zone, "tail"),
-    rule_of("SIT133", tail_length, "tail"),
-    rule_of("SIT130", step, "tail"),
+    rule_of("SIT123", bend_zone, "tail"), rule_of("SIT133", tail_length, "tail"), rule_of("SIT130", step, "tail"),
     rule_of("SIT132", special_build),
 )

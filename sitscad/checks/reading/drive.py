@@ -52,9 +52,8 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:
-    """The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
-    although the board as drawn keeps it: no test of the bare board tells such copper from any other.
-    """
+    # The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
+    # although the board as drawn keeps it: no test of the bare board tells such copper from any other.
     low, high = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_max")
     states = [
         (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
@@ -85,9 +84,8 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
 
 
 def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
-    """The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
-    temperature; what keeps the limit by little goes to `near`.
-    """
+    # The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
+    # temperature; what keeps the limit by little goes to `near`.
     converter, readout = design.converter, design.spec.readout
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"

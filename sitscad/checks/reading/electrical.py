@@ -265,9 +265,8 @@ def leads_round(design: Design) -> Iterator[Verdict]:
 
 
 def _other_way(spec: SensorSpec, is_cramped: bool, left: Left, is_warned: bool) -> str:
-    """The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
-    checked, too, where the design is warned of them.
-    """
+    # The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
+    # checked, too, where the design is warned of them.
     changes = [*(islice(other_start_angles(spec), TRIED) if is_cramped else ()), *whole_turns(spec)]
     fit = (change for change in changes if _runs_together(left, change, is_cramped))
     found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)

@@ -205,10 +205,8 @@ def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> s
 
 def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
     """The first of some capacitors, smallest first, that mends a finding, in words, instead of the one of now (F);
-    where the search ended before it found one, the first that was not tried.
-
-    None is tried that is larger than one with too little parallel resistance: L / (R C) falls as C grows, for R falls
-    by less than the square of the frequency.
+    where the search ended before it found one, the first that was not tried. None is tried that is larger than one with
+    too little parallel resistance: L / (R C) falls as C grows, for R falls by less than the square of the frequency.
     """
     else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
     return first_or_vain(_not_lossier(fixes, left), left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))

@@ -122,9 +122,8 @@ def _not_felt(deaf: Sequence[Response], best: Response, force: str) -> Violation
 
 
 def _unasked(design: Design) -> Iterator[Verdict]:
-    """What is said where no normal force is required: that no coil feels the full load of data sheet and calibration,
-    if so; whether each feels enough is not known.
-    """
+    # What is said where no normal force is required: that no coil feels the full load of data sheet and calibration, if
+    # so; whether each feels enough is not known.
     from sitscad.estimates import estimated
     from sitscad.estimates.response.working_range import USUAL_STRAIN, full_normal
     from sitscad.estimates.states.pressing import rests_on_pad
@@ -236,9 +235,8 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 
 
 def _more(design: Design, left: Left, otherwise: str) -> str:
-    """Another metal of the target, else another thickness of the pad, before what else makes more signal, where trying
-    finds one.
-    """
+    # Another metal of the target, else another thickness of the pad, before what else makes more signal, where trying
+    # finds one.
     # the best thickness is another one for each metal
     found = more_by_metal(design.spec, left) or best_thickness(design.spec, left, partial(passes_port, design.layout))
     return f"{found}; {otherwise}" if found else otherwise
@@ -316,11 +314,10 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
 
 
 def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator[Verdict]:
-    """What is said where one degree of tilt parts the coils' inductances by more than the shear force (`apart`; H).
-
-    A tilted target counts for every coil as a level one at the height that it has over the middle of what both share,
-    and inductances follow the height as they do while the normal force presses by `pressed` (m): the same within a
-    fifth as the data sheet's error by tilt.
+    """What is said where one degree of tilt parts the coils' inductances by more than the shear force (`apart`; H). A
+    tilted target counts for every coil as a level one at the height that it has over the middle of what both share, and
+    inductances follow the height as they do while the normal force presses by `pressed` (m): the same within a fifth as
+    the data sheet's error by tilt.
     """
     force, found = design.spec.requirements.shear_force or 0.0, responses(design)
     if not found or pressed <= 0.0 or apart <= 0.0:
@@ -339,9 +336,8 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
 
 
 def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
-    """A hint with targets that end nearer to the middles of the coils, and with coils farther apart; over two coils in
-    a line only what SIT306 asks, too, the target as long as they stand apart first.
-    """
+    # A hint with targets that end nearer to the middles of the coils, and with coils farther apart; over two coils in a
+    # line only what SIT306 asks, too, the target as long as they stand apart first.
     smaller, wider = ([fix for fix in fixes if is_as_long_as_line(fix.spec)]
                       for fixes in (list(smaller_targets(spec)), list(wider_arrays(spec))))
     return first_tried([smaller[::-1] if len(spec.array.placements) == 2 else smaller, wider],

@@ -81,9 +81,8 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
 
 
 def _resistance_of_sheet(depths: float) -> float:
-    """Surface resistance of an endless sheet so many skin depths thick over that of a thick one, no unit (Stoll, The
-    Analysis of Eddy Currents, 1974): Re (1 + j) coth((1 + j) t / depth).
-    """
+    # Surface resistance of an endless sheet so many skin depths thick over that of a thick one, no unit (Stoll, The
+    # Analysis of Eddy Currents, 1974): Re (1 + j) coth((1 + j) t / depth).
     twice = 2.0 * depths
     return (math.sinh(twice) + math.sin(twice)) / (math.cosh(twice) - math.cos(twice))
 
@@ -170,9 +169,8 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
 
 
 def _effects(design: Design, other: Design) -> dict[str, float]:
-    """What the target does to each coil by name in a design that may be a changed one: change per newton (H/N), else
-    what it changes of the inductance at rest (H), against the sensor without a target.
-    """
+    # What the target does to each coil by name in a design that may be a changed one: change per newton (H/N), else
+    # what it changes of the inductance at rest (H), against the sensor without a target.
     force = other.spec.requirements.normal_force
     if force:
         return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
@@ -183,9 +181,8 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
 
 
 def _compared(design: Design, changed: SensorSpec) -> Design:
-    """A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
-    the two alike but for the change.
-    """
+    # A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
+    # the two alike but for the change.
     from sitscad.estimates import estimated
 
     now = design.estimates.readout.capacitance

@@ -92,9 +92,8 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
 
 
 def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") -> str:
-    """A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
-    one that is enough: every further scan takes time from conversions, and so signal from the noise.
-    """
+    # A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
+    # one that is enough: every further scan takes time from conversions, and so signal from the noise.
     changes = [scans(design.spec, rate)]
     found = first_that_mends(changes, left)
     if found is not None:
@@ -195,11 +194,7 @@ def clock(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT207", input_frequency),
-    rule_of("SIT208", scan_rate),
-    rule_of("SIT209", read_back),
-    rule_of("SIT210", bandwidth, "bandwidth"),
-    rule_of("SIT211", channels, channel_sources=_channel_sources()),
-    rule_of("SIT212", idle_neighbour),
-    rule_of("SIT213", clock),
+    rule_of("SIT207", input_frequency), rule_of("SIT208", scan_rate), rule_of("SIT209", read_back),
+    rule_of("SIT210", bandwidth, "bandwidth"), rule_of("SIT211", channels, channel_sources=_channel_sources()),
+    rule_of("SIT212", idle_neighbour), rule_of("SIT213", clock),
 )

@@ -130,11 +130,10 @@ def coil_potential(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
     returned: Returned | None = None, direct: bool = True,
 ) -> CoilPotential:
-    """The potential of tracks in series, layers one above the other, currents along their corners.
-
-    It holds from `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at
-    z = `floor` (m) returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does,
-    where that is None. Without `direct` it is what the mirror returns alone: the part out of phase of a lossy one's.
+    """The potential of tracks in series, layers one above the other, currents along their corners. It holds from
+    `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at z = `floor` (m)
+    returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does, where that is None.
+    Without `direct` it is what the mirror returns alone: the part out of phase of a lossy one's.
     """
     top = max(track.z for track in tracks)
     extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
@@ -181,10 +180,8 @@ def _wave_numbers(count: int, spacing: float) -> Array:
 
 @lru_cache(maxsize=2)
 def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
-    """Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's `corners` (n, 2; m).
-
-    Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
-    """
+    # Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's `corners` (n, 2; m).
+    # Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(STRANDS)
     sheet = np.zeros(count * count, dtype=complex)

@@ -96,9 +96,8 @@ class Meridian:
 
 @record(eq=False)
 class DiscClass:
-    """Currents of one order m, one parity across the disc, and one phase: "cos" or "sin".
-
-    `values` and `slopes` (points of the meridian, n) are the functions' along the meridian.
+    """Currents of one order m, one parity across the disc, and one phase: "cos" or "sin". `values` and `slopes` (points
+    of the meridian, n) are the functions' along the meridian.
     """
 
     order: int
@@ -267,9 +266,7 @@ class Disc:
         slopes = np.diff(nodes, axis=0) / self.meridian.lengths[:, None]
         return values, np.repeat(slopes, POINTS, axis=0)
 
-    def _inductance(
-        self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array
-    ) -> Array:
+    def _inductance(self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array) -> Array:
         """Currents along x +- i y have the orders m +- 1."""
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
@@ -325,9 +322,8 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
 
 
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
-    """Weights (n, POINTS) of a function's values at a piece's Gauss points in its integral with ln(distance from a
-    point), the piece's length being 1.
-    """
+    # Weights (n, POINTS) of a function's values at a piece's Gauss points in its integral with ln(distance from a
+    # point), the piece's length being 1.
     along = ends - starts
     nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)
     at, share = gauss(16)

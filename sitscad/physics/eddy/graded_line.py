@@ -45,9 +45,8 @@ def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
 
 
 def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Array]:
-    """First to fourth integral of exp(-s^2 u^2) from 0 or of odd and even parity, each (scales, *u.shape).
-
-    n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
+    """First to fourth integral of exp(-s^2 u^2) from 0 or of odd and even parity, each (scales, *u.shape). n I_n+1 = u
+    I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
     """
     s = scales.reshape(-1, *(1,) * u.ndim)
     narrow = 0.5 / (s * s)
@@ -121,9 +120,8 @@ class GradedLine:
         return found
 
     def _repeated(self, scales: Array) -> tuple[Array, ...]:
-        """`repeated_integrals` of the nodes' distances, (scales, nodes, nodes): each distance once, for they come in
-        equal steps and with both signs.
-        """
+        # `repeated_integrals` of the nodes' distances, (scales, nodes, nodes): each distance once, for they come in
+        # equal steps and with both signs.
         apart = self.nodes[:, None] - self.nodes
         steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
         _, first, which = np.unique(steps, return_index=True, return_inverse=True)

@@ -137,10 +137,8 @@ class ImageModes:
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
-    """The combinations that matter no nearer to the mirror than with the near face at z = `closest` (m).
-
-    `coarse` is the same surface with as few points as resolve a field from there; `near_face` (m) is that face's height
-    in it.
+    """The combinations that matter no nearer to the mirror than with the near face at z = `closest` (m). `coarse` is
+    the same surface with as few points as resolve a field from there; `near_face` (m) is that face's height in it.
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
     high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
@@ -195,11 +193,10 @@ def _modes(
 
 
 def _factor(inductance: Array) -> Array:
-    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit).
-
-    The faces of a foil all but cancel: currents that run against each other on both have an energy below what the
-    integrals over the surface are good for, which may come out negative. They are given what those are good for: with
-    more energy than they have they couple with the image even less.
+    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit). The faces of a foil
+    all but cancel: currents that run against each other on both have an energy below what the integrals over the
+    surface are good for, which may come out negative. They are given what those are good for: with more energy than
+    they have they couple with the image even less.
     """
     try:
         return np.asarray(np.linalg.cholesky(inductance), dtype=float)

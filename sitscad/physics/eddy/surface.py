@@ -87,9 +87,8 @@ class CurrentClass(Protocol):
         """Flux linkages (n, fields) in Wb of vector potentials (points, 3, fields) in Wb/m at the surface's points."""
 
     def spread(self, functions: Array) -> Array:
-        """Of combinations (n, m) of the functions: what their linkages make of every potential, (points, 3, m) in m.
-
-        It is also the current (A m) at every point that stands for a combination seen from afar.
+        """Of combinations (n, m) of the functions: what their linkages make of every potential, (points, 3, m) in m. It
+        is also the current (A m) at every point that stands for a combination seen from afar.
         """
 
     @property
@@ -134,7 +133,6 @@ CONSTANT = 1e-6
 
 def of_vacuum(lines: Sequence[Grams], members: Sequence[Index]) -> Array:
     """Energies (m) of harmonic potentials within a body: twice the integral of the squared gradient over two, (n, n).
-
     `lines` are mass and stiffness of the functions along each axis, the last of each not 0 on the surface; a function
     of the surface is the product of those that `members` number, an array (n) an axis. Inner functions are eliminated
     by the eigenvectors of every axis (Lynch, Rice and Thomas, Numerische Mathematik 6, 1964).

@@ -77,9 +77,8 @@ class SolvedTarget:
     def _changes(
         self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], once: bool
     ) -> ComplexArray:
-        """The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose;
-        `once` without the systems' inverses.
-        """
+        # The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose; `once`
+        # without the systems' inverses.
         total, driven, among = self._answered_once(linked, shape) if once else self._answered(linked, shape)
         if driven is None or among is None:
             return total
@@ -90,9 +89,8 @@ class SolvedTarget:
         return total
 
     def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """The change (H) without the image, (poses, coils, coils); what the coils drive (1) of the image's
-        combinations, (combinations, poses, coils), and those of each other (1/H): by the systems' inverses.
-        """
+        # The change (H) without the image, (poses, coils, coils); what the coils drive (1) of the image's combinations,
+        # (combinations, poses, coils), and those of each other (1/H): by the systems' inverses.
         total = np.zeros((*shape, shape[1]), dtype=complex)
         for drive, answer in zip(linked, self.answers, strict=True):
             ways = drive.reshape(-1, *shape).transpose(1, 2, 0)

@@ -55,9 +55,7 @@ def _plain(count: int) -> Rule:
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    """At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k,
-    p).
-    """
+    # At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k, p).
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
     azimuth = arcs[:, 3, None] + (arcs[:, 4] * arcs[:, 5])[:, None] * t
@@ -297,11 +295,8 @@ def _by(method: Method, rule: Rule) -> Method:
 SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
 
 METHODS: tuple[tuple[Method, int], ...] = (
-    (_concentric_arcs, 14),
-    (_by(_opposite_arcs, _plain(MIDDLING_POINTS)), MIDDLING_POINTS**2),
-    (_opposite_arcs, 100),
-    (_by(_opposite_arcs, _plain(SPACED_POINTS)), SPACED_POINTS**2),
-    (_by(_other_arcs, _crowded(16)), 128),
+    (_concentric_arcs, 14), (_by(_opposite_arcs, _plain(MIDDLING_POINTS)), MIDDLING_POINTS**2), (_opposite_arcs, 100),
+    (_by(_opposite_arcs, _plain(SPACED_POINTS)), SPACED_POINTS**2), (_by(_other_arcs, _crowded(16)), 128),
     (_other_arcs, 160),
 )
 """How the kinds of pairs of arcs that are not far are summed, and at how many points at once."""

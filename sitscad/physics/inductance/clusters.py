@@ -33,7 +33,6 @@ ORDER = 8
 @record(eq=False)
 class Plans:
     """Points (n, 2; m) of the distinct plans of a winding's layers, their elements (n, 2; m), and whose they are (n).
-
     `layers` are the plan, mid-plane and thickness (m) of every layer.
     """
 

@@ -52,11 +52,10 @@ class PolylineTrack:
 
 
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
-    """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres.
-
-    The first runs from 0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start
-    for opposite current) at a distance whose square is given (> 0; the squared geometric mean distance for tracks).
-    Neumann's integral in closed form (Grover 1946, chapter 6), by Gauss points where its four terms would cancel.
+    """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres. The first runs from
+    0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start for opposite current)
+    at a distance whose square is given (> 0; the squared geometric mean distance for tracks). Neumann's integral in
+    closed form (Grover 1946, chapter 6), by Gauss points where its four terms would cancel.
     """
     length, start, end, square = np.broadcast_arrays(length, start, end, distance_squared)
     reach = np.maximum(np.abs(length), np.abs(end - start))
@@ -149,10 +148,8 @@ def _directions(p: Segments) -> tuple[Array, Array]:
 
 
 def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
-    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined.
-
-    `clearance` (m2) of each pair (n, m) is the square of the height between them and what keeps the mean distance.
-    """
+    # Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined. `clearance` (m2) of
+    # each pair (n, m) is the square of the height between them and what keeps the mean distance.
     t, lengths = _directions(p)
     other, _ = _directions(q)
     parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
@@ -193,10 +190,8 @@ def inclined_integral(
     u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
 ) -> Array:
     """Integral of 1/distance (m) over two straight filaments in parallel planes whose squared distance is `square` (m2,
-    > 0).
-
-    They run from u0 to u1 and from v0 to v1 (m) along their axes, counted from where these cross, at an angle of the
-    given cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it
+    > 0). They run from u0 to u1 and from v0 to v1 (m) along their axes, counted from where these cross, at an angle of
+    the given cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it
     cancels.
     """
     height = np.sqrt(square)
@@ -228,7 +223,6 @@ def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, squ
 
 def via_inductance(length: float, diameter: float) -> float:
     """Partial self-inductance (H) of a plated hole's barrel: a tube with its current on the surface (Grover 1946).
-
     mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)), lengths in metres.
     """
     ratio = 0.5 * diameter / length

@@ -55,12 +55,8 @@ def log_mean_distance(
 
 
 def strand_clearance(
-    across: Array,
-    height: float,
-    widths: tuple[float, float],
-    thicknesses: tuple[float, float],
-    strands: int = 2,
-    levels: int = 1,
+    across: Array, height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int = 2,
+    levels: int = 1
 ) -> Array:
     """Square (m2) that the squared distances of strands must be lengthened by so that the pair keeps its GMD.
 
@@ -154,9 +150,8 @@ def _twice_integrated(x: Array, z: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    """Nodes (m) and weights (no unit) over the difference of two uniform heights: its density is a trapezium with
-    corners at outer and inner.
-    """
+    # Nodes (m) and weights (no unit) over the difference of two uniform heights: its density is a trapezium with
+    # corners at outer and inner.
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:
         return np.array([max(h, 1e-12)]), np.array([1.0])

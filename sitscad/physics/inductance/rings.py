@@ -87,7 +87,6 @@ def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
 
 def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
     """Inductance (H) of the layers in series as one ring a turn, every pair once: a hundredth of the cost of azimuths.
-
     The squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense, which stay beside
     each other at one of two places; of crossing ones, which pass each other by two pitches in a turn. Widths and
     thicknesses enter by their second moments, of a track with itself by 0.2235 (w + t) (Grover 1946).

@@ -165,9 +165,8 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
 
 
 def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[float, Array, Array, Array, Array]]:
-    """The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
-    along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
-    """
+    # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
     speed = np.sqrt(radius**2 + b * b)
     curvature = (radius**2 + 2.0 * b * b) / speed**3
     found = []
@@ -245,7 +244,6 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
 @record
 class SheetCoefficients:
     """Constants of the current-sheet formula (c1..c4), of the modified Wheeler formula (K1, K2), of the monomial fit.
-
     The monomial's are (beta, a1..a5) for lengths in micrometres and nanohenries. None where the paper tabulates none.
     """
 

@@ -32,11 +32,10 @@ BLOCK = 60_000
 
 @record(eq=False)
 class Track:
-    """One layer's conductor along its current. Metres and radians.
-
-    Straight sides: `starts`, `ends` (n, 2) and the mitres `before`, `after` (n, 2): how far an end moves per metre of
-    offset to the left. Arcs (m, 6): centre x, y, radius, azimuth of the start, direction (+1 counter-clockwise), angle.
-    `turnings` (k): the angles by which the track turns at its mitred corners.
+    """One layer's conductor along its current. Metres and radians. Straight sides: `starts`, `ends` (n, 2) and the
+    mitres `before`, `after` (n, 2): how far an end moves per metre of offset to the left. Arcs (m, 6): centre x, y,
+    radius, azimuth of the start, direction (+1 counter-clockwise), angle. `turnings` (k): the angles by which the track
+    turns at its mitred corners.
     """
 
     starts: Array
@@ -316,9 +315,8 @@ def _plans(kinds: Kinds) -> list[int]:
 
 
 def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
-    """Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and
-    how often it occurs.
-    """
+    # Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and how
+    # often it occurs.
     rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
     size = max(1, AT_ONCE // max(1, columns.size))
     for k in range(0, rows.size, size):

@@ -168,9 +168,7 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
 
 
 def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
-    """Sum over pairs of inclined sides (m); over crossing tracks the mean of 1/distance needs no heights (to 4th
-    order).
-    """
+    # Sum over pairs of inclined sides (m); over crossing tracks the mean of 1/distance needs no heights (to 4th order).
     extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
     total = 0.0
     for part in strands.blocks(extra.size):
@@ -327,9 +325,8 @@ def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
 
 
 def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
-    """The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
-    the squares of those heights (m2).
-    """
+    # The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
+    # the squares of those heights (m2).
     beyond = apart >= stack.distant
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():

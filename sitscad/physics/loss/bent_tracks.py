@@ -99,7 +99,6 @@ class _Chords:
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
                       alike: int = 1) -> ProximityLoss:  # fmt: skip
     """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
-
     `alike` parts of the winding are taken as each other's images. With 2, only the sides of the first half turn of
     direction are solved and stand for the opposite ones too; with 4 so does one half of every side for the other, the
     half where the current comes from and that where it goes by turns.
@@ -181,9 +180,8 @@ Block = tuple[Array, float, float, float]
 
 
 def _blocks(track: BentTrack) -> Iterator[Block]:
-    """Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
-    nodes, length (m), turn (rad), direction (rad).
-    """
+    # Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    # nodes, length (m), turn (rad), direction (rad).
     first = 0
     while first < len(track.turns):
         last = first + 1
@@ -326,9 +324,8 @@ def _smooth_field(sides: _Sides, index: Index, cut: Cut, along: Array, tangent: 
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    """The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
-    are the cut's own.
-    """
+    # The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
+    # are the cut's own.
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.few.block]

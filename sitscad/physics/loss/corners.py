@@ -94,9 +94,7 @@ class Filaments:
 
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
     """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current, and of
-    alternating current beyond its modes.
-
-    `loss` is that of the `mitred` tracks, `tracks` the real ones.
+    alternating current beyond its modes. `loss` is that of the `mitred` tracks, `tracks` the real ones.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     found: dict[tuple[float, float, float, float], int] = {}
@@ -353,9 +351,8 @@ def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Ar
 
 
 def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
-    """Normal field (T/A) at points (..., 2) and heights of straight filaments, all broadcast (Biot and Savart).
-
-    Beyond a filament's ends nothing is a difference of nearly equal numbers.
+    """Normal field (T/A) at points (..., 2) and heights of straight filaments, all broadcast (Biot and Savart). Beyond
+    a filament's ends nothing is a difference of nearly equal numbers.
     """
     span = end - start
     length = np.hypot(span[..., 0], span[..., 1])

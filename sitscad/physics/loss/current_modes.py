@@ -89,12 +89,10 @@ def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
 
 @record(eq=False)
 class ModeSystem:
-    """The modes of a cut, each scaled to unit resistance: what current and flux do to them.
-
-    `matrix` are relaxation times (s) of all modes among each other, `coupling` what a unit current drives them with,
-    `source` is that current in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's
-    direct-current density, a unit vector: currents without it are free. `direct` (ohm), `change` (H) as in
-    `ProximityLoss`.
+    """The modes of a cut, each scaled to unit resistance: what current and flux do to them. `matrix` are relaxation
+    times (s) of all modes among each other, `coupling` what a unit current drives them with, `source` is that current
+    in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's direct-current density, a
+    unit vector: currents without it are free. `direct` (ohm), `change` (H) as in `ProximityLoss`.
     """
 
     matrix: Array | NearAndFar
@@ -195,9 +193,8 @@ def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: M
 def _lanczos(
     matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
 ) -> list[tuple[Array, Array]]:
-    """Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
-    nodes and weights, exact in 2 * steps moments; fewer steps where what they are for no longer changes.
-    """
+    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
+    # nodes and weights, exact in 2 * steps moments; fewer steps where what they are for no longer changes.
     norms = np.linalg.norm(vectors, axis=1)
     count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
     basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))
@@ -223,9 +220,8 @@ def _lanczos(
 
 
 def _effect(diagonal: Array, beside: Array) -> Array:
-    """What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
-    `SETTLED_AT`, each of a vector of length one: (2, k).
-    """
+    # What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
+    # `SETTLED_AT`, each of a vector of length one: (2, k).
     size = np.arange(diagonal.shape[1])
     table = np.zeros((len(diagonal), size.size, size.size))
     table[:, size, size] = diagonal

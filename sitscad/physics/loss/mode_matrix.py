@@ -47,9 +47,8 @@ REPEATED = 8
 
 @record(eq=False)
 class NearAndFar:
-    """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers.
-
-    Near pairs are sorted by how they lie: `blocks` (ways, modes, modes) are those of tracks `first` and `second` from
+    """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers. Near
+    pairs are sorted by how they lie: `blocks` (ways, modes, modes) are those of tracks `first` and `second` from
     `begins` on; `order` sorts the pairs by their first track, every track there. `far` are the modes `low` of all other
     pairs (n low, n low), in single precision. Both are multiplied by `scale` (n, modes) on either side.
     """
@@ -128,9 +127,8 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
 
 
 def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
-    """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block of
-    each way and where it begins. Where few lie alike, every pair has its own block.
-    """
+    # The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block of
+    # each way and where it begins. Where few lie alike, every pair has its own block.
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _ways(cut, i, j)
     own = np.arange(len(near))
@@ -199,7 +197,6 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 @lru_cache(maxsize=32)
 def log_block(aspect: float, modes: ModeSet) -> Array:
     """Means (no unit) over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
-
     The quadruple integral becomes a double one over the differences of both coordinates, whose densities are
     polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean distance.
     The points of the set are not used.

@@ -62,9 +62,7 @@ UNSEEN = {False: 0.02, True: 0.005}
 
 def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> Resolution:
     """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz, with
-    the least number of cuts.
-
-    Track width, thickness and least distance in metres.
+    the least number of cuts. Track width, thickness and least distance in metres.
     """
     fine = tolerance < 0.02
     modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
@@ -73,9 +71,8 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = 0.03,
                  resolution: Resolution | None = None) -> ProximityLoss:  # fmt: skip
-    """Skin and proximity effect of spiral layers in series (conductivity in S/m), averaged over azimuths.
-
-    `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
+    """Skin and proximity effect of spiral layers in series (conductivity in S/m), averaged over azimuths. `tolerance`
+    is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)

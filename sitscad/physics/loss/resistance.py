@@ -26,9 +26,8 @@ COPPER_TEMPERATURE_COEFFICIENT = 3.93e-3
 
 def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
                     coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:  # fmt: skip
-    """Conductivity (S/m) at a temperature (degrees Celsius) of a metal whose conductivity at 20 C is given.
-
-    Raises ValueError where the straight line through 20 C leaves no resistivity.
+    """Conductivity (S/m) at a temperature (degrees Celsius) of a metal whose conductivity at 20 C is given. Raises
+    ValueError where the straight line through 20 C leaves no resistivity.
     """
     factor = 1.0 + coefficient * (temperature - 20.0)
     if not factor > 0.0:
@@ -85,9 +84,7 @@ TERMS = 400
 @lru_cache(maxsize=256)
 def pad_squares(pad: float, drill: float) -> float:
     """A round pad about a plated hole at one potential, both by their diameters; from 0.6 widths of radius within 0.02
-    squares, below it within 0.1.
-
-    A pad narrower than the track counts as the track's own round end.
+    squares, below it within 0.1. A pad narrower than the track counts as the track's own round end.
     """
     radius = max(pad, 1.0) / 2.0
     mouth = math.asin(min(1.0, 0.5 / radius))
@@ -112,7 +109,6 @@ def teardrop_squares(pad: float, drill: float, reach: float) -> float:
 
 def contact_squares(inside: float, height: float, reach: float = 0.0) -> float:
     """A contact that a track enters `inside` deep up to where it is met, `height` across, with a trapezoid before it.
-
     The current fills the contact at once and the trapezoid, `reach` long, evenly over each of its cross-sections.
     """
     across = max(height, 1.0)
@@ -121,11 +117,10 @@ def contact_squares(inside: float, height: float, reach: float = 0.0) -> float:
 
 
 def step_squares(wide: float) -> float:
-    """A track that ends in the middle of the round end, `wide` across, of a wider one in line with it.
-
-    Beyond both centre lines, up to twelve widths within 0.03 squares: the narrow track begins only where it leaves the
-    round end; 0.9 is what triangles over the copper make of the way up to there, the sum of an even current in the
-    round end and of the step between two strips (by the conformal map that P. M. Hall gives, Thin Solid Films 1, 1967).
+    """A track that ends in the middle of the round end, `wide` across, of a wider one in line with it. Beyond both
+    centre lines, up to twelve widths within 0.03 squares: the narrow track begins only where it leaves the round end;
+    0.9 is what triangles over the copper make of the way up to there, the sum of an even current in the round end and
+    of the step between two strips (by the conformal map that P. M. Hall gives, Thin Solid Films 1, 1967).
     """
     if wide <= 1.0 + 1e-6:
         return 0.0
@@ -135,10 +130,8 @@ def step_squares(wide: float) -> float:
 
 
 def _disc_squares(radius: float, hole: float, mouth: float) -> float:
-    """Squares of a disc between a hole in its middle and a part of its rim, half of whose angle (rad) is `mouth`.
-
-    Laplace's equation in the ring by its Fourier series, the current even over the mouth and none through the rest.
-    """
+    # Squares of a disc between a hole in its middle and a part of its rim, half of whose angle (rad) is `mouth`.
+    # Laplace's equation in the ring by its Fourier series, the current even over the mouth and none through the rest.
     deep = math.log(radius / min(hole, 0.99 * radius))
     n = np.arange(1, TERMS + 1)
     series = np.sinc(n * mouth / math.pi) ** 2 * np.tanh(n * deep) / n

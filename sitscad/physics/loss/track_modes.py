@@ -22,9 +22,8 @@ SMOOTH_POINTS = 4, 2
 
 @record
 class ModeSet:
-    """Highest orders across the width and through the thickness, and the Gauss points at which tracks see each other.
-
-    A mode (a, b) is kept when a / across + b / through is at most 1, or every one when `full`.
+    """Highest orders across the width and through the thickness, and the Gauss points at which tracks see each other. A
+    mode (a, b) is kept when a / across + b / through is at most 1, or every one when `full`.
     """
 
     across: int = 4
@@ -42,11 +41,10 @@ class ModeSet:
 
 
 def suited_modes(width: float, thickness: float, gap: float, depth: float, fine: bool) -> ModeSet:
-    """Modes for tracks (m) at a skin depth: R within 1 % when `fine`, else 3 %.
-
-    Legendre polynomials resolve a boundary layer of width / order^2: the orders follow the square root of width over
-    depth, and of thickness over depth. The points follow them (a Gauss rule takes orders above its number of points for
-    lower ones) and the width over `gap` (m), the least distance of tracks.
+    """Modes for tracks (m) at a skin depth: R within 1 % when `fine`, else 3 %. Legendre polynomials resolve a boundary
+    layer of width / order^2: the orders follow the square root of width over depth, and of thickness over depth. The
+    points follow them (a Gauss rule takes orders above its number of points for lower ones) and the width over `gap`
+    (m), the least distance of tracks.
     """
     across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
     through = math.ceil((2.2 if fine else 1.5) * math.sqrt(thickness / depth))

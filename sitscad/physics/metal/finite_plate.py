@@ -97,11 +97,10 @@ def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, fl
 
 
 def plate_loss_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
-    """Loss in the plate's skin over that in an endless plate's, by Wheeler's rule; arguments as for `plate_share`.
-
-    The loss is proportional to the change of inductance that all faces receding by a little make: the near one, the
-    edge and, as long as they matter, the walls. Currents crowd at an edge like one over the root of the distance; that
-    the square of it has a limit is the thickness's doing.
+    """Loss in the plate's skin over that in an endless plate's, by Wheeler's rule; arguments as for `plate_share`. The
+    loss is proportional to the change of inductance that all faces receding by a little make: the near one, the edge
+    and, as long as they matter, the walls. Currents crowd at an edge like one over the root of the distance; that the
+    square of it has a limit is the thickness's doing.
     """
     step = 0.01 * min(plate.thickness, gap)
 
@@ -290,9 +289,8 @@ def _modes(half: float, detail: float) -> int:
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
-    """Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (places, s,
-    functions along x, along y).
-    """
+    # Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (places, s,
+    # functions along x, along y).
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
     radii = np.linspace(0.0, farthest, 4 * max(counts) + 40)
@@ -306,9 +304,8 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 
 def _sheet_energy(half: Array, counts: tuple[int, int], room: float, flux: Array) -> Array:
-    """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
-    through it.
-    """
+    # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
+    # through it.
     # what of a rectangle's energies neither side has alone, at nodes along both
     # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
     # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
@@ -351,9 +348,7 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
     return found
 
 
-def sheet_shares(
-    plate: Plate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
-) -> Array:
+def sheet_shares(plate: Plate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf) -> Array:
     """`plate_share` roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few waves and
     functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
     """

@@ -36,11 +36,10 @@ class Reflector:
 
 
 def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[Plate]) -> ComplexArray:
-    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing.
-
-    At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers).
-    Transmission-line recursion of the surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the
-    last plate (vacuum behind it unless it is a half-space) to the first. The result cannot be written to.
+    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing. At
+    one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the surface
+    admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the last plate (vacuum behind it unless it is a
+    half-space) to the first. The result cannot be written to.
     """
     k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
     solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
@@ -73,17 +72,13 @@ def _reflection(
 
 
 def returned_waves(
-    wave_numbers: Array,
-    frequencies: Array,
-    above: Reflector | None,
-    below: Reflector | None,
-    levels: tuple[float, float],
+    wave_numbers: Array, frequencies: Array, above: Reflector | None, below: Reflector | None,
+    levels: tuple[float, float]
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
-    summed exactly: (frequencies, wave numbers).
-
-    `levels` (m) are the lowest and the highest height of the current. A wave that decays as exp(-k (highest - z)), or
-    as exp(-k (z - lowest)), is reflected into such ones: coefficients up to up, up to down, and down to down.
+    summed exactly: (frequencies, wave numbers). `levels` (m) are the lowest and the highest height of the current. A
+    wave that decays as exp(-k (highest - z)), or as exp(-k (z - lowest)), is reflected into such ones: coefficients up
+    to up, up to down, and down to down.
     """
     k, (low, high) = wave_numbers, levels
     top, bottom = (
@@ -104,7 +99,6 @@ def reflected_impedance(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector | None, below: Reflector | None
 ) -> tuple[float, float]:
     """Change of inductance (H) and of resistance (ohm) by reflectors above (z > 0) and below (z < 0), both acting.
-
     Distances count from z = 0 outwards; the multiple reflection between the two is summed exactly.
     """
     change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
@@ -112,11 +106,8 @@ def reflected_impedance(
 
 
 def reflected_inductances(
-    spectrum: CurrentSpectrum,
-    frequencies: Array,
-    above: Reflector | None,
-    below: Reflector | None,
-    distances: Sequence[float],
+    spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
+    distances: Sequence[float]
 ) -> ComplexArray:
     """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side. One value for each
     frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
@@ -134,11 +125,10 @@ def reflected_inductances(
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
-    """Change of the mutual inductance of every two layers with their distance (H/m), 0 on the diagonal.
-
-    dM/dh = -mu0 pi times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S
-    are those of the spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of
-    the distances, or a small part of the winding's radial width.
+    """Change of the mutual inductance of every two layers with their distance (H/m), 0 on the diagonal. dM/dh = -mu0 pi
+    times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S are those of the
+    spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of the distances, or
+    a small part of the winding's radial width.
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])

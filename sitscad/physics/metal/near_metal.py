@@ -147,9 +147,8 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
                 modes: ModeSet) -> NDArray[np.float32]:  # fmt: skip
-    """Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
-    upwards.
-    """
+    # Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
+    # upwards.
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
     x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
@@ -202,9 +201,8 @@ class _Reduced:
 
     @cached_property
     def _products(self) -> tuple[Index, Index, Array]:
-        """Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
-        with up, down with down.
-        """
+        # Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
+        # with up, down with down.
         first, second = np.triu_indices(self.up.shape[1])
         across = self.up[:, first] * self.down[:, second] + self.down[:, first] * self.up[:, second]
         alike = [waves[:, first] * waves[:, second] for waves in (self.up, self.down)]

@@ -95,9 +95,8 @@ def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
 
 
 def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
-    """Potential (A) of a track with 1 A on the face without an opening would be twice this, its images in a mirror so
-    far (m) over the face counted, but for a constant.
-    """
+    # Potential (A) of a track with 1 A on the face without an opening would be twice this, its images in a mirror so
+    # far (m) over the face counted, but for a constant.
     height = gap + track.z
     found = _potential(track.corners, points, height)
     if math.isfinite(room):
@@ -108,9 +107,8 @@ def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: 
 
 
 def _potential(corners: Array, points: Array, height: float) -> Array:
-    """Magnetic potential (A) of a closed flat loop with 1 A so high (m) over points (n, 2): its solid angle over 4 pi,
-    side by side in closed form.
-    """
+    # Magnetic potential (A) of a closed flat loop with 1 A so high (m) over points (n, 2): its solid angle over 4 pi,
+    # side by side in closed form.
     starts = corners[None] - points[:, None]
     along = np.roll(corners, -1, axis=0) - corners
     length = np.maximum(np.hypot(*along.T), 1e-12)

@@ -84,9 +84,8 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
 
 
 def _image(of: int, source: Array, target: Array) -> Image | None:
-    """How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
-    not.
-    """
+    # How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
+    # not.
     if source.shape != target.shape:
         return None
     for sense, aim in ((1.0, target), (-1.0, target[::-1])):
@@ -147,7 +146,6 @@ ROUNDING = 1e-8
 
 def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
     """A track with every arc as a few chords, for metal no nearer than `nearest` (m); they enclose what the arc does.
-
     The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on it.
     """
     nodes = [track.starts[0]]
@@ -197,9 +195,8 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
 
 def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[Image | None], numbers: Array, angle: Array,
                tangents: Array) -> ComplexArray:  # fmt: skip
-    """The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
-    those of what they are images of.
-    """
+    # The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
+    # those of what they are images of.
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
     flat = _beside(unit.reshape(2, -1), tangents)

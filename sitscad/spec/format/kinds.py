@@ -210,19 +210,8 @@ class Truth(Scalar):
 
 
 _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}
-_SI = {
-    "length": "m",
-    "inductance": "H",
-    "capacitance": "F",
-    "resistance": "ohm",
-    "frequency": "Hz",
-    "force": "N",
-    "pressure": "Pa",
-    "conductivity": "S/m",
-    "angle": "rad",
-    "temperature": "degC",
-    "temperature coefficient": "1/K",
-}
+_SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "frequency": "Hz", "force": "N",
+       "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC", "temperature coefficient": "1/K"}
 
 
 @record
@@ -369,16 +358,11 @@ def nearest(word: Any, allowed: tuple[str, ...]) -> str:
 
 def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
     found = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
-    return found if len(found) > 1 else []
+    return found if len(found) > 1 else []  # ``ecoflex``, of several hardnesses
 
 
-FOLDERS = {
-    "stackup": "stackups",
-    "rules": "fabricators",
-    "connector": "connectors",
-    "jaw": "jaws",
-    "hole pattern": "hole_patterns",
-}
+FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws",
+           "hole pattern": "hole_patterns"}
 TABLES = {kind: f"{kind}s" for kind in ("conductor", "dielectric", "elastomer", "chip", "converter", "adhesive")}
 
 
@@ -481,12 +465,8 @@ class Sourced(Scalar):
 
     def schema(self) -> dict[str, Any]:
         inner = self.figure.schema()
-        named = {
-            "type": "object",
-            "additionalProperties": False,
-            "required": ["value"],
-            "properties": {"value": inner, "source": _SOURCE.schema(), "status": _STATUS.schema()},
-        }
+        named = {"type": "object", "additionalProperties": False, "required": ["value"],
+                 "properties": {"value": inner, "source": _SOURCE.schema(), "status": _STATUS.schema()}}
         return {"anyOf": [*inner.get("anyOf", [inner]), named]}
 
 

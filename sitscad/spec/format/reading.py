@@ -180,9 +180,8 @@ def _validator(form: Hashable) -> SchemaValidator:
 
 
 def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
-    """The values without the keys that hold nothing, and the dotted keys of those; entries of lists keep their places,
-    and so those that hold nothing stay.
-    """
+    # The values without the keys that hold nothing, and the dotted keys of those; entries of lists keep their places,
+    # and so those that hold nothing stay.
     if not isinstance(data, (dict, list)):
         return data, []
     empty: list[str] = []

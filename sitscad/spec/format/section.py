@@ -246,15 +246,8 @@ def _object(section: type[Section]) -> dict[str, Any]:
     for name, k in section.keys.items():
         default = {} if k.is_required or k.default is None else {"default": k.default}
         properties[name] = {"description": k.about, **k.kind.schema(), **default}
-    alike = {
-        f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
-        for like in section.alike.values()
-    }
-    return {
-        "type": "object",
-        "description": section.about(),
-        "additionalProperties": False,
-        "required": [name for name, k in section.keys.items() if k.is_required],
-        "properties": properties,
-        **({"patternProperties": alike} if alike else {}),
-    }
+    alike = {f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
+             for like in section.alike.values()}
+    required = [name for name, k in section.keys.items() if k.is_required]
+    return {"type": "object", "description": section.about(), "additionalProperties": False, "required": required,
+            "properties": properties, **({"patternProperties": alike} if alike else {})}

@@ -17,20 +17,8 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 from pydantic_core import PydanticCustomError
 
 from sitscad.spec.design_rules import DesignRules, RulesDocument
-from sitscad.spec.format.kinds import (
-    Choice,
-    Either,
-    Kind,
-    Layers,
-    Number,
-    NumberOrList,
-    Pair,
-    Quantity,
-    Scalar,
-    Sourced,
-    Text,
-    described,
-)
+from sitscad.spec.format import kinds
+from sitscad.spec.format.kinds import Either, Kind, Layers, NumberOrList, Pair, Quantity, Scalar, Sourced, described
 from sitscad.spec.format.reading import Flaw, Remarks, SpecError, finding_from_flaw
 from sitscad.spec.format.section import Key, Section
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
@@ -46,9 +34,8 @@ FARTHEST = 1.0
 
 
 def refuse_unusable(spec: SensorSpec) -> None:
-    """Raise `SpecError`, with a finding for each value, where a spec is none that could have been read.
-
-    A spec just as it was read costs nothing here; of any other all values are looked at.
+    """Raise `SpecError`, with a finding for each value, where a spec is none that could have been read. A spec just as
+    it was read costs nothing here; of any other all values are looked at.
     """
     if not isinstance(spec, SensorSpec):
         raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
@@ -166,7 +153,7 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
         if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
             message = f"{value:g} is out of range: {low:g} to {high:g} ({kind.low} to {kind.high})"
             yield Flaw("SIT006", key, message, "values are in SI units: metres, radians")
-    elif isinstance(kind, Scalar) and type(kind) in (Choice, Text, Number, Layers):
+    elif isinstance(kind, Scalar) and type(kind) in (kinds.Choice, kinds.Text, kinds.Number, Layers):
         try:
             kind.read(list(value) if isinstance(kind, Layers) else value)
         except PydanticCustomError as error:

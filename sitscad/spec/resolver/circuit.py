@@ -75,12 +75,12 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
         return PanelSpec(wish=written)
     boards = math.prod(written.parts or ())
     if boards > MOST_PARTS:
-        message = (
-            f"{boards} boards are out of range: at most {MOST_PARTS} on one panel, since every copy is drawn out in "
-            "full in every layer's file"
+        remarks.flaw(
+            "SIT006", "fpc.panel.parts", f"{boards} boards are out of range: at most {MOST_PARTS} on one panel, since "
+            "every copy is drawn out in full in every layer's file",
+            "order several panels: their number is the fabricator's to multiply", measured=float(boards),
+            limit=float(MOST_PARTS),
         )
-        hint = "order several panels: their number is the fabricator's to multiply"
-        remarks.flaw("SIT006", "fpc.panel.parts", message, hint, measured=float(boards), limit=float(MOST_PARTS))
     return written
 
 
@@ -111,10 +111,9 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
 
 
 def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
-    """The stack-up as it is plated, for a tail of so many layers; one copper layer has no holes and is not plated.
-
-    A written stack-up gives finished copper: what is left of it beside the plating is foil. Where its outer copper is
-    too thin for any, only the holes can be plated.
+    """The stack-up as it is plated, for a tail of so many layers; one copper layer has no holes and is not plated. A
+    written stack-up gives finished copper: what is left of it beside the plating is foil. Where its outer copper is too
+    thin for any, only the holes can be plated.
     """
     written = isinstance(document.values()["stackup"], list)
     count = len(stackup.copper)
@@ -196,10 +195,9 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
 
 
 def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
-    """The tail with its bend; angle and direction are defaults where the spec does not say them.
-
-    Through the hinge of a jaw it leads into the shaft: both jaws open alike, each by half of the angle between them.
-    Along a finger, or a jaw without a hinge, it lies where the mount lets it down to.
+    """The tail with its bend; angle and direction are defaults where the spec does not say them. Through the hinge of a
+    jaw it leads into the shaft: both jaws open alike, each by half of the angle between them. Along a finger, or a jaw
+    without a hinge, it lies where the mount lets it down to.
     """
     if written == "none":
         return replace(tail, bend="none")

@@ -106,10 +106,7 @@ _GRAIN = 1e-6  # missing lengths are named in micrometres
 _NEARLY = 1 - 1e-6  # a gap that is so much of the one that is wanted is wide enough
 _COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
 _PATTERN_KEYS = {
-    "single": (),
-    "line": ("count", "pitch"),
-    "triangle": ("pitch",),
-    "grid": ("count", "pitch"),
+    "single": (), "line": ("count", "pitch"), "triangle": ("pitch",), "grid": ("count", "pitch"),
     "explicit": ("centres", "rotations"),
 }
 
@@ -302,10 +299,9 @@ def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None
 
 
 def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
-    """Smallest gap (m) between the outer copper edges of two equal coils; negative where they overlap.
-
-    Exact for circles and racetracks that do not overlap; for polygons the largest gap between two parallel lines
-    along a side of either, which is at most the true one.
+    """Smallest gap (m) between the outer copper edges of two equal coils; negative where they overlap. Exact for
+    circles and racetracks that do not overlap; for polygons the largest gap between two parallel lines along a side of
+    either, which is at most the true one.
     """
     # Every outline is a convex core of points with a radius round it; two convex cores are as far apart as they are in
     # the best direction, which is square to a side of one of them or, between two corners, along the line through both.

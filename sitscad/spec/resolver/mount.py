@@ -21,9 +21,7 @@ DEFAULT_STANDOFF = 1e-3
 DEFAULT_JAW, DEFAULT_METAL, DEFAULT_PORT, DEFAULT_HOLES = "generic-5mm", "stainless-304", 5e-3, "corners-m2"
 
 BELONGS: dict[str, tuple[str, ...]] = {
-    "grasper-pad": ("jaw", "retention"),
-    "bench-plate": ("holes",),
-    "fingertip": ("finger",),
+    "grasper-pad": ("jaw", "retention"), "bench-plate": ("holes",), "fingertip": ("finger",),
     "custom": ("step", "datum", "along", "up"),
 }
 """The keys that one kind of mount has and the others have not."""
@@ -166,9 +164,8 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
 
 
 def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
-    """The STEP file that is named in a section, with its datum and axes as written; None without one, or with its
-    faults noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
-    """
+    # The STEP file that is named in a section, with its datum and axes as written; None without one, or with its faults
+    # noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
     name, key = part.values()["step"], f"{section}.step"
     if name is None:
         for lies in ("datum", "along", "up"):

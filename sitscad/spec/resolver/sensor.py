@@ -34,9 +34,8 @@ CELLS_APART = 1e-3
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
-    """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings.
-
-    `folder` is the spec's, where the profile files are that it names; None for a text without a file.
+    """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings. `folder`
+    is the spec's, where the profile files are that it names; None for a text without a file.
     """
     remarks = Remarks()
     coil = resolve_coil(document.coil, remarks)
@@ -131,9 +130,7 @@ _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), 
 
 
 def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutSpec:
-    """The converter and its cable; what is left out of a cable is a thin flexible pair's, in proportion to its
-    length.
-    """
+    """The converter and its cable; what is left out of a cable is a thin flexible pair's, by its length."""
     cable, place = part.cable, part.values()["capacitor_at"]
     for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
         if cable is not None and getattr(cable, name) is None:

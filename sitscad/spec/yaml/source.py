@@ -112,9 +112,7 @@ class SpecSource:
         return self.files if own in self.files else {own: self.text.encode("utf-8"), **self.files}
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
-        """Line and column of a dotted key's value; of its nearest parent where it is missing;
-        (None, None) without any.
-        """
+        """Line and column of a dotted key's value; of its nearest parent where it is missing; (None, None) without."""
         while key:
             if key in self.values or key in self.keys:
                 return self.values.get(key) or self.keys[key]
