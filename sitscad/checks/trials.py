@@ -143,20 +143,17 @@ class Trials:
         for spec, tried in self._known:
             if spec == changed:
                 return tried
-        design = self.drawn(changed)
-        tried = None if design is None else self._try(design)
+        design, tried = self.drawn(changed), None
+        if design is not None:
+            # no further than the first rule with new errors; rules that ask for estimates come last
+            tried, asking = self._looked(design)
+            spec, same = design.spec, self._design.has_board_of(design.spec)
+            if asking and not self.budget.spend(estimate_work(spec, same, self._design.estimates.is_solved)):
+                tried, asking = None, []
+            for rule in asking:
+                if tried is None or tried.has_new_errors(*outcomes(rule, design)):
+                    break
         self._known.append((changed, tried))
-        return tried
-
-    def _try(self, design: Design) -> _Tried | None:
-        """Looks no further than the first rule with new errors; rules that ask for estimates come last."""
-        tried, asking = self._looked(design)
-        same = self._design.has_board_of(design.spec)
-        if asking and not self.budget.spend(estimate_work(design.spec, same, self._design.estimates.is_solved)):
-            return None
-        for rule in asking:
-            if tried.has_new_errors(*outcomes(rule, design)):
-                break
         return tried
 
     def _looked(self, design: Design) -> tuple[_Tried, list[Rule]]:

@@ -107,7 +107,13 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
 
 def unusual(design: Design) -> Iterator[Verdict]:
     """Every figure that lies beyond what is usual; a fabricator's rules are told at once."""
-    for section, found in groupby(_beyond(design), key=lambda pair: pair[0].key.rpartition(".")[0]):
+    farthest = []
+    for usual in usual_ranges():
+        # of what is left the value farthest beyond it
+        worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
+        if worst is not None and _by(usual, worst) > 1e-9:
+            farthest.append((usual, worst))
+    for section, found in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
             beyond = list(found)
             told = [f"{NAMES.get(usual.value, usual.key)} {_shown(value, usual.dimension)} ({usual.words})"
@@ -122,14 +128,6 @@ def unusual(design: Design) -> Iterator[Verdict]:
             yield Violation(f"{what} is {_shown(value, usual.dimension)}; {usual.words} are usual",
                             f"look at number and unit ({usual.source}); {IGNORE}", usual.key, value, bound,
                             SI.get(usual.dimension), source=usual.source)
-
-
-def _beyond(design: Design) -> Iterator[tuple[UsualRange, float]]:
-    """Every range that is left, with the value farthest beyond it."""
-    for usual in usual_ranges():
-        worst = max(_values(design, usual.value), key=lambda value: _by(usual, value), default=None)
-        if worst is not None and _by(usual, worst) > 1e-9:
-            yield usual, worst
 
 
 def _by(usual: UsualRange, value: float) -> float:

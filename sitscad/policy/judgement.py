@@ -175,19 +175,19 @@ def judged(
         left_out = [rule.id for rule in rules if rule.id not in wanted]
         checked = checked.without(left_out, f"left out by {policy.named}")
     checked = _commented(checked, source, comments(source.text, names), names)
-    checked = _ignored(checked, "configuration", lambda finding: _reason(finding, policy.reasons))
+    # the last reason that fits counts
+    reasons = list(policy.reasons.items())[::-1]
+    checked = _ignored(checked, "configuration", lambda finding: next(
+        (why for pattern, why in reasons if stands_for(pattern, finding.rule, finding.name)), None))
     if baseline is not None:
         covered = baseline.covered(checked.path, checked.name, checked.findings)
         known = {id(one) for one, is_known in zip(checked.findings, covered, strict=True) if is_known}
         why = f"known before ({baseline.named})"
         checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in known else None)
-    return replace(checked, silenced=tuple(_silenced(before, checked.findings)))
-
-
-def _reason(finding: Finding, reasons: Mapping[str, str]) -> str | None:
-    """The reason for which a configuration ignores a finding, the last one that fits; None where it does not."""
-    fitting = [reason for pattern, reason in reasons.items() if stands_for(pattern, finding.rule, finding.name)]
-    return fitting[-1] if fitting else None
+    errors = {id(finding) for finding in checked.findings if finding.severity is Severity.ERROR}
+    return replace(checked, silenced=tuple(
+        finding for finding in before if finding.severity is Severity.ERROR and id(finding) not in errors
+        and (finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING)))
 
 
 def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
@@ -249,15 +249,6 @@ def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> I
     it = "the comment" if comment.fault or len(spare) == len(comment.rules) else ", ".join(spare)
     hint = f"take {it} out, or write it at the end of the line that the finding points at"
     yield Finding(RULE, names.get(RULE, ""), Severity.WARNING, message, hint, None, comment.line, comment.column)
-
-
-def _silenced(before: Iterable[Finding], after: Iterable[Finding]) -> Iterator[Finding]:
-    """Errors that only physics can judge and that are none after the policy."""
-    errors = {id(finding) for finding in after if finding.severity is Severity.ERROR}
-    for finding in before:
-        is_physics = finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING
-        if is_physics and finding.severity is Severity.ERROR and id(finding) not in errors:
-            yield finding
 
 
 RULE = "SIT020"

@@ -47,15 +47,6 @@ def nearer_by(spec: SensorSpec) -> float:
     return coil.pitch * (1.0 - math.cos(math.atan(slope)))
 
 
-def _tried_spacing(spec: SensorSpec, spacing: float, untried: str, left: Left) -> str:
-    """That spacing (m), tried; with fewer turns where the wider pitch takes the room of those."""
-    changes = list(wider(spec, 0.0, spacing))
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} gives them their distance (it was tried): {WHY}"
-    return "".join([untried, *(tried(change, left) for change in changes[-1:])])
-
-
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
     asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
@@ -88,10 +79,6 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
         if what not in worst or gap < worst[what][0]:
             worst[what] = gap, index, item
     return worst
-
-
-def _other_connector(design: Design, missing: str, left: Left) -> str:
-    return missing + design.once("connector with more edge", lambda: _connector_with_edge(design, left))
 
 
 def _connector_with_edge(design: Design, left: Left) -> str:
@@ -180,9 +167,17 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns or asked - near.gap > nearer_by(spec):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
-    untried = f"coil.trace_spacing: {show(spacing, 'm', 6)}: {WHY}"
-    return replace(found, key="coil.trace_spacing", hint=f"{missing}{untried}",
-                   advice=lambda left: f"{missing}{_tried_spacing(spec, spacing, untried, left)}")
+    untried = f"{missing}coil.trace_spacing: {show(spacing, 'm', 6)}: {WHY}"
+
+    def advice(left: Left) -> str:
+        # that spacing, with fewer turns where the wider pitch takes the room of those
+        changes = list(wider(spec, 0.0, spacing))
+        mending = first_that_mends(changes, left)
+        if mending is not None:
+            return f"{missing}{mending.words} gives them their distance (it was tried): {WHY}"
+        return "".join([untried, *(tried(change, left) for change in changes[-1:])])
+
+    return replace(found, key="coil.trace_spacing", hint=untried, advice=advice)
 
 
 def _kind(item: Item) -> str:

@@ -277,9 +277,14 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
     if isinstance(item, Via):
         yield line_row(*item.centre, *item.centre), item.pad / 2.0, 0.0, 0.0, 0.0
     elif isinstance(item, Pad):
-        reach = float(np.hypot(*item.size)) / 2.0
-        for row, half in _pad_rows(item):
-            yield row, half, 0.0, 0.0, reach
+        (x, y), (width, height), reach = item.centre, item.size, float(np.hypot(*item.size)) / 2.0
+        x0, y0, x1, y1 = x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0
+        for edge in ((x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)):
+            yield line_row(*edge), 0.0, 0.0, 0.0, reach
+        # along its middle the widest track that fits in it, so that its inside counts
+        half = min(width, height) / 2.0
+        dx, dy = max(0.0, width / 2.0 - half), max(0.0, height / 2.0 - half)
+        yield line_row(x - dx, y - dy, x + dx, y + dy), half, 0.0, 0.0, reach
     elif isinstance(item, Teardrop):
         corners = item.outline.flattened(1e-6)
         reach = max(item.origin.distance(corner) for corner in corners)
@@ -290,17 +295,6 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
         for row, length in path_rows(item.path):
             yield row, item.width / 2.0, way, length, 0.0
             way += length
-
-
-def _pad_rows(pad: Pad) -> Iterator[tuple[Row, float]]:
-    """The four edges of a contact, and along its middle the widest track that fits in it, so that its inside counts."""
-    (x, y), (width, height) = pad.centre, pad.size
-    x0, y0, x1, y1 = x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0
-    for edge in ((x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)):
-        yield line_row(*edge), 0.0
-    half = min(width, height) / 2.0
-    dx, dy = max(0.0, width / 2.0 - half), max(0.0, height / 2.0 - half)
-    yield line_row(x - dx, y - dy, x + dx, y + dy), half
 
 
 def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
@@ -334,30 +328,19 @@ def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> I
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return
-    ends: tuple[tuple[Position, float], ...] = ((traces[0].path.start, 0.0), (traces[-1].path.end, length))
-    ends += tuple(_ends_within(coil))
-    for pad in layout.all_pads:
-        for point, at in ends:
-            if pad.net == coil.net and _covers(pad, point):
-                yield id(pad), _Stand(number, at)
-                break
-
-
-def _ends_within(coil: Coil) -> Iterator[tuple[Position, float]]:
-    """Where tracks of one layer follow each other, and how far along the conductor (m): pads may stand there."""
+    ends: list[tuple[Position, float]] = [(traces[0].path.start, 0.0), (traces[-1].path.end, length)]
+    # where tracks of one layer follow each other, too, and how far along the conductor (m): pads may stand there
     way = 0.0
     for one, other in pairwise(coil.series):
         way += one.path.length if isinstance(one, Trace) else 0.0
         if isinstance(one, Trace) and isinstance(other, Trace) and one.layer == other.layer:
-            yield one.path.end, way
-
-
-def _covers(pad: Pad, point: Position) -> bool:
-    slack = 1e-9
-    return (
-        abs(point.x - pad.centre.x) <= pad.size[0] / 2.0 + slack
-        and abs(point.y - pad.centre.y) <= pad.size[1] / 2.0 + slack
-    )
+            ends.append((one.path.end, way))
+    for pad in layout.all_pads:
+        (x, y), dx, dy = pad.centre, pad.size[0] / 2.0 + ROUNDING, pad.size[1] / 2.0 + ROUNDING
+        for point, at in ends:
+            if pad.net == coil.net and abs(point.x - x) <= dx and abs(point.y - y) <= dy:
+                yield id(pad), _Stand(number, at)
+                break
 
 
 def _key(item: Trace | Via) -> tuple[object, ...]:

@@ -108,7 +108,13 @@ class GradedLine:
 
     def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
         """Integrals with exp(-s^2 (x - x')^2) for every s (1/m): by parts, those of jumps with repeated integrals."""
-        first, second, third, fourth = self._repeated(scales)
+        # each distance of nodes once, for they come in equal steps and with both signs; (scales, nodes, nodes)
+        apart = self.nodes[:, None] - self.nodes
+        steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
+        _, distinct, which = np.unique(steps, return_index=True, return_inverse=True)
+        which, sign = which.reshape(apart.shape), np.sign(apart)
+        one, two, three, four = repeated_integrals(scales, np.abs(apart).ravel()[distinct])
+        first, second, third, fourth = one[:, which] * sign, two[:, which], three[:, which] * sign, four[:, which]
         found = {}
         for parity in PARITIES:
             bends, values = self.bends(parity), self.values[parity]
@@ -118,16 +124,6 @@ class GradedLine:
             mass = bends.T @ fourth @ bends + mixed + mixed.transpose(0, 2, 1) - corner
             found[parity] = LineIntegrals(mass, -(bends.T @ second @ bends), -(first[:, :, -1] @ bends))
         return found
-
-    def _repeated(self, scales: Array) -> tuple[Array, ...]:
-        # `repeated_integrals` of the nodes' distances, (scales, nodes, nodes): each distance once, for they come in
-        # equal steps and with both signs.
-        apart = self.nodes[:, None] - self.nodes
-        steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
-        _, first, which = np.unique(steps, return_index=True, return_inverse=True)
-        which, sign = which.reshape(apart.shape), np.sign(apart)
-        one, two, three, four = repeated_integrals(scales, np.abs(apart).ravel()[first])
-        return one[:, which] * sign, two[:, which], three[:, which] * sign, four[:, which]
 
     def grams(self, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
         """Integrals of products of functions (m) and of slopes (1/m); with a `decay` (1/m) weighted by the exponential

@@ -64,24 +64,17 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
     rho = np.sqrt(square)
     result = _twice(end, rho) - _twice(start, rho) - _twice(end - length, rho) + _twice(start - length, rho)
     if far.any():
-        result = np.where(far, _parallel_far(length, start, end, square), result)
+        nodes, weights = gauss(4)
+        u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
+        v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
+        summed = np.sum(weights[:, None] * weights / np.sqrt((u - v) ** 2 + square[..., None, None]), axis=(-1, -2))
+        result = np.where(far, 0.25 * length * (end - start) * summed, result)
     return MU0 / (4.0 * math.pi) * result
 
 
 def _twice(u: Array, rho: Array) -> Array:
     # Second integral of 1 / sqrt(u^2 + rho^2); the sum of four of them needs no constant.
     return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
-
-
-def _parallel_far(length: Array, start: Array, end: Array, square: Array) -> Array:
-    """Integral of 1 / distance (m) of parallel sides that are far from each other, by 4 x 4 Gauss points."""
-    nodes, weights = gauss(4)
-    u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
-    v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
-    product = weights[:, None] * weights
-    return (
-        0.25 * length * (end - start) * np.sum(product / np.sqrt((u - v) ** 2 + square[..., None, None]), axis=(-1, -2))
-    )
 
 
 @record(eq=False)
@@ -111,7 +104,10 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
     starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
     sizes = np.cumsum([0, *(len(s.starts) for s in sets)])
     owner = np.repeat(np.asarray(groups), np.diff(sizes))
-    clearance = _side_distances((starts, ends), (starts, ends))
+    # of the line through each segment from the middle of each (n, n)
+    t, _ = _directions((starts, ends))
+    normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    clearance = np.abs(normal @ (0.5 * (starts + ends)).T - np.sum(normal * starts, axis=1)[:, None])
     for i, one in enumerate(sets):
         for j, other in enumerate(sets):
             height = round(abs(one.z - other.z), 12)  # alike ones share a table
@@ -133,14 +129,6 @@ def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int
 Segments = tuple[Array, Array]
 
 
-def _side_distances(p: Segments, q: Segments) -> Array:
-    # Distance of the line through each segment of p from the middle of each segment of q (n, m).
-    t, _ = _directions(p)
-    normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
-    middle = 0.5 * (q[0] + q[1])
-    return np.abs(normal @ middle.T - np.sum(normal * p[0], axis=1)[:, None])
-
-
 def _directions(p: Segments) -> tuple[Array, Array]:
     sides = p[1] - p[0]
     lengths = np.hypot(sides[:, 0], sides[:, 1])
@@ -154,21 +142,16 @@ def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
     other, _ = _directions(q)
     parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
     i, j = np.nonzero(parallel)
-    total = float(np.sum(_parallel_sides(p, q, t[i], lengths[i], i, j, clearance[i, j])))
+    axis, to_start, to_end = t[i], q[0][j] - p[0][i], q[1][j] - p[0][i]
+    start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
+    lateral = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
+    square = np.maximum(lateral**2 + clearance[i, j], TOUCHING**2)
+    total = float(np.sum(parallel_filaments(lengths[i], start, end, square)))
     cosine = t @ other.T
     i, j = np.nonzero(~parallel & (np.abs(cosine) > 1e-9))
     if i.size:
         total += float(np.sum(cosine[i, j] * _inclined_sides(p, q, other[j], lengths[i], i, j, clearance[i, j])))
     return total
-
-
-def _parallel_sides(
-    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
-) -> Array:
-    to_start, to_end = q[0][j] - p[0][i], q[1][j] - p[0][i]
-    start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
-    lateral = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
-    return parallel_filaments(lengths, start, end, np.maximum(lateral**2 + clearance, TOUCHING**2))
 
 
 def _inclined_sides(
@@ -237,11 +220,8 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     points, elements = curve
     rows = max(1, AT_ONCE // max(1, len(segments.starts)))
     parts = (slice(first, first + rows) for first in range(0, len(points), rows))
-    return (
-        MU0
-        / (4.0 * math.pi)
-        * math.fsum(_weighed_potential(points[part], elements[part], segments, clearance) for part in parts)
-    )
+    total = math.fsum(_weighed_potential(points[part], elements[part], segments, clearance) for part in parts)
+    return MU0 / (4.0 * math.pi) * total
 
 
 def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:

@@ -275,8 +275,17 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
     """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them."""
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
-    offset = 0.5 * cut.width[:, None] * field_nodes(modes)
-    flux = integrated(_smooth_field(sides, index, cut, place @ tangent, tangent, offset), cut, modes)
+    offset, normal = 0.5 * cut.width[:, None] * field_nodes(modes), np.array([tangent[1], -tangent[0]])
+    along = place @ tangent
+    # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
+    # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
+    # the potential along the track: near corners that would miss half of the flux.
+    point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
+    chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
+    filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
+    root = np.sqrt(cut.length)
+    total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
+    flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
     return mode_system(cut, flux, None, conductivity, modes, matrix)
@@ -306,21 +315,6 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
         both = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
         field[i] = arc_field(near[i], np.full(t.size, r), angle, both, np.zeros(near.shape[1]))
     return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
-
-
-def _smooth_field(sides: _Sides, index: Index, cut: Cut, along: Array, tangent: Array,
-                  offset: Array) -> Array:  # fmt: skip
-    """Normal field of the whole path per ampere (n, points), without that of the cut's tracks as straight ones."""
-    # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
-    # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
-    # the potential along the track: near corners that would miss half of the flux.
-    normal = np.array([tangent[1], -tangent[0]])
-    point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
-    chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
-    filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
-    root = np.sqrt(cut.length)
-    total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
-    return np.asarray(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset))
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:

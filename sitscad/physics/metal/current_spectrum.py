@@ -84,7 +84,9 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     sinh(k t / 2) / (k t / 2) through. `harmonics` is the highest that is wanted, None for what the distance asks.
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
-    highest = _harmonics(layers, nearest) if harmonics is None else harmonics
+    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
+    asked = math.ceil(0.65 * max(layer.pitch for layer in layers) / nearest)
+    highest = min(MOST_HARMONICS, max(LEAST_HARMONICS, asked)) if harmonics is None else harmonics
     radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
     power = np.empty((k.size, len(layers), len(layers)))
@@ -110,12 +112,6 @@ def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpect
             known[_size(layer)] = across * (j1(k[:, None] * rings.radii) @ (rings.parts * rings.radii))
     waves = np.array([known[_size(layer)] * layer.circulation for layer in layers]).T
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), waves[:, :, None] * waves[:, None, :])
-
-
-def _harmonics(layers: Sequence[SpiralLayer], nearest: float) -> int:
-    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
-    pitch = max(layer.pitch for layer in layers)
-    return min(MOST_HARMONICS, max(LEAST_HARMONICS, math.ceil(0.65 * pitch / nearest)))
 
 
 def _size(layer: SpiralLayer) -> tuple[float, ...]:

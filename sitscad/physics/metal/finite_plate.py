@@ -294,7 +294,9 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
     radii = np.linspace(0.0, farthest, 4 * max(counts) + 40)
-    table = _normal_field(radii, *source)
+    # normal flux density at distances from the axis, in units of mu0 / 2: the integral of k J0(k r) times the spectrum
+    k, weights, spectrum = source
+    table = np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
     x = half[0] * u[0] - offsets[:, 0, None]
     y = half[1] * v[0] - offsets[:, 1, None]
     away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
@@ -305,8 +307,7 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 def _sheet_energy(half: Array, counts: tuple[int, int], room: float, flux: Array) -> Array:
     # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
-    # through it.
-    # what of a rectangle's energies neither side has alone, at nodes along both
+    # through it. What of a rectangle's energies neither side has alone, at nodes along both:
     # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
     # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
     q, weights, transforms = _transforms(max(counts))
@@ -331,11 +332,6 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
     angle = math.pi * np.arange(1, points + 1) / (points + 1)
     weights = math.pi / (points + 1) * np.sin(angle)
     return np.cos(angle), weights * np.sin(np.arange(1, count + 1)[:, None] * angle)
-
-
-def _normal_field(radii: Array, k: Array, weights: Array, spectrum: Array) -> Array:
-    # Normal flux density at distances from the axis, in units of mu0 / 2: the integral of k J0(k r) times the spectrum.
-    return np.asarray(j0(radii[:, None] * k) @ (k * weights * spectrum).T)
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:

@@ -78,20 +78,13 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
             raise TextError("SIT010", f"nested deeper than {MAX_DEPTH} levels", "a spec needs five", _place(event))
         if count > MAX_VALUES:
             raise TextError("SIT010", f"more than {MAX_VALUES} values", "is this the right file?", _place(event))
-        _refuse_indirection(event)
+        if isinstance(event, NodeEvent):
+            mark, tag = "alias *" if isinstance(event, AliasEvent) else "anchor &", getattr(event, "tag", None)
+            if event.anchor is not None:
+                raise _not_plain(f"the {mark}{_printable(event.anchor)}", "write the value out", event)
+            if tag is not None:
+                raise _not_plain(f"the tag {_printable(tag)}", "leave the tag out", event)
         yield event
-
-
-def _refuse_indirection(event: Event) -> None:
-    if not isinstance(event, NodeEvent):
-        return
-    tag = getattr(event, "tag", None)
-    if isinstance(event, AliasEvent):
-        raise _not_plain(f"the alias *{_printable(event.anchor)}", "write the value out", event)
-    if event.anchor is not None:
-        raise _not_plain(f"the anchor &{_printable(event.anchor)}", "write the value out", event)
-    if tag is not None:
-        raise _not_plain(f"the tag {_printable(tag)}", "leave the tag out", event)
 
 
 def _not_plain(what: str, hint: str, event: Event) -> TextError:
