@@ -73,7 +73,13 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool
     """Units that an estimate takes; less of a board that was estimated before, only with other things around it; more
     where the target `is_solved` in a design like it.
     """
-    solved = spec.target is not None and (is_solved or _is_solved(spec))
+    target, (long, short), solved = spec.target, sorted(spec.coil.size, reverse=True), False
+    if target is not None:
+        # likely: no good conductor, smaller than a coil, or over long coils that it does not cover
+        metal = target.material
+        is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
+        is_small = min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
+        solved = is_solved or is_poor or is_small
     around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if solved else 0.0)
     if is_same_board:
         return around
@@ -81,17 +87,6 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool
     alone = TURN[is_round] * turns + PAIR[is_round] * turns**2
     several = 1.0 + 0.3 * (len(spec.array.placements) - 1)
     return around + (LONG if spec.coil.size[0] != spec.coil.size[1] else 1.0) * alone * several
-
-
-def _is_solved(spec: SensorSpec) -> bool:
-    # Whether the target is likely solved for its own size: no good conductor, smaller than a coil, or over long coils
-    # that it does not cover.
-    target, (long, short) = spec.target, sorted(spec.coil.size, reverse=True)
-    if target is None:
-        return False
-    metal = target.material
-    is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
-    return is_poor or min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
 
 
 def check_work(spec: SensorSpec) -> float:

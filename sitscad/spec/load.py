@@ -9,6 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path, PurePath
 from typing import Any
@@ -85,8 +86,11 @@ def load_values(
 
 
 def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.PathLike[str] | None) -> SensorSpec:
-    beside = None if source.path == NO_FILE else Path(source.path).parent
-    folder = _folder_of(document.fpc.rules, beside, profiles)
+    folder, rules = None if source.path == NO_FILE else Path(source.path).parent, document.fpc.values()["rules"]
+    if profiles is not None and is_profile_file(rules):
+        with suppress(OSError, ValueError):
+            is_beside = folder is not None and (folder / rules).exists()
+            folder = Path(profiles) if not is_beside and (Path(profiles) / rules).is_file() else folder
     spec, remarks = resolve(document, source, folder)
     if remarks.flaws or remarks.findings:
         findings = [finding_from_flaw(flaw, source) for flaw in remarks.flaws]
@@ -94,17 +98,6 @@ def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.Pat
         found = (*in_order(findings), *remarks.findings)
         raise SpecError(found, remarks.texts, spec if lacks_room else None, source)
     return spec.known(replace(spec.source, defaults=tuple(remarks.defaults), files=remarks.files))
-
-
-def _folder_of(rules: object, beside: Path | None, profiles: str | os.PathLike[str] | None) -> Path | None:
-    """The folder in which a spec's profile file is: that of profiles only where it is there and not beside the spec."""
-    if profiles is None or not isinstance(rules, str) or not is_profile_file(rules):
-        return beside
-    try:
-        is_beside = beside is not None and (beside / rules).exists()
-        return Path(profiles) if not is_beside and (Path(profiles) / rules).is_file() else beside
-    except (OSError, ValueError):
-        return beside
 
 
 MOST_VALUES = 20_000

@@ -142,24 +142,23 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     now = design.estimates.readout.capacitance
     below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
     smaller = list(capacitor(design.spec, below[:2]))
+
+    def advice(left: Left) -> str:
+        found = first_that_mends(smaller, left)
+        if found is not None:
+            return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"
+        if left.is_cut_short:
+            return ""
+        return f"{_LESS_DAMPED}; a smaller capacitor alone does not do" if smaller else _LESS_DAMPED
+
     yield Violation(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}", _LESS_DAMPED, "readout.capacitance", value, 1.0, severity=Severity.ERROR,
-        advice=lambda left: _smaller_capacitor(smaller, left),
+        advice=advice,
     )
 
 
 _LESS_DAMPED = "Q grows with the root of L/C: a smaller capacitor, wider tracks, more turns"
-
-
-def _smaller_capacitor(changes: list[Fix], left: Left) -> str:
-    """The first smaller capacitor that raises Q enough, in words; else what else would."""
-    found = first_that_mends(changes, left)
-    if found is None and left.is_cut_short:
-        return ""
-    if found is None:
-        return f"{_LESS_DAMPED}; a smaller capacitor alone does not do" if changes else _LESS_DAMPED
-    return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"
 
 
 def worst_of(design: Design, attribute: str, choose: Callable[..., Reading], working: bool = False) -> Reading | None:
@@ -208,16 +207,12 @@ def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
     where the search ended before it found one, the first that was not tried. None is tried that is larger than one with
     too little parallel resistance: L / (R C) falls as C grows, for R falls by less than the square of the frequency.
     """
-    else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
-    return first_or_vain(_not_lossier(fixes, left), left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))
-
-
-def _not_lossier(fixes: list[Fix], left: Left) -> list[Fix]:
-    """Up to the first that is tried with too little parallel resistance; all where another comes first that mends."""
     for number, fix in enumerate(fixes, 1):
         broken = left(fix)
         if not broken:
             break
         if TOO_LOSSY in broken:
-            return fixes[:number]
-    return fixes
+            fixes = fixes[:number]
+            break
+    else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
+    return first_or_vain(fixes, left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))
