@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--host", default="127.0.0.1", show_default=True, help="Whom to serve; another than this machine warns.")
 @click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json",
-              type=click.Choice(["text", "json"]))  # fmt: skip
+              type=click.Choice(["text", "json"]))
 def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name: str) -> int:
     """Say what every save of SPEC changes, until Ctrl-C.
 

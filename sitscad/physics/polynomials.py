@@ -97,7 +97,7 @@ def spread(count: int, variables: int, skip: int = 0) -> Array:
     if variables > len(PRIMES):
         raise ValueError(f"at most {len(PRIMES)} variables")
     return np.array([[_inverse_digits(k + 1 + skip, base) for base in PRIMES[:variables]] for k in range(count)]
-                    ).reshape(count, variables)  # fmt: skip
+                    ).reshape(count, variables)
 
 
 def _inverse_digits(number: int, base: int) -> float:

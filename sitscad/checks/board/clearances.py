@@ -12,13 +12,13 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.checks.board.copper import Copper, Item, Nearness, Outline, Position, copper_of, drill_nearness, too_near
+from sitscad.checks.board.copper import Copper, Item, Nearness, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place
-from sitscad.geometry.path import Line, Point
+from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.remedy.moves import wider
@@ -116,7 +116,7 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
         )
 
 
-def edge_of(outline: Outline) -> Primitives:
+def edge_of(outline: Path) -> Primitives:
     """A closed outline as pieces to measure distances from."""
     return from_rows([row for row, _ in path_rows(outline)])
 
@@ -233,7 +233,7 @@ def _others(count: int, taken: Index) -> Index:
     return np.flatnonzero(free)
 
 
-def crossings(start: Point, end: Point, corners: Sequence[Position]) -> Iterator[float]:
+def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
     """How far along a line, as a share of it, a closed polygon's edges cross it."""
     dx, dy = end - start
     for a, b in pairwise(corners):
@@ -293,7 +293,7 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
                 )
 
 
-def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trace | Via, float, Array]]:
+def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace | Via, float, Array]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
     copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
     edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
@@ -312,7 +312,7 @@ def _bared(design: Design, number: int, opening: Outline) -> Iterator[tuple[Trac
             yield item, gap, copper.pieces.start[index]
 
 
-def _inside_of(sides: Primitives, outline: Outline, web: float) -> Primitives:
+def _inside_of(sides: Primitives, outline: Path, web: float) -> Primitives:
     """The parts of an opening's straight sides inside the board's outline, without the last `web` (m) before an edge
     that they cross: there the opening reaches over the edge, and no strip is left beside it. Arcs are left as they are.
     """
@@ -332,7 +332,7 @@ def _inside_of(sides: Primitives, outline: Outline, web: float) -> Primitives:
     return sides.take(table[:, 0].astype(np.intp)).trimmed(table[:, 1], table[:, 2])
 
 
-def _inside(corners: Sequence[Position], point: Position) -> bool:
+def _inside(corners: Sequence[Point], point: Point) -> bool:
     """Whether a point lies inside a closed polygon (even-odd rule)."""
     inside = False
     for a, b in pairwise(corners):

@@ -4,12 +4,13 @@ pieces come to one another: turn to turn of one net just as much as net to net.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sitscad.geometry.path import Point
 from sitscad.geometry.primitives import (
     Primitives,
     Row,
@@ -35,27 +36,6 @@ ROUNDING = 1e-9
 _SPLITS = 4
 
 Item = Trace | Via | Pad | Teardrop
-
-
-class Position(Protocol):
-    """A point of the plane (m)."""
-
-    @property
-    def x(self) -> float:
-        """Along the jaw (m)."""
-
-    @property
-    def y(self) -> float:
-        """Across the jaw (m)."""
-
-
-class Outline(Protocol):
-    """A path of straight and circular segments, as the layout draws them."""
-
-    def __iter__(self) -> Iterator[Any]: ...
-
-    def flattened(self, tolerance: float) -> Sequence[Position]:
-        """Points whose chords stay within a tolerance (m)."""
 
 
 @record
@@ -328,7 +308,7 @@ def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> I
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return
-    ends: list[tuple[Position, float]] = [(traces[0].path.start, 0.0), (traces[-1].path.end, length)]
+    ends: list[tuple[Point, float]] = [(traces[0].path.start, 0.0), (traces[-1].path.end, length)]
     # where tracks of one layer follow each other, too, and how far along the conductor (m): pads may stand there
     way = 0.0
     for one, other in pairwise(coil.series):

@@ -120,7 +120,7 @@ def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> 
     return math.fsum(
         _some_arcs_with_sides(one.arcs, other, pairs.where(chosen).where(part), strands, rule)
         for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
-    )  # fmt: skip
+    )
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
@@ -262,7 +262,7 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | 
         gap = least + height * height
         scale = np.sqrt(np.maximum(gap + way, FLOOR)) / radius
         inner = sum(turned.integral((edge - nearest)[..., None], scale[..., None], gap[..., None], four)
-                    for edge in (0.0, span))  # fmt: skip
+                    for edge in (0.0, span))
         total += float(np.einsum("nkp,nkp->n", inner, share) @ times[:, k])
     return total
 

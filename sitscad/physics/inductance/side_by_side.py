@@ -200,7 +200,7 @@ def _half_turns(layer: SpiralLayer) -> Array:
     walk = 1.0 if layer.inward else -1.0
     one = np.ones(count)
     return np.stack([0.0 * one, 0.0 * one, layer.radius - slope * theta, layer.angle + layer.sense * theta,
-                     walk * layer.sense * one, step * one, walk * slope * one], axis=1)  # fmt: skip
+                     walk * layer.sense * one, step * one, walk * slope * one], axis=1)
 
 
 @record

@@ -209,7 +209,7 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
     low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
     v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
-                        resolution.around)  # fmt: skip
+                        resolution.around)
     total_angle = v + centres[owner][:, None]
     # How much farther in the one is than the other: their angles' sum is given, each runs from 0 to its span.
     least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
@@ -315,4 +315,4 @@ def monomial(sides: int, outline: SpiralOutline) -> float | None:
     beta, a1, a2, a3, a4, a5 = constants
     um = 1e6
     return 1e-9 * (beta * (outline.outer_diameter * um) ** a1 * (outline.width * um) ** a2
-                   * (outline.mean_diameter * um) ** a3 * outline.turns**a4 * (outline.spacing * um) ** a5)  # fmt: skip
+                   * (outline.mean_diameter * um) ** a3 * outline.turns**a4 * (outline.spacing * um) ** a5)

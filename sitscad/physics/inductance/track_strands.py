@@ -53,13 +53,13 @@ class Track:
         step = np.array([dx, dy])
         arcs = self.arcs + np.array([dx, dy, 0.0, 0.0, 0.0, 0.0])
         return Track(self.starts + step, self.ends + step, self.before, self.after, arcs, self.turnings, self.width,
-                     self.thickness, self.z)  # fmt: skip
+                     self.thickness, self.z)
 
     def scaled(self, factor: float) -> Track:
         """The track with every length (m) multiplied."""
         arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
         return Track(self.starts * factor, self.ends * factor, self.before, self.after, arcs, self.turnings,
-                     self.width * factor, self.thickness * factor, self.z * factor)  # fmt: skip
+                     self.width * factor, self.thickness * factor, self.z * factor)
 
 
 @record(eq=False)
@@ -108,7 +108,7 @@ def track(pieces: Sequence[Side | Bend], width: float, thickness: float, z: floa
             turnings.append(math.acos(max(-1.0, min(1.0, float(tangent @ after)))))
     table = np.array(sides, dtype=float).reshape(-1, 4, 2)
     return Track(table[:, 0], table[:, 1], table[:, 2], table[:, 3], np.array(arcs, dtype=float).reshape(-1, 6),
-                 np.array(turnings, dtype=float), width, thickness, z)  # fmt: skip
+                 np.array(turnings, dtype=float), width, thickness, z)
 
 
 def _tangent(side: Side | Bend) -> Array:
@@ -170,7 +170,7 @@ def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
     """The same for pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
     less = width**2 / 6.0 if count == 1 else 0.0
     return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
-                  (np.zeros(1), np.full(1, -less)))  # fmt: skip
+                  (np.zeros(1), np.full(1, -less)))
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
@@ -273,7 +273,7 @@ def _arcs(track: Track) -> tuple[Array, Array, Array]:
     out, aside = x * cosine + y * sine, y * cosine - x * sine
     # as of a counter-clockwise one: the way is told by its own column
     return (np.stack([out, aside, radius, way, angle], axis=1), np.stack([out, -aside, radius, way, angle], axis=1),
-            middle + 0.5 * math.pi)  # fmt: skip
+            middle + 0.5 * math.pi)
 
 
 def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
@@ -297,7 +297,7 @@ def distinct_pairs(
             count[plans[i], others[j]] = count.get((plans[i], others[j]), 0.0) + often
     tallies = {pair: list(_counted(one, other, turns, *pair)) for pair in dict.fromkeys(k for c in alike for k in c)}
     found = [(codes, where, often * counts, column) for column, count in enumerate(alike)
-             for pair, often in count.items() for codes, where, counts in tallies[pair]]  # fmt: skip
+             for pair, often in count.items() for codes, where, counts in tallies[pair]]
     codes, where, times = (np.concatenate([part[k] for part in found]) for k in range(3))
     column = np.repeat([part[3] for part in found], [len(part[0]) for part in found])
     _, first, which = np.unique(codes, return_index=True, return_inverse=True)

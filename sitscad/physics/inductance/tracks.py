@@ -51,7 +51,7 @@ ENDS_AND_CORNERS = np.array([
     (0.7, 0.01925, 0.02526, 0.01119, 0.02000, 0.04911), (1.0, 0.04080, 0.04487, 0.02101, 0.03738, 0.09168),
     (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
     (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
-])  # fmt: skip
+])
 """What strands miss, over thickness / width: two at one open end, three at one end and one corner of 45, 60, 90 deg.
 
 In units of mu0/(4 pi) times the width: a corner is alike at every size. Own volume integral over a straight bar and two
@@ -244,7 +244,7 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
         found.setdefault(key, []).append((i, j, times))
     relations = list(found.values())
     heights = [level_heights(scaled[i].z - scaled[j].z, (scaled[i].thickness, scaled[j].thickness), 2)
-               for (i, j, _), *_ in relations]  # fmt: skip
+               for (i, j, _), *_ in relations]
     squares, which = np.unique(np.square(heights), return_inverse=True)
     spread = np.zeros((len(relations), squares.size))
     np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
@@ -286,7 +286,7 @@ class _Stack:
             if self.is_smooth and strands[0] > 1:
                 strands = (_bent_strands(one, other),) * 2
             yield (replace(self.whole, z=one.z, thickness=one.thickness),
-                   replace(self.whole, z=other.z, thickness=other.thickness), strands)  # fmt: skip
+                   replace(self.whole, z=other.z, thickness=other.thickness), strands)
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
@@ -314,7 +314,7 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
         yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
     for some, _, squares in _distant(stack, pairs, apart):
         yield summed(stack.whole, stack.whole, some,
-                     distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))  # fmt: skip
+                     distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))
 
 
 def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:

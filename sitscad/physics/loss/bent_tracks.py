@@ -97,7 +97,7 @@ class _Chords:
 
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
-                      alike: int = 1) -> ProximityLoss:  # fmt: skip
+                      alike: int = 1) -> ProximityLoss:
     """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
     `alike` parts of the winding are taken as each other's images. With 2, only the sides of the first half turn of
     direction are solved and stand for the opposite ones too; with 4 so does one half of every side for the other, the
@@ -116,11 +116,11 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
     whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
     times = whole / math.fsum(part.direct for part in parts)
     return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times,
-                         found.unresolved * times)  # fmt: skip
+                         found.unresolved * times)
 
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
-                  steps: int, end: int | None) -> list[ProximityLoss]:  # fmt: skip
+                  steps: int, end: int | None) -> list[ProximityLoss]:
     """Losses (ohm) and inductance (H) of a group of sides; with an `end` (0 or 1) only that half of them is cut."""
     if sides.curvature[index[0]]:
         return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
@@ -134,7 +134,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     return losses([
         _cut_system(sides, index, fraction, weight, conductivity, modes, matrix)
         for fraction, weight in zip(fractions, weights, strict=True)
-    ], steps)  # fmt: skip
+    ], steps)
 
 
 def _crowded(count: int, scale: float) -> tuple[Array, Array]:
@@ -173,7 +173,7 @@ def _sides(tracks: Sequence[BentTrack]) -> _Sides:
     ends = table[first, :2], table[last, 2:4]
     return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings, of,
                   _Chords(less[:, :2], less[:, 2:4], less[:, 4], less[:, 5], less[:, 6].astype(np.intp)),
-                  0.5 * (ends[0] + ends[1]), np.hypot(*(ends[1] - ends[0]).T))  # fmt: skip
+                  0.5 * (ends[0] + ends[1]), np.hypot(*(ends[1] - ends[0]).T))
 
 
 Block = tuple[Array, float, float, float]
@@ -271,7 +271,7 @@ def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
 
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
-                modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:  # fmt: skip
+                modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
     """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them."""
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
@@ -327,7 +327,7 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     return _Chords(*(np.concatenate([one[many], other[few]]) for one, other in (
         (sides.start, rest.start), (sides.end, rest.end), (sides.section[:, 0], rest.height),
         (sides.section[:, 1], rest.width), (sides.block, rest.block),
-    ))), np.cumsum(many)[index] - 1  # fmt: skip
+    ))), np.cumsum(many)[index] - 1
 
 
 def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:

@@ -44,7 +44,7 @@ GENTLE = np.array([
     (2.0, 0.0064, 0.0061, 0.0052, 0.0, 0.0, -0.0010),
     (3.0, 0.0026, 0.0023, 0.0011, 0.0, 0.0, 0.0),
     (4.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-])  # fmt: skip
+])
 """Wider arcs of 45, 60 and 90 degrees between straight sides, over their radius: squares beyond those of a current that
 goes as 1 / radius, and inductance beyond what such a current makes, in mu0 widths at thickness / width = 0.1."""
 
@@ -62,7 +62,7 @@ OWN = np.array([
     (0.1, -0.00954, -0.01806, -0.04951), (0.2, -0.00861, -0.01631, -0.04479), (0.35, -0.00754, -0.01429, -0.03932),
     (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
     (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
-])  # fmt: skip
+])
 """What the loop makes of the inductance of a corner with long arms, over thickness / width, at the turns from the
 second on, in mu0 times the width: its coupling with both arms, twice, and its own. The limit of two meshes; within 1 %.
 """
@@ -73,7 +73,7 @@ RELAXATION = np.array([
     (0.7, 0.0043, 0.0027, -0.0037, 19.5, 24.0, 10.6), (1.3, 0.0025, 0.0051, 0.0111, 29.3, 21.2, 17.6),
     (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
     (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
-])  # fmt: skip
+])
 """What alternating current makes of a bend of 45, 60 and 90 degrees beyond what its modes along the sides and arcs say,
 over its radius: how much less its inductance is in the end (mu0 widths), and where half of that is reached
 (mu0 times conductivity, width, thickness and angular frequency; one relaxation). Fitted to triangles less modes, for
@@ -83,7 +83,7 @@ one bend of copper 0.03 to 0.04 times as thick as wide, within 0.0005 (0.001 for
 THICKER = np.array([
     (0.027, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.1, 1.09, 1.06, 1.56, 1.14, 1.13, 1.43),
     (0.3, 1.20, 1.06, 3.8, 1.54, 1.60, 2.5), (1.0, 0.0, 0.0, 0.0, 1.54, 1.60, 2.5),
-])  # fmt: skip
+])
 """How many times the first row of RELAXATION that is for thicker copper, over thickness / width. Beyond 0.3 current is
 not even through the thickness, which the triangles take it to be: what is not known there fades out."""
 

@@ -108,7 +108,7 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
     return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
                    direct_change=loss.direct_change + corner_inductance(tracks),
                    rates=np.concatenate([loss.rates, times]),
-                   strengths=np.concatenate([loss.strengths, lost * times]))  # fmt: skip
+                   strengths=np.concatenate([loss.strengths, lost * times]))
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
@@ -176,7 +176,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
     arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
                      for track in tracks for bend in _bends(track)
-                     if bend.is_between_sides and not bend.is_tight)  # fmt: skip
+                     if bend.is_between_sides and not bend.is_tight)
     corners = _corners(tracks)
     if not len(corners.width):
         return arcs

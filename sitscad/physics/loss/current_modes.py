@@ -140,7 +140,7 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
 
 def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-                matrix: Array | NearAndFar | None = None) -> ModeSystem:  # fmt: skip
+                matrix: Array | NearAndFar | None = None) -> ModeSystem:
     """The modes of a cut's tracks in series, with `conductivity` in S/m.
 
     The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
@@ -177,13 +177,13 @@ def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductiv
 
 
 def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-             steps: int, matrix: Array | NearAndFar | None = None) -> ProximityLoss:  # fmt: skip
+             steps: int, matrix: Array | NearAndFar | None = None) -> ProximityLoss:
     """Loss of a cut's tracks in series: `mode_system` by a Lanczos run of so many steps."""
     return mode_system(cut, smooth, current, conductivity, modes, matrix).loss(steps)
 
 
 def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int = 16,
-                         ) -> ProximityLoss:  # fmt: skip
+                         ) -> ProximityLoss:
     """Loss (ohm and H for the length in `cut`, m) of long straight parallel tracks, one alone or several with their
     currents (+1, -1); conductivity in S/m.
     """

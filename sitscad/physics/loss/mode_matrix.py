@@ -123,7 +123,7 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
     first, second, blocks, begins = _neighbours(cut, modes, near)
     root = math.sqrt(MU0 / (2.0 * math.pi))
     return NearAndFar(-blocks, begins, first, second, np.argsort(first, kind="stable"), low,
-                      -far.reshape(count * low.size, -1), root * scale)  # fmt: skip
+                      -far.reshape(count * low.size, -1), root * scale)
 
 
 def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
@@ -143,7 +143,7 @@ def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Ar
     own_blocks = _own_logs(cut, modes)[own[own_begins]]
     return (np.concatenate([i, j, own]), np.concatenate([j, i, own]),
             np.concatenate([blocks, np.swapaxes(blocks, 1, 2), own_blocks]),
-            np.concatenate([begins, len(i) + begins, 2 * len(i) + own_begins]))  # fmt: skip
+            np.concatenate([begins, len(i) + begins, 2 * len(i) + own_begins]))
 
 
 def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:

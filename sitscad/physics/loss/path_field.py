@@ -55,7 +55,7 @@ class Filaments:
     def some(self, chosen: Flags) -> Filaments:
         """Some of them (no unit), none of which is a cut's own."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clear[chosen],
-                         np.zeros(0, dtype=np.intp), self.block[chosen])  # fmt: skip
+                         np.zeros(0, dtype=np.intp), self.block[chosen])
 
 
 def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, block: Index) -> Array:
@@ -108,7 +108,7 @@ class Box:
         """Nodes along every axis: along the shorter ones fewer are as good."""
         rate, most = math.acosh(1.0 + APART), float(self.half[0])
         return tuple(math.ceil(ORDER * rate / math.acosh(1.0 + APART * most / max(h, 1e-9 * most))) if h > 1e-6 * most
-                     else 1 for h in self.half.tolist())  # fmt: skip
+                     else 1 for h in self.half.tolist())
 
     @property
     def nodes(self) -> Array:

@@ -70,7 +70,7 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
 
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = 0.03,
-                 resolution: Resolution | None = None) -> ProximityLoss:  # fmt: skip
+                 resolution: Resolution | None = None) -> ProximityLoss:
     """Skin and proximity effect of spiral layers in series (conductivity in S/m), averaged over azimuths. `tolerance`
     is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
     """
@@ -130,7 +130,7 @@ def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeS
 def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
     """Middles and widths (rad) of sectors, about `cuts` in all: none holds the beginning or the end of a layer."""
     ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
-                   for t in (0.0, layer.span)})  # fmt: skip
+                   for t in (0.0, layer.span)})
     found = []
     for low, high in pairwise([*ends, ends[0] + 2.0 * math.pi]):
         parts = max(1, math.ceil(cuts * (high - low) / (2.0 * math.pi) - 0.05))
@@ -201,7 +201,7 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 
 
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
-                   modes: ModeSet) -> ModeSystem:  # fmt: skip
+                   modes: ModeSet) -> ModeSystem:
     """The modes of such a cut of a conductivity (S/m), driven by the real winding."""
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)

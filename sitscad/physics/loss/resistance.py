@@ -25,7 +25,7 @@ COPPER_TEMPERATURE_COEFFICIENT = 3.93e-3
 
 
 def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
-                    coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:  # fmt: skip
+                    coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:
     """Conductivity (S/m) at a temperature (degrees Celsius) of a metal whose conductivity at 20 C is given. Raises
     ValueError where the straight line through 20 C leaves no resistivity.
     """

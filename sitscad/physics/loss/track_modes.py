@@ -128,7 +128,7 @@ def _interpolation(modes: ModeSet) -> Array:
     across, through = (
         np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,
                         legendre(few.points[k] - 1, gauss(modes.points[k])[0]).T) for k in (0, 1)
-    )  # fmt: skip
+    )
     return np.kron(across, through)
 
 

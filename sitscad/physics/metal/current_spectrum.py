@@ -95,7 +95,7 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
         some = slice(first, first + step)
         # layers of one size share all but angle, sense and way of the current
         known = {size: _Radial(r, share, *_bessel_slopes(k[some, None] * r, highest))
-                 for size, (r, share) in radii.items()}  # fmt: skip
+                 for size, (r, share) in radii.items()}
         values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
         power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
     return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)

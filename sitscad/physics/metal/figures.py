@@ -98,7 +98,7 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
     kinds, anchors = np.concatenate(one), np.repeat([runs[0] for runs in found.values()], sizes)
     begins = np.cumsum([0, *(len(runs) for runs in found.values())])
     return Figures(kinds, points[kinds] - points[anchors], np.cumsum([0, *sizes])[:-1],
-                   points[[run for runs in found.values() for run in runs]], begins[:-1], same)  # fmt: skip
+                   points[[run for runs in found.values() for run in runs]], begins[:-1], same)
 
 
 def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:

@@ -131,7 +131,7 @@ class _Waves:
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
-                        bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:  # fmt: skip
+                        bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:
     """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
     `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
     current in the spirals' bend has more than an even one is left out, as for coils whose spectrum has it as loops.
@@ -146,7 +146,7 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
-                modes: ModeSet) -> NDArray[np.float32]:  # fmt: skip
+                modes: ModeSet) -> NDArray[np.float32]:
     # Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
     # upwards.
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))

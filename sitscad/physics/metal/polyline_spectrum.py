@@ -62,7 +62,7 @@ class Image:
         return found, np.asarray(halves[0] % 2.0 != 0.0)
 
     def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
-              ) -> ComplexArray:  # fmt: skip
+              ) -> ComplexArray:
         """The track's waves (2, rows, n) at `wave` (2, rows, n; 1/m), of the other's."""
         seen = other[..., found]
         np.conjugate(seen, out=seen, where=opposite)
@@ -194,7 +194,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
 
 
 def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[Image | None], numbers: Array, angle: Array,
-               tangents: Array) -> ComplexArray:  # fmt: skip
+               tangents: Array) -> ComplexArray:
     # The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
     # those of what they are images of.
     unit = np.stack([np.cos(angle), np.sin(angle)])
