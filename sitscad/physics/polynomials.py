@@ -43,6 +43,16 @@ def shares(points: Array, at: Array) -> Array:
     return np.asarray(weights / weights.sum(axis=1)[:, None])
 
 
+def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:
+    """Chebyshev's points along half sides (m) of a box, `order` along the `longest` (m): along shorter ones fewer are
+    as good, for what is left falls as the powers of how far what sees them is outside a side, `apart` times the longest
+    at least.
+    """
+    rate = math.acosh(1.0 + apart)
+    ways = (apart * longest / max(side, 1e-9 * longest) for side in half)
+    return tuple(math.ceil(order * rate / math.acosh(1.0 + way)) for way in ways)
+
+
 def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
     """The product of polynomials through a tensor's values (Chebyshev's points of every axis of the `grid`, values), at
     (n, axes) places: (n, values).

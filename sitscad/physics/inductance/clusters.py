@@ -15,7 +15,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.physics.inductance.mean_distance import height_nodes, nodes_enough
-from sitscad.physics.polynomials import chebyshev_points, shares
+from sitscad.physics.polynomials import chebyshev_points, node_counts, shares
 from sitscad.record import record
 
 Points = tuple[Array, Array]
@@ -68,8 +68,8 @@ class Cluster:
     @cached_property
     def seen(self) -> Points:
         """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (m), or its own points."""
-        counts = _node_counts(*self.half.tolist())
-        if counts[0] * counts[1] >= len(self.places):
+        counts = node_counts(self.half.tolist(), max(*self.half.tolist(), 1e-300), ORDER, APART)
+        if math.prod(counts) >= len(self.places):
             return self.places, self.elements
         axes = [chebyshev_points(-1.0, 1.0, count) for count in counts]
         nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -143,15 +143,6 @@ def _whole(plans: Plans) -> Cluster:
 def _cluster(places: Array, elements: Array) -> Cluster:
     low, high = places.min(axis=0), places.max(axis=0)
     return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
-
-
-def _node_counts(width: float, height: float) -> tuple[int, int]:
-    # Along the shorter side fewer nodes are as good: what is left falls as the powers of how far the other cluster is
-    # outside the side.
-    most = max(width, height, 1e-300)
-    rate = math.acosh(1.0 + APART)
-    along = [math.ceil(ORDER * rate / math.acosh(1.0 + APART * most / max(h, 1e-9 * most))) for h in (width, height)]
-    return along[0], along[1]
 
 
 def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.arrays import Array, Flags, Index
-from sitscad.physics.polynomials import chebyshev_points, shares
+from sitscad.physics.polynomials import chebyshev_points, node_counts, shares
 from sitscad.record import record
 
 Single = NDArray[np.float32]
@@ -105,10 +105,8 @@ class Box:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """Nodes along every axis: along the shorter ones fewer are as good."""
-        rate, most = math.acosh(1.0 + APART), float(self.half[0])
-        return tuple(math.ceil(ORDER * rate / math.acosh(1.0 + APART * most / max(h, 1e-9 * most))) if h > 1e-6 * most
-                     else 1 for h in self.half.tolist())
+        """Nodes along every axis."""
+        return node_counts(self.half.tolist(), float(self.half[0]), ORDER, APART)
 
     @property
     def nodes(self) -> Array:
