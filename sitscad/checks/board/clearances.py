@@ -210,20 +210,16 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
             yield from _narrow_web(design, one, other, f"two openings of the {side} coverlay leave a web of",
                                    "between them", "join them to one opening, or move the contacts apart")
         for one in pieces:
-            sides, edge = _apart(one, edge_of(layout.outline))
+            # an opening's sides and the board's edges but those that lie on each other: there it reaches the edge
+            edge = edge_of(layout.outline)
+            pairs = nearest_pairs(one.boxes, np.full(len(one), ROUNDING), edge.boxes, np.zeros(len(edge)))
+            near, edges = one.take(pairs[:, 0]), edge.take(pairs[:, 1])
+            on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
+            sides, edge = one.take(_others(len(one), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
             inside = _inside_of(sides, layout.outline, design.spec.fpc.rules.coverlay_web)
             yield from _narrow_web(design, inside, edge, f"an opening of the {side} coverlay leaves a web of",
                                    "to the board's edge",
                                    "a wider connector, or a fabricator whose coverlay keeps a narrower web")
-
-
-def _apart(opening: Primitives, edge: Primitives) -> tuple[Primitives, Primitives]:
-    """An opening's sides and the board's edges but those that lie on each other: there the opening reaches the edge."""
-    near = np.full(len(opening), ROUNDING)
-    pairs = nearest_pairs(opening.boxes, near, edge.boxes, np.zeros(len(edge)))
-    sides, edges = opening.take(pairs[:, 0]), edge.take(pairs[:, 1])
-    on = (to_points(edges, sides.start) < ROUNDING) & (to_points(edges, sides.end) < ROUNDING)
-    return opening.take(_others(len(opening), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
 
 
 def _others(count: int, taken: Index) -> Index:

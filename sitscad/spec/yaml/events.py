@@ -49,7 +49,13 @@ def read_events(text: str) -> YamlText:
         code = error.character if isinstance(error.character, int) else ord(str(error.character)[:1] or "\0")
         raise TextError("SIT001", f"the character U+{code:04X} is not allowed", "is this a text file?", place) from None
     except MarkedYAMLError as error:
-        raise _syntax_error(error) from None
+        mark = error.problem_mark or error.context_mark
+        place = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
+        problem = " ".join(str(part).strip() for part in (error.context, error.problem) if part)
+        hint = "indent with spaces, not with tabs" if "\\t" in problem else ""
+        if "mapping values are not allowed" in problem:
+            hint = "is there a colon too many, or a line indented too far?"
+        raise TextError("SIT001", f"not YAML: {problem[:200] or _first_line(error)}", hint, place) from None
     except TextError:
         raise
     except Exception as error:  # the scanner lets OverflowError and others through on hostile escapes
@@ -165,17 +171,6 @@ def _key_name(event: Event, may_be_number: bool) -> str:
             hint += "; if it is the end of a number: decimals take a point, a comma ends what stands before it"
         raise TextError("SIT013", f"the key is {what}, which is not a text", hint, _place(event))
     return name
-
-
-def _syntax_error(error: MarkedYAMLError) -> TextError:
-    """What the YAML reader complains of, with its place."""
-    mark = error.problem_mark or error.context_mark
-    place = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
-    problem = " ".join(str(part).strip() for part in (error.context, error.problem) if part)
-    hint = "indent with spaces, not with tabs" if "\\t" in problem else ""
-    if "mapping values are not allowed" in problem:
-        hint = "is there a colon too many, or a line indented too far?"
-    return TextError("SIT001", f"not YAML: {problem[:200] or _first_line(error)}", hint, place)
 
 
 def _printable(word: object) -> str:
