@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.pad import compliance, slopes, soft_pad, straight
+from sitscad.estimates.response.pad import slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
@@ -31,7 +30,6 @@ class Bench:
     range: WorkingRange
     frequencies: Callable[[Array], Array]
     turned: Callable[[Array], Array]
-    compliances: dict[bytes, Array] = field(default_factory=dict)
 
     @property
     def full(self) -> Mapping[str, float]:
@@ -103,13 +101,6 @@ class Bench:
         conversion = self.estimates.readout.conversion
         assert conversion is not None
         return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
-
-    def compliance(self, pose: Array) -> Array:
-        """Change of the pose (m, rad) with the load (N), the target keeping its turn: (6, 3)."""
-        key = pose.tobytes()
-        if key not in self.compliances:
-            self.compliances[key] = compliance(self.pad, pose[None])[0]
-        return self.compliances[key]
 
 
 SEARCHED, NARROWED = 33, 3

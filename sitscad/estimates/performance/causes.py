@@ -71,9 +71,10 @@ class Tilts:
 
 @record(eq=False)
 class Disturbed:
-    """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6), the
-    straight map `inverse` (N per reading; axes, coils), what temperature does to readings at rest (per K; coils), and
-    the tilts of all working points, of which this is the one of that `number`.
+    """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6) and by
+    the load on the axes told apart (per N; coils, axes), the straight map `inverse` (N per reading; axes, coils), what
+    temperature does to readings at rest (per K; coils), and the tilts of all working points, of which this is the one
+    of that `number`.
     """
 
     bench: Bench
@@ -81,6 +82,7 @@ class Disturbed:
     share: float
     pose: Array
     by_pose: Array
+    by_load: Array
     inverse: Array
     by_metal: Array
     tilted: Tilts
@@ -137,11 +139,6 @@ class Disturbed:
         """One sigma (N/K) of every axis: what has a known sign added up, capacitors beside it."""
         known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
         return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
-
-    @cached_property
-    def by_load(self) -> Array:
-        """Slopes of the readings by the load on the axes told apart (per N; coils, axes)."""
-        return np.asarray((self.by_pose @ self.bench.compliance(self.pose))[:, self.bench.range.columns])
 
     @property
     def noise(self) -> Array:

@@ -21,7 +21,7 @@ from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solv
 from sitscad.estimates.performance.manufacture import Units, manufacturing_scatter, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance, along
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import TOO_SOFT, pushed
+from sitscad.estimates.response.pad import TOO_SOFT, compliance, pushed
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
@@ -92,9 +92,9 @@ class Felt:
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
         for k, (_, share) in enumerate(POINTS):
             # newtons per reading, (axes, coils), by least squares weighted with the noise
-            by_load = (slopes[k] @ bench.compliance(poses[k]))[:, bench.range.columns]
+            by_load = (slopes[k] @ compliance(bench.pad, poses[k][None])[0])[:, bench.range.columns]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-            found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], inverse, cold, tilts, k))
+            found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k))
         return tuple(found)
 
     @cached_property
