@@ -24,14 +24,12 @@ if TYPE_CHECKING:
 STEP, THICKEST = 0.05e-3, 3e-3
 """Thicknesses (m) of pads among which that of most signal is looked for: every so much, up to this."""
 
-HEIGHTS = 9
-"""Heights of the target at which its effect is worked out; between, its logarithm is a polynomial."""
+HEIGHTS = 9  # Heights of the target at which its effect is worked out; between, its logarithm is a polynomial
 
 SHEETS = tuple(1e-3 * t for t in (0.05, 0.1, 0.2, 0.5, 1.0))
 """Thicknesses (m) of targets that are looked at, as sheets are sold."""
 
-PORT = "the port"
-"""What keeps a part from being thicker."""
+PORT = "the port"  # What keeps a part from being thicker
 
 AS_GOOD, ALIKE = 0.98, 0.1
 """Part of the largest signal from which on a thinner target is as good; and by how much of the estimates' signal that

@@ -207,14 +207,9 @@ any state has.
 UNSURE = 0.0125, 0.06, 0.12
 """Parts of L, of R and of the target's own change of L that its shares may be off without it being solved."""
 
-NOTHING = 1e-5
-"""Part of L that an endless target changes up to which a real one does nothing."""
-
-FAINT_CHANGE = 0.025
-"""Part of the free inductance: smaller changes are looked at as if they were so large."""
-
-TRIES = 3
-"""How often it is solved at most: with another capacitor the tank runs elsewhere."""
+NOTHING = 1e-5  # Part of L that an endless target changes up to which a real one does nothing
+FAINT_CHANGE = 0.025  # Part of the free inductance: smaller changes are looked at as if they were so large
+TRIES = 3  # How often it is solved at most: with another capacitor the tank runs elsewhere
 
 
 def read(tuned: Tuned) -> Estimates:
@@ -311,8 +306,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     return found
 
 
-LEAST_CHANGE = 0.01
-"""Of the free winding's inductance: errors of smaller changes are relative to that."""
+LEAST_CHANGE = 0.01  # Of the free winding's inductance: errors of smaller changes are relative to that
 
 
 def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mapping[str, StateEstimate]) -> CoilEstimate:

@@ -43,8 +43,7 @@ EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
 EXTRA_INDUCTANCE = {WIDTH: 2.0, THICKNESS: -0.2}
 """Share of itself, beside its growth with ln f, for the inductance that extra currents take away (within 0.3)."""
 
-STEP = 1.02
-"""Ratio of the frequencies between which the growth of the winding's loss with frequency is taken."""
+STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
 
 SHORT_WAVES = 0.04
 """Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance: of 200
@@ -369,8 +368,7 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
     return part * (one[0] - other[0]), part * (one[1] - other[1]) + more * (lost - other_lost)
 
 
-APART = 1e-2
-"""Part of a distance by which metal is moved to see what that does."""
+APART = 1e-2  # Part of a distance by which metal is moved to see what that does
 
 
 def _straight(spectrum: CurrentSpectrum, assembly: Assembly, states: Mapping[str, StateEstimate]) -> Between:

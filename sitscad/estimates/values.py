@@ -68,8 +68,7 @@ class Metered:
     direct_sigma: float
 
 
-METER_FREQUENCY = 100e3
-"""What a usual LCR meter goes up to (Hz)."""
+METER_FREQUENCY = 100e3  # What a usual LCR meter goes up to (Hz)
 
 
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")

@@ -30,8 +30,7 @@ EN 1337-3 allows laminated bearings for horizontal movement (from memory); the p
 silicones stretch further, but their bond to board and target peels, edges lift, and the target comes down as it goes.
 """
 
-DOUBTED = 0.10
-"""Share of the strain by which the two blocks may differ before the formula counts as out of its range."""
+DOUBTED = 0.10  # Share of the strain by which the two blocks may differ before the formula counts as out of its range
 
 BESIDE = 0.01
 """How far a force may act beside the middle of a face, in parts of the face's length, before that counts as tilting it:
@@ -49,8 +48,7 @@ SHEAR_SOURCE = (
 )
 
 
-WITHIN = "bonded block, within the range of its law"
-"""What to think of a strain that there is nothing to say of."""
+WITHIN = "bonded block, within the range of its law"  # What to think of a strain that there is nothing to say of
 
 
 @record

@@ -26,8 +26,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.record import record
 
-BULK = 1e4
-"""Bulk over shear modulus; to be told from incompressible rubber only in pads many times as wide as thick."""
+BULK = 1e4  # Bulk over shear modulus; to be told from incompressible rubber only in pads many times as wide as thick
 
 
 @record(eq=False)
@@ -216,8 +215,7 @@ def _netgen(mesh: Mesh, scale: float) -> Any:
     return ng.Mesh(made)
 
 
-PAD, SKIN = 1, 2
-"""What an element is made of."""
+PAD, SKIN = 1, 2  # What an element is made of
 
 BOARD, PLATE, MIDDLE, FREE = "board", "plate", "middle", "free"
 """What a face of the mesh is: glued to the board, to the rigid plate, on the plane of symmetry y = 0, or free."""

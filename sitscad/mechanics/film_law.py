@@ -24,11 +24,8 @@ COURSES = ("press", "shear", "tilt")
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
 """Ratios of moduli, thicknesses of the film and shape factors between which the fit was made; held beyond."""
 
-MOST = 0.35
-"""Strain from which on a film's share stays as it is."""
-
-GRID = np.linspace(0.0, MOST, 351)
-"""Strains at which the least share of a film is worked out."""
+MOST = 0.35  # Strain from which on a film's share stays as it is
+GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film is worked out
 
 
 @record
@@ -75,11 +72,8 @@ def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
 
 
-QUICK = 0.06
-"""Strain within which a thin film buckles."""
-
-LEAST_PULL = -0.05
-"""Strain of a pull from which on a film's share stays as it is."""
+QUICK = 0.06  # Strain within which a thin film buckles
+LEAST_PULL = -0.05  # Strain of a pull from which on a film's share stays as it is
 
 
 def film_hardening(modulus: float) -> float:

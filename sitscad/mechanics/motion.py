@@ -23,11 +23,8 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.record import record
 
-SMALL = 1e-4
-"""Angle (rad) below which the coefficients of a rotation are taken from their series."""
-
-SERIES = 0.25
-"""Square of the angle below which four more terms of these series are as good as rounding."""
+SMALL = 1e-4  # Angle (rad) below which the coefficients of a rotation are taken from their series
+SERIES = 0.25  # Square of the angle below which four more terms of these series are as good as rounding
 
 UNIT = np.eye(3)
 
@@ -151,8 +148,7 @@ def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
     return Motion(place, turn, vectors, share, frame, within, jacobians[:count], jacobians[count:])
 
 
-Number: TypeAlias = Any
-"""A float, or an array (n,)."""
+Number: TypeAlias = Any  # A float, or an array (n,)
 
 Vector: TypeAlias = Sequence[Number]
 Rows: TypeAlias = list[list[Number]]

@@ -28,11 +28,8 @@ from sitscad.record import record
 
 Number = TypeVar("Number", float, Array)
 
-NEO_HOOKEAN = 2.0
-"""The exponent with which nothing differs."""
-
-MOST_OBLONG = 1.0 / 3.0
-"""Oblongness (two to one) up to which the fit was made; held beyond."""
+NEO_HOOKEAN = 2.0  # The exponent with which nothing differs
+MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made; held beyond
 
 
 @record
@@ -109,11 +106,8 @@ OGDEN_SIGMA = 0.01
 """What an exponent's factors leave of the force (one sigma, relative) a unit of it, up to a shape factor of one; more
 with its third power beyond."""
 
-OGDEN_RIM = 0.3
-"""Thicknesses of rim within which the factors of an exponent go over into those of a wide rim."""
-
-OBLONG = 3.5
-"""Length over width up to which the law was held against finite elements."""
+OGDEN_RIM = 0.3  # Thicknesses of rim within which the factors of an exponent go over into those of a wide rim
+OBLONG = 3.5  # Length over width up to which the law was held against finite elements
 
 FLATTEST = 2.0
 """Shape factor (a square of eight thicknesses) up to which the fitted courses are taken; flatter pads have its own."""

@@ -19,8 +19,7 @@ ORDER, NODES = 9, 28
 """Even polynomials along each side, and places of integration along each: the bending of the plates that are asked
 about (a few hundredths to one) stands still within 1e-4 from 7 on."""
 
-POISSON = 0.3
-"""Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths."""
+POISSON = 0.3  # Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths
 
 
 def rigidity(young_modulus: float, thickness: float) -> float:

@@ -9,8 +9,7 @@ from sitscad.estimates.values import Estimates, StateEstimate
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST
 
-SIGMAS = 5.0
-"""Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside."""
+SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
 
 LEAP = 8.0
 """By how many standard deviations of a reading two of them may differ at rest: not one in 1e7 differs by more."""

@@ -31,8 +31,7 @@ from sitscad.units import show
 LEAST_SHARE = 0.02
 """Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
 
-PROBE = 5e6
-"""Frequency (Hz) at which a state's inductance is tried."""
+PROBE = 5e6  # Frequency (Hz) at which a state's inductance is tried
 
 UNRESOLVED = (
     "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "

@@ -34,20 +34,11 @@ from sitscad.physics.special_functions import coaxial_rings
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 
-FLATTENED = 10e-6
-"""Arcs of the leads become chords within this distance (m)."""
-
-CHORD = math.radians(5.0)
-"""Those of a turned tail become chords of this angle at most (rad)."""
-
-SAMPLED = 2.5e-6
-"""Chords of the winding, for its coupling with the leads, lie within this distance (m) of it."""
-
-LONGEST = 0.4e-3
-"""Straight sides of a winding are cut to this (m) for the same purpose."""
-
-SELF_DISTANCE = 0.2235
-"""Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)."""
+FLATTENED = 10e-6  # Arcs of the leads become chords within this distance (m)
+CHORD = math.radians(5.0)  # Those of a turned tail become chords of this angle at most (rad)
+SAMPLED = 2.5e-6  # Chords of the winding, for its coupling with the leads, lie within this distance (m) of it
+LONGEST = 0.4e-3  # Straight sides of a winding are cut to this (m) for the same purpose
+SELF_DISTANCE = 0.2235  # Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)
 
 USUAL_PLATING = 20e-6
 """Copper in a plated hole (m) where the stack-up does not say (IPC class 2 asks for 20 um; from memory, unverified)."""
@@ -143,8 +134,7 @@ UNDRAWN, APART = 0.25, 2e-9
 inductance (H) of stubs and of the tracks to the contacts, where both run apart."""
 
 
-GRAIN = 20e-6
-"""How fine (m) widths of leads that are not drawn are told apart for their skin effect."""
+GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart for their skin effect
 
 
 def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float) -> LeadEstimate:

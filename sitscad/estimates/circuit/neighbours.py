@@ -20,11 +20,8 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import ReadoutSpec
 
-Placed = tuple[Coil, WindingGeometry]
-"""A coil and its winding about its own centre."""
-
-FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4
-"""Relative error of a mutual inductance far away, and what nearness adds to it."""
+Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own centre
+FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and what nearness adds to it
 
 END_ERROR = 5e-4
 """What nearness adds for each pair of layers, in mu0/(4 pi) times the track width: open ends beside the other coil."""
@@ -100,8 +97,7 @@ def side_by_side(one: Placed, other: Placed) -> SideBySide:
     return tracks_side_by_side(a.drawn, b.drawn, displacement)
 
 
-Circuit = Callable[[Array], tuple[Array, Array]]
-"""Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+Circuit = Callable[[Array], tuple[Array, Array]]  # Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)
 
 Mutual = Callable[[int, int, Array], ComplexArray]
 """Mutual inductance (H) of two coils, by their numbers, at (n,) frequencies (Hz)."""

@@ -22,14 +22,12 @@ from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
-E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)
-"""Preferred values of a decade (IEC 60063)."""
+E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred values of a decade (IEC 60063)
 
 FREQUENCY_MARGIN = 0.95
 """Share of the converter's 10 MHz up to which a capacitor is chosen: tolerances of coil and capacitor need the rest."""
 
-ROBUST_CAPACITANCE = 100e-12
-"""Below this (F), pins, tail and cable make up a good part of the tank's capacitance."""
+ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
 
 
 @record(eq=False)
@@ -264,8 +262,7 @@ def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
     return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
 
 
-OVERDAMPED = 1e3
-"""Trespass of a state in which the tank does not oscillate: more than any other."""
+OVERDAMPED = 1e3  # Trespass of a state in which the tank does not oscillate: more than any other
 
 
 def _trespass(

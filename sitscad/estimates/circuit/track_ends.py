@@ -12,17 +12,10 @@ from sitscad.layout.board import Coil, Layout, Pad, Teardrop, Trace, Via
 from sitscad.physics.loss.corners import MOST_TURN
 from sitscad.physics.loss.resistance import bend_squares, contact_squares, pad_squares, step_squares, teardrop_squares
 
-SAME = 1e-9
-"""Points nearer to each other than this (m) are one."""
-
-LEAST = 0.1
-"""Share of a track's centre line that counts in any case: short stubs lie in pads at both ends."""
-
-LEAST_TURN = 1e-3
-"""Turns of less (rad) are none."""
-
-START = 1e-4
-"""Share of a piece from which its direction is taken."""
+SAME = 1e-9  # Points nearer to each other than this (m) are one
+LEAST = 0.1  # Share of a track's centre line that counts in any case: short stubs lie in pads at both ends
+LEAST_TURN = 1e-3  # Turns of less (rad) are none
+START = 1e-4  # Share of a piece from which its direction is taken
 
 
 def spared_squares(coil: Coil, layout: Layout) -> dict[int, float]:

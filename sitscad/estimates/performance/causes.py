@@ -19,20 +19,17 @@ from sitscad.record import record
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
 
-WARMER = 10.0
-"""Kelvin by which the sensor is warmed to see what copper and other metal do."""
+WARMER = 10.0  # Kelvin by which the sensor is warmed to see what copper and other metal do
 
 FLAT = 3.0
 """Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
 
-BESIDE = 0.1e-3
-"""How far (m) the force is put beside the middle to see what that does."""
+BESIDE = 0.1e-3  # How far (m) the force is put beside the middle to see what that does
 
 UNTOLD = 0.01
 """By how much what the straight map makes of 1 N may differ from it: least squares leave out what no reading tells."""
 
-BRANCH = 0.5
-"""Part of a loop of hysteresis by which either branch lies beside the middle of both."""
+BRANCH = 0.5  # Part of a loop of hysteresis by which either branch lies beside the middle of both
 
 DEGREE = math.radians(1.0)
 
@@ -236,8 +233,7 @@ def by_metal(estimates: Estimates, warmer: Estimates, rest: Array) -> Array:
     return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)
 
 
-MOVING = 1.0 / 3.0
-"""Share of the pad's mass that moves with the target: its lower face stands still (Rayleigh)."""
+MOVING = 1.0 / 3.0  # Share of the pad's mass that moves with the target: its lower face stands still (Rayleigh)
 
 
 def resonances(bench: Bench, pose: Array) -> dict[str, float]:

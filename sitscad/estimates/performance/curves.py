@@ -13,8 +13,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.state import REST
 
-STEPS, LINES = 15, 9
-"""Loads along a curve, and lines of constant load in the map of the working range."""
+STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the map of the working range
 
 
 @record(eq=False)

@@ -15,14 +15,9 @@ from sitscad.estimates.performance.values import Loads, along
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
-GRID = {1: 13, 2: 8, 3: 5}
-"""Points along each axis of the grid that the map is fitted to, by how many axes there are."""
-
-HELD_OUT = {1: 6, 2: 5, 3: 4}
-"""Points along each axis of the grid that it is judged at."""
-
-MOST_DEGREE = 6
-"""Highest degree of the map."""
+GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the grid that the map is fitted to, by how many axes there are
+HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the grid that it is judged at
+MOST_DEGREE = 6  # Highest degree of the map
 
 APART, SAME = 0.1, 1e-3
 """Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
@@ -31,15 +26,13 @@ ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
 """The same of what the response itself says of two loads, and of what a chart says that errs by a few per cent of the
 span; by how much (in full scales) a load is moved to see how its reading changes."""
 
-DRAWN = 3e-3
-"""What readings may be off by (rms), of their span, where loads are drawn: less than the width of a line."""
+DRAWN = 3e-3  # What readings may be off by (rms), of their span, where loads are drawn: less than the width of a line
 
 TOLD = 0.1
 """Singular values of the readings' slopes, over the largest, from which on a step goes along them: along what is hardly
 told any load reads alike, and a step there would bring two loads together."""
 
-TRIED = 12
-"""Pairs of loads from which two with one reading are searched."""
+TRIED = 12  # Pairs of loads from which two with one reading are searched
 
 LEAST_TOLD, POLISHED, POLISHING = 4, 8, 8
 """Places where readings tell least that are looked at, pairs of loads that the response is asked about with those that

@@ -31,8 +31,7 @@ TILT_X, TILT_Y, YAW = "target tilted about x", "target tilted about y", "target 
 THICKNESS, SIZE, MODULUS = "elastomer thickness", "elastomer size", "elastomer modulus"
 INDUCTANCE, CLOCK = "coil inductance", "clock"
 
-UNIT, COIL = "unit", "coil"
-"""What has a cause to itself: the assembled unit, or each of its coils."""
+UNIT, COIL = "unit", "coil"  # What has a cause to itself: the assembled unit, or each of its coils
 
 
 @record

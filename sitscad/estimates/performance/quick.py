@@ -32,8 +32,7 @@ from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import SensorSpec
 
-TURNS, LATEST = 4, 1.3
-"""How often the frequency is put in again, and the angle (rad) that it is late by at most."""
+TURNS, LATEST = 4, 1.3  # How often the frequency is put in again, and the angle (rad) that it is late by at most
 
 SLOWEST = 0.04
 """Least square of a frequency over that at rest: tanks that a chart takes beyond what oscillates stay finite."""
@@ -107,8 +106,7 @@ TRAVEL = 1.0
 AMPLY, FARTHEST = 1.02, 2.0
 """How much farther than the required loads it goes, and the travel beyond which none is charted."""
 
-LIFTED = 0.1
-"""How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts."""
+LIFTED = 0.1  # How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts
 
 
 def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:

@@ -24,8 +24,7 @@ def along(load: Array | Loads, axis: str, forces: Array) -> Array:
     return found
 
 
-PASSING = ("before", "without")
-"""Words in the causes of errors that a calibration or a tare takes away."""
+PASSING = ("before", "without")  # Words in the causes of errors that a calibration or a tare takes away
 
 
 @record

@@ -28,8 +28,7 @@ from sitscad.spec.sensor import LoadCase, SensorSpec
 
 Progress = Callable[[int, int], None]
 
-ALL = "all"
-"""What stands for every load case of a spec."""
+ALL = "all"  # What stands for every load case of a spec
 
 
 @record(eq=False)

@@ -38,11 +38,8 @@ from sitscad.spec.sensor import SensorSpec
 Progress = Callable[[int, int], None]
 
 
-AT_ONCE = 250
-"""Poses that are worked out together where none may be interpolated."""
-
-HEIGHTS = 4
-"""Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out."""
+AT_ONCE = 250  # Poses that are worked out together where none may be interpolated
+HEIGHTS = 4  # Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out
 
 
 @record(eq=False)
@@ -300,8 +297,7 @@ def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
     return ResponseModel(layout, estimates)
 
 
-STRAIN_LIMIT = 0.35
-"""Strain of the pad beyond which no model of it is trusted."""
+STRAIN_LIMIT = 0.35  # Strain of the pad beyond which no model of it is trusted
 
 
 SHEARED = "the pad is sheared by more than half its thickness: what its law says of force and pose is extrapolated"

@@ -75,11 +75,8 @@ def pushed(
     return poses, tuple(str(note) for note in notes)
 
 
-DEGREE, CELLS = 3, 2
-"""Of the elements: within 2 % of finer ones (4 % of flat pads pressed by more than 30 %)."""
-
-SETTLED = 1e-6
-"""Where the search for a pose ends: the last step in thicknesses and radians."""
+DEGREE, CELLS = 3, 2  # Of the elements: within 2 % of finer ones (4 % of flat pads pressed by more than 30 %)
+SETTLED = 1e-6  # Where the search for a pose ends: the last step in thicknesses and radians
 
 MOST_STEPS = 12
 

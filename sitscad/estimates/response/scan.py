@@ -15,20 +15,11 @@ from sitscad.record import record
 Progress = Callable[[int, int], None]
 Spectrum = Callable[[Array], NDArray[np.generic]]
 
-FEW = 300
-"""Poses up to which each is worked out by itself."""
-
-LINE = 21
-"""Chebyshev points along a line of poses by which it is seen how many a map needs there."""
-
-TAIL = 2e-4
-"""Part of the largest value that the terms left out of a map may have."""
-
-CHECKED = 16
-"""Poses at which a map is held against what is exact."""
-
-USUAL = 2e-3
-"""Error of a map that is taken, of the larger of a change and 1 % of the free inductance."""
+FEW = 300  # Poses up to which each is worked out by itself
+LINE = 21  # Chebyshev points along a line of poses by which it is seen how many a map needs there
+TAIL = 2e-4  # Part of the largest value that the terms left out of a map may have
+CHECKED = 16  # Poses at which a map is held against what is exact
+USUAL = 2e-3  # Error of a map that is taken, of the larger of a change and 1 % of the free inductance
 
 
 @record(eq=False)

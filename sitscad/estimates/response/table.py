@@ -18,11 +18,8 @@ from sitscad.mechanics.pad import HELD_TILT
 from sitscad.physics.polynomials import Exponents, exponents, monomials, spread
 from sitscad.record import record
 
-INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")
-"""What the table is asked for, in its order."""
-
-DEGREE, TILT_DEGREE = 7, 3
-"""Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds."""
+INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")  # What the table is asked for, in its order
+DEGREE, TILT_DEGREE = 7, 3  # Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds
 
 POINTS_A_TERM, ASKED = 1.5, (16, 8)
 """Points solved for every term, and others on which the table is tried: level ones and tilted ones."""
@@ -30,11 +27,8 @@ POINTS_A_TERM, ASKED = 1.5, (16, 8)
 DOWN = 0.4
 """Share of the height left under a level target's edge, by the table's largest force, by which a tilt may lower it."""
 
-STEEPEST = math.radians(3.0)
-"""The largest tilt (rad)."""
-
-BEYOND = 1.2
-"""How far beyond the working range the table goes, for a reader to see that it ends."""
+STEEPEST = math.radians(3.0)  # The largest tilt (rad)
+BEYOND = 1.2  # How far beyond the working range the table goes, for a reader to see that it ends
 
 
 @record(eq=False)

@@ -19,14 +19,9 @@ Impedances = Callable[[Array], ComplexArray]
 """Inductance matrices (H, complex: the imaginary part times -omega is a resistance) of all coils between their
 contacts, nothing idle yet, at (n,) frequencies (Hz), one a pose: (n, coils, coils)."""
 
-POINTS = 8
-"""Chebyshev points in ln f at which what does not depend on the pose is known."""
-
-FEW = 8
-"""Poses up to which the frequency of a tank is found one by one."""
-
-MOST_SLOPE = 0.5
-"""Change of the frequency that is found with the one that was taken, up to which that is believed."""
+POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose is known
+FEW = 8  # Poses up to which the frequency of a tank is found one by one
+MOST_SLOPE = 0.5  # Change of the frequency that is found with the one that was taken, up to which that is believed
 
 
 def curves(

@@ -19,11 +19,8 @@ from sitscad.record import record
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.sensor import SensorSpec
 
-SLIP = 0.42
-"""Shear over normal at slip on tissue (Jones, thesis, 4.4)."""
-
-USUAL_STRAIN = 0.2
-"""Strain of the pad at full scale where no normal force is required."""
+SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
+USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is required
 
 @record
 class WorkingRange:
@@ -165,8 +162,7 @@ def read_shear(spec: SensorSpec) -> float:
                for along in (0, 1) for pressed in (0.0, normal))
 
 
-DEPTHS = np.linspace(-0.15, 0.5, 14)
-"""Strains of the pad at which those forces are looked at."""
+DEPTHS = np.linspace(-0.15, 0.5, 14)  # Strains of the pad at which those forces are looked at
 
 
 def beyond_held_shear(held: float) -> str:

@@ -170,8 +170,7 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     return Reflector(-nearest, tuple(plates)) if plates else None
 
 
-CONTACT = 1e-9
-"""Gaps (m) below this are none."""
+CONTACT = 1e-9  # Gaps (m) below this are none
 
 
 def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
@@ -197,12 +196,8 @@ def mirror(reflector: Reflector | None) -> Reflector | None:
     return None if reflector is None else Reflector(reflector.distance, (Plate(LOSSLESS),))
 
 
-LOSSLESS = 1e18
-"""Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's."""
-
-
-SCREENED_AT = 6e6
-"""Frequency (Hz) at which a target's effect is looked at where thousands of designs are screened."""
+LOSSLESS = 1e18  # Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's
+SCREENED_AT = 6e6  # Frequency (Hz) at which a target's effect is looked at where thousands of designs are screened
 
 
 class Reflection:

@@ -184,8 +184,7 @@ side walls; the angle (rad) at most between the sides of a coil longer than wide
 polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
 and what part of the field the metal behind the board returns, at least."""
 
-SHORTEST, LONGEST = 4.0, 2.0
-"""The waves that matter of what that returns, over one by the coil's smaller side."""
+SHORTEST, LONGEST = 4.0, 2.0  # The waves that matter of what that returns, over one by the coil's smaller side
 
 
 def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> float:

@@ -20,17 +20,13 @@ BLOCK = "bonded-block formula"
 """What scatters the gap; GLUE stands beside the pressed pad, which it makes no softer. PART and BLOCK are no scatter of
 manufacture: by how much the careful strain may be too large, and what the formula of the pad's stiffness is off by."""
 
-WHOLE = 0.99
-"""Share of a pad from which on it counts as loaded all over."""
-
-LEAST = 0.05
-"""Share of its modulus and of its thickness that a pad has at least, however large one sigma is."""
+WHOLE = 0.99  # Share of a pad from which on it counts as loaded all over
+LEAST = 0.05  # Share of its modulus and of its thickness that a pad has at least, however large one sigma is
 
 BESIDE_PAD = "the target stands wholly beside the elastomer, so no force on it presses that"
 """Why such a design has no state pressed."""
 
-SIGMAS_APART = 2.0
-"""One sigma of a cause is half of the difference between its two cases."""
+SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its two cases
 
 
 @record

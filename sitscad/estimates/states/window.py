@@ -44,18 +44,14 @@ LOSS_ERROR = 0.6
 """How far off the missing part of the loss may be beyond that, of the product of what is missing and what is left of
 the inductance."""
 
-MAGNETIC = 1.1
-"""Relative permeability from which on the missing part is a guess, off by as much as itself."""
-
-STEP = 0.02
-"""By how much faces recede to see what loses, over the gap."""
+MAGNETIC = 1.1  # Relative permeability from which on the missing part is a guess, off by as much as itself
+STEP = 0.02  # By how much faces recede to see what loses, over the gap
 
 PRESSED, FARTHEST = 0.6, 3.0
 """Of the target's height at rest: the other one at which its effect is looked at; and how much larger than at rest, at
 most, a change counts in its own growth."""
 
-DIGITS = 9
-"""Digits of a part that count: the last ones of a system's solution hang on the number of threads."""
+DIGITS = 9  # Digits of a part that count: the last ones of a system's solution hang on the number of threads
 
 BENT, SMALL = 0.5, 0.15
 """How far off a target's change may be, of what its growth goes up by with the change itself; and of its growth, for
@@ -177,8 +173,7 @@ def receded(opening: Opening, recess: float) -> Opening:
     return Opening((x, y), max(opening.depth - 2.0 * recess, recess))
 
 
-FERRITE = 1e6
-"""Relative permeability of a magnet that is a perfect mirror."""
+FERRITE = 1e6  # Relative permeability of a magnet that is a perfect mirror
 
 
 class WindowedReflection(Reflection):

@@ -15,17 +15,10 @@ from sitscad.data import rows
 from sitscad.geometry.shapes import nearest_sides
 from sitscad.record import record
 
-FEW_TURNS, ONE_TURN = 5.0, 1.5
-"""Below so many turns errors grow faster, and again below so many."""
-
-STACKED, WIDE_STACKED = 3.0, 12.0
-"""So do they where tracks are so many times as wide as the layers are apart."""
-
-CROWDED = 0.1
-"""And where they are so wide against the inner radius."""
-
-THICK = 4e-4
-"""Added for each time that a track is thicker than wide: the designs that were fitted are not."""
+FEW_TURNS, ONE_TURN = 5.0, 1.5  # Below so many turns errors grow faster, and again below so many
+STACKED, WIDE_STACKED = 3.0, 12.0  # So do they where tracks are so many times as wide as the layers are apart
+CROWDED = 0.1  # And where they are so wide against the inner radius
+THICK = 4e-4  # Added for each time that a track is thicker than wide: the designs that were fitted are not
 
 
 LEAST = 1e-6

@@ -30,27 +30,20 @@ from sitscad.record import record
 from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
 
-USUAL_TOLERANCE = 3e-2
-"""Of R up to 10 MHz, where nobody asks for more."""
+USUAL_TOLERANCE = 3e-2  # Of R up to 10 MHz, where nobody asks for more
 
 ALIKE_SHARP, ALIKE_ROUNDED = 4.0, 12.0
 """Turns from which on opposite sides are alike enough for one half of them to stand for both: arcs and the halves of
 racetracks lie unlike in mirrored layers (5 % of R at five turns, below 1 % from eight on)."""
 
-ALIKE_ENDS = 12.0
-"""Turns from which on one half of a side stands for the other half, too: within 0.1 % of R."""
-
-ALIKE = 4.0
-"""Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off."""
-
-ROUGH_TOLERANCE = ROUGH
-"""Of R where a tolerance of the inductance from `SCREENING` on is asked for."""
+ALIKE_ENDS = 12.0  # Turns from which on one half of a side stands for the other half, too: within 0.1 % of R
+ALIKE = 4.0  # Pitches from the centre to the innermost turn from which on they are: an octagon with 2.5 was 5.6 % off
+ROUGH_TOLERANCE = ROUGH  # Of R where a tolerance of the inductance from `SCREENING` on is asked for
 
 SCREENING = 2e-2
 """Tolerance of the inductance with which thousands of designs are screened: everything else is as rough."""
 
-FINE_TOLERANCE = 1e-2
-"""Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for."""
+FINE_TOLERANCE = 1e-2  # Of R where an inductance tolerance below that of USUAL_TOLERANCE, a tenth of it, is asked for
 
 
 def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...], conductivity: float,

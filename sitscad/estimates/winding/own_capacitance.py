@@ -17,15 +17,13 @@ from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
-USUAL_PERMITTIVITY = 3.4
-"""Relative permittivity of polyimide, where a layer of the stack-up states none."""
+USUAL_PERMITTIVITY = 3.4  # Relative permittivity of polyimide, where a layer of the stack-up states none
 
 FILLING = 3.0
 """Relative permittivity taken for all that lies between winding and metal: about that of silicones and printed mounts;
 air has less."""
 
-STATED = 0.10
-"""What the own capacitance is good to: the part of it that metal may add without being told."""
+STATED = 0.10  # What the own capacitance is good to: the part of it that metal may add without being told
 
 PLACES = (24, 8)
 """Places along the turns that all layers have at which their voltages are taken, and along every further stretch that

@@ -47,8 +47,7 @@ from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.coil import CoilSpec
 
-ALONG = 2e-5
-"""Of the resistance at any frequency: lengths and corners of the winding's path."""
+ALONG = 2e-5  # Of the resistance at any frequency: lengths and corners of the winding's path
 
 MODEL = 0.0015
 """Of the added loss: tracks see each other's crowding as straight ones do. Closed rings and open spirals by
@@ -57,14 +56,12 @@ converged filaments (tests/validation/test_alternating_current.py)."""
 ENDS = 1.2
 """Of the added loss, times a track's width over the winding's length: what cuts miss where a layer begins or ends."""
 
-ONE_CUT = 0.1
-"""Of the added loss, where one cut stands for all of a winding."""
+ONE_CUT = 0.1  # Of the added loss, where one cut stands for all of a winding
 
 MODES = {False: 0.011, True: 0.007}
 """Of the added loss, with usual and fine modes: tracks many skin depths wide or thick."""
 
-WIDE, THICK = 12.0, 3.0
-"""Skin depths of width and of thickness at which that share is reached."""
+WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which that share is reached
 
 ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
 """Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
@@ -74,8 +71,7 @@ CROSSING = {4: (0.055, 0.02), 6: (0.038, 0.016), 8: (0.036, 0.013)}
 """Of the added loss of polygons of several layers, by their sides, of fewer than FEW turns and of more: near corners,
 where the layers' sides do not lie face to face, they are cut at few places. The sharper the corner, the more."""
 
-LEADS = 0.01
-"""Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)."""
+LEADS = 0.01  # Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)
 
 METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
 """Of the resistance with metal about, and with metal nearer than that (m), from where the one goes over into the other
@@ -85,8 +81,7 @@ and mirrors by filaments (tests/validation/test_near_metal.py); for other shapes
 FADED = 1.5
 """Times a distance up to which a share holds: so far it falls to the next one, that a sweep may not make it jump."""
 
-FEW = 4.0
-"""Turns of a layer below which corners are a large part of a polygon."""
+FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
 
 
 @record
@@ -223,8 +218,7 @@ def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | No
     return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
 
 
-NO_NEARER = 1.2
-"""Ratio of those distances."""
+NO_NEARER = 1.2  # Ratio of those distances
 
 
 def beside_each_other(
@@ -243,5 +237,4 @@ def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -
     return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
 
 
-LEAST_DISTANCE = 10e-6
-"""Distance (m) from a layer's mid-plane below which metal is taken to be there."""
+LEAST_DISTANCE = 10e-6  # Distance (m) from a layer's mid-plane below which metal is taken to be there
