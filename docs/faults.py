@@ -60,6 +60,8 @@ class Driver:
 
     def __init__(self, design: sitscad.Design, folder: Path) -> None:
         self.design, self.coils = design, [coil.name for coil in design.estimates.coils]
+        if design.spec.readout.device.places(len(self.coils))[-1].bus:
+            raise SystemExit("faults.py runs a driver on one I2C bus")
         for name, content in firmware.render(design.spec, design.estimates).items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)

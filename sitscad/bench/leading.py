@@ -155,9 +155,11 @@ def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:
         tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
         source.wait(source.creep)
     board.skip()
-    last, end = None, source.now() + PATIENCE
+    rate = board.design.estimates.readout.scan_rate
+    assert rate is not None
+    last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
     while source.now() < end:
-        mean, sigma = window(board, list(scans(board, source, source.now() + _long(board))))
+        mean, sigma = window(board, list(scans(board, source, source.now() + long)))
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
             if np.all(moves <= MOVED):
@@ -165,13 +167,6 @@ def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:
             tell(f"{board.bands[int(np.argmax(moves))].coil} still moves")
         last = mean, sigma
     raise NotTaken(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
-
-
-def _long(board: Board) -> float:
-    """Seconds of a window."""
-    rate = board.design.estimates.readout.scan_rate
-    assert rate is not None
-    return float(max(WINDOW, (usual("readings") + 2) / rate))
 
 
 def window(board: Board, rows: list[Scan]) -> tuple[Array, Array]:

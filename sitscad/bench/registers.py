@@ -8,7 +8,7 @@ recovery time, that registers are not written while it converts, that bits witho
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from sitscad.readout import ldc_registers as at
 from sitscad.readout.converter import Converter
@@ -213,8 +213,3 @@ class Registers:
             self.errors = 0
         self.held, self.ready = None, False
         return found
-
-
-def steady(tanks: Sequence[tuple[float, float]]) -> Tank:
-    """Tanks that stay as they are."""
-    return lambda channel, time: tanks[channel]
