@@ -1,12 +1,12 @@
-"""What whole commands cost: a cold check of ten specs, a full build, the same again, and with one value changed, a pose
-and an estimate; and what two processes save over ten different specs.
+"""What whole commands cost, and a design in a process that is warm: checks, builds, what a build costs once more with
+nothing or one value changed, a pose, an estimate.
 
-    python tests/benchmarks/command_times.py [--before TREE] [--only gerber,kicad,...] [--repeat 3]
+    python tests/benchmarks/command_times.py [--before TREE] [--only gerber,kicad,...] [--repeat 3] [--write]
 
 Times are of the processor (user and system), over all processes of a command, the best of some runs. With `--before`
 the same is measured with the sources of another tree (a worktree of an older commit) and its templates, beside. Of
-`--jobs` it also gives the longest process: what the command takes on a machine that has nothing else to do. It fails
-on nothing.
+`--jobs` it also gives the longest process: what a check takes on a machine that has nothing else to do. With `--write`
+the table takes the place of the one in docs/commands.md. It fails on nothing.
 """
 
 from __future__ import annotations
@@ -31,6 +31,26 @@ BUILT = "grasper_4layer"
 CHANGED = Edit("readout.scan_rate", "450 Hz")
 TEN = 10
 TICKS = os.sysconf("SC_CLK_TCK")
+
+PAGE = ROOT / "docs" / "commands.md"
+MARKS = "<!-- costs: written by tests/benchmarks/command_times.py -->\n", "<!-- end -->\n"
+"""The page with the table, and what stands before and after it there."""
+
+WARM = """
+import sys, time
+import sitscad
+tree, name, level, count = *sys.argv[1:4], int(sys.argv[4])
+text = open(f"{tree}/templates/{name}.yaml", encoding="utf-8").read()
+best = float("inf")
+for k in range(count):
+    other = text.replace("trace_width:", f"trace_width: {77 + 0.1 * k:.1f} um #", 1)
+    began = time.process_time()
+    spec = sitscad.load_text(other, "sensor.yaml")
+    sitscad.measure(spec, level=level) if level else sitscad.check(spec)
+    best = min(best, time.process_time() - began) if k else best
+print(best)
+"""
+"""One design after another in a process, each with another track; prints the least seconds of the processor."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +83,14 @@ def spent(tree: Path, folder: Path, *arguments: str) -> Spent:
     return Spent(total, own + max(workers, default=0.0), time.perf_counter() - began)
 
 
+def warm(tree: Path, name: str, level: str = "") -> Spent:
+    """What a design costs in a process that has had one before: all up to its checks, or a level's figures."""
+    environment = {**os.environ, "PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", WARM, tree, name, level, "6"],
+                          env=environment, capture_output=True, text=True, check=True)
+    return Spent(*[float(done.stdout)] * 3)
+
+
 def _running(pid: int) -> Iterator[tuple[int, float]]:
     """A process and those that it started, each with its processor time (s) until now."""
     try:
@@ -85,33 +113,45 @@ def measured(tree: Path, folder: Path, only: str, repeat: int) -> dict[str, Spen
     text = (tree / "templates" / f"{BUILT}.yaml").read_text(encoding="utf-8")
     spec = folder / "sensor.yaml"
     spec.write_text(text, encoding="utf-8")
+    os.environ["SITSCAD_CACHE"] = str(folder / "cache")
     build = ("build", "sensor.yaml", "--force", *(("--only", only) if only else ()))
-    spent(tree, folder, "check", specs[0])  # every module is compiled
-    found = {f"check of {len(specs)} specs, cold, --jobs 1": best(
-        [spent(tree, folder, "check", *specs, "--jobs", "1") for _ in range(repeat)]
-    )}  # fmt: skip
-    found["the same with --jobs 2"] = best([spent(tree, folder, "check", *specs, "--jobs", "2") for _ in range(repeat)])
-    found["build, all of it"] = spent(tree, folder, *build)
-    found["build again, nothing changed"] = best([spent(tree, folder, *build) for _ in range(repeat + 2)])
-    pose = ("response", "sensor.yaml", "--pose", "z=-0.05")
+
+    def run(*arguments: str, times: int = repeat) -> Spent:
+        return best([spent(tree, folder, *arguments) for _ in range(times)])
+
+    run("check", specs[0], times=1)  # every module is compiled
+    found = {"`check` of `single_coil`": run("check", str(tree / "templates" / "single_coil.yaml"))}
+    found[f"`check` of `{BUILT}`"] = run("check", "sensor.yaml")
+    for jobs in ("1", "2"):
+        found[f"`check` of {len(specs)} specs, `--jobs {jobs}`"] = run("check", *specs, "--jobs", jobs)
+    for name, what in ((BUILT, "two coils"), ("three_axis_grid", "four coils")):
+        found[f"load, lay out, estimate and check another `{name}` in Python ({what})"] = warm(tree, name)
+    found[f"`sitscad.measure` of another `{BUILT}` at the level `screen`"] = warm(tree, BUILT, "screen")
     for form in ("text", "json"):
-        runs = [spent(tree, folder, *pose, "--format", form) for _ in range(repeat)]
-        found[f"response at one pose, {form}"] = best(runs)
-    found["estimate"] = best([spent(tree, folder, "estimate", "sensor.yaml") for _ in range(repeat)])
+        found[f"`response` at one pose, {form}"] = run("response", "sensor.yaml", "--pose", "z=-0.05", "--format", form)
+    found["`estimate`"] = run("estimate", "sensor.yaml")
+    found[f"`build` of all of `{BUILT}`"] = run(*build, times=1)
+    found["the same again, nothing changed"] = run(*build)
     spec.write_text(rewritten(text, [CHANGED]), encoding="utf-8")
-    found[f"build, {CHANGED.key} changed"] = spent(tree, folder, *build)
+    found[f"the same with another `{CHANGED.key}`"] = run(*build, times=1)
     return found
 
 
 def table(now: dict[str, Spent], before: dict[str, Spent]) -> str:
-    """The figures side by side as Markdown."""
-    lines = ["| command | before | now | longest process, now | wall, now |", "|---|---|---|---|---|"]
+    """The figures as Markdown, beside those before where there are some."""
+    old = "before | " if before else ""
+    lines = [f"| what | {old}seconds | of its longest process |", f"|---|{'---|' * bool(before)}---|---|"]
     for name, run in now.items():
-        old = f"{before[name].total:.2f} s" if name in before else ""
-        lines.append(f"| {name} | {old} | {run.total:.2f} s | {run.longest:.2f} s | {run.wall:.2f} s |")
-    one, two = list(now.values())[:2]
-    share = f"--jobs 2 over --jobs 1: longest process {two.longest / one.longest:.2f}, wall {two.wall / one.wall:.2f}"
-    return "\n".join([*lines, "", f"{share}, all processes {two.total / one.total:.2f}"])
+        old = f"{before[name].total:.2g} | " if name in before else " | " if before else ""
+        longest = f"{run.longest:.2g}" if run.longest < 0.95 * run.total else ""
+        lines.append(f"| {name} | {old}{run.total:.2g} | {longest} |")
+    return "\n".join(lines) + "\n"
+
+
+def write(text: str) -> None:
+    """Put the table in its place in the page."""
+    head, _, rest = PAGE.read_text(encoding="utf-8").partition(MARKS[0])
+    PAGE.write_text(f"{head}{MARKS[0]}{text}{MARKS[1]}{rest.partition(MARKS[1])[2]}", encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -120,10 +160,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--before", type=Path, help="another tree of sources, measured beside this one")
     parser.add_argument("--only", default="", help="stages to build; all if left out")
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--write", action="store_true", help="into docs/commands.md")
     chosen = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as other:
         before = measured(chosen.before.resolve(), Path(other), chosen.only, chosen.repeat) if chosen.before else {}
-        print(table(measured(ROOT, Path(one), chosen.only, chosen.repeat), before))
+        found = table(measured(ROOT, Path(one), chosen.only, chosen.repeat), before)
+    print(found)
+    if chosen.write:
+        write(found)
 
 
 if __name__ == "__main__":
