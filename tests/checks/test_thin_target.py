@@ -138,10 +138,24 @@ requirements: {{normal_force: 5 N{more}}}
 """
 
 
-def bends(thickness, more="", material="aluminium"):
-    spec = load_text(LONG.format(thickness=thickness, more=more, material=material), "long.yaml")
+def judged(text):
+    """What SIT327 says of a spec: findings, and what it does not judge."""
     (rule,) = (rule for rule in RULES if rule.id == "SIT327")
-    return apply_rule(rule, Design(spec))[0]
+    return apply_rule(rule, Design(load_text(text, "long.yaml")))
+
+
+def bends(thickness, more="", material="aluminium"):
+    return judged(LONG.format(thickness=thickness, more=more, material=material))[0]
+
+
+@pytest.mark.parametrize(("thickness", "more", "is_said"), [
+    ("50 um", "", True), ("0.4 mm", "", False), ("50 um", ", contact: [9, 9]", False),
+])
+def test_a_soft_finger_over_all_of_a_foil_is_said_not_to_be_judged(thickness, more, is_said):
+    """The pad's rim gives way under even pressure; a stiff face, as large as the target, keeps that flat."""
+    text = LONG.format(thickness=thickness, more=more, material="copper").replace("[19, 9]", "[9, 9]")
+    found, undecided = judged(text)
+    assert not found and ["a soft finger over all" in one.reason for one in undecided] == [True] * is_said
 
 
 def test_a_foil_that_bends_is_told_with_the_thickness_that_does_not():

@@ -11,6 +11,7 @@ import pytest
 from bricks import Bricks
 from tolerance import approx
 
+from sitscad.checks.rules import own_limits
 from sitscad.mechanics.plate_bending import POISSON, bending, rigidity
 
 pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
@@ -77,3 +78,22 @@ def _compared(folder, size, pad, foil, rim, counts) -> tuple[float, float]:
 def test_springs_bend_a_plate_more_than_the_pad_does(size, pad, foil, rim, counts, most, tmp_path):
     elements, springs = _compared(tmp_path, size, pad, foil, rim, counts)
     assert 1.0 < springs / elements < most
+
+
+@pytest.mark.parametrize(("side", "pad"), [(10e-3, 1.5e-3), (10e-3, 3e-3), (16e-3, 2.5e-3)])
+def test_a_plate_that_is_pressed_all_over_stays_flat_from_the_stated_rigidity_on(side, pad, tmp_path):
+    """Half of its thickness does not: SIT327 says below which rigidity it does not judge even pressure."""
+    size, materials = (side, side), {"PAD": (2.0 * SHEAR * (1.0 + RUBBER), RUBBER), "FOIL": (COPPER, POISSON)}
+
+    def solved(foil: float, is_rigid: bool) -> tuple[float, float]:
+        model = _quarter(size, pad, foil, 0.0, (10, 10, 4))
+        plate = [(model.of("FOIL"), axis, -1e-6 * (axis == 2)) for axis in range(3)] if is_rigid else []
+        moved, force = model.solved(tmp_path, materials, [*_held(model), *plate], lambda kind, _: 1e3 * (
+            kind == "FOIL" and not is_rigid))  # fmt: skip
+        return np.ptp(moved[model.places[:, 2] > pad + 0.9 * foil, 2]), 4.0 * force / side**2
+
+    springs = solved(0.3e-3, True)[1] / 1e-6
+    least = (own_limits()["evenly_pressed"].value * side) ** 4 * springs
+    foil = (12.0 * (1.0 - POISSON**2) * least / COPPER) ** (1.0 / 3.0)
+    flat, half = (solved(thickness, False)[0] / (1e3 / springs) for thickness in (foil, 0.5 * foil))
+    assert flat < 0.1 < 0.2 < half

@@ -271,11 +271,13 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         yield Undecided(BESIDE_PAD)
         return
     limits, contact = own_limits(), spec.requirements.contact
+    is_finger = contact is None
     if contact is None:
         if spec.mount is not None and spec.mount.jaw is not None:
             return
         contact = (limits["fingertip_contact"].value,) * 2
-    if not force or all(part >= side for part, side in zip(contact, target.size, strict=True)):
+    is_all = all(part >= side for part, side in zip(contact, target.size, strict=True))
+    if not force or (is_all and not is_finger):
         return
     if target.material.young_modulus is None:
         yield Undecided(f"no Young's modulus of {target.material.name} is known")
@@ -288,6 +290,12 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     way = pad_of(design).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
     stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
+    if is_all:
+        if stiffness[0] ** 0.25 < limits["evenly_pressed"].value * max(target.size):
+            plate = f"{show(target.thickness, 'm')} of {target.material.name}"
+            yield Undecided(f"a soft finger over all of {plate} presses evenly, and the pad's rim gives way first: how "
+                            "far that bends it is not computed")
+        return
     bent, limit = bending(target.size, target.outline.is_round, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
