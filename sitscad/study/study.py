@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -161,14 +162,18 @@ def _is_kept(asked: Asked, one: Kept) -> bool:
 
 def _text(asked: Asked, one: Kept, number: int) -> str:
     """The whole spec of a kept design under a name of its own, with the base's comments, those that silence nothing
-    taken out.
+    taken out, and a line before them that says what is another one.
     """
     base = asked.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
     changes: Changes = (*((key, value) for key, value in one.changed.items()), ("name", name))
     text = base.written(changes)
     found = _findings(Base(text, base.path, base.profiles))
-    return answer.without_vain_comments(text, found)
+    own = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
+    changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
+    head = f"# Design {number} of a study of {own}, with other values of {changed}. Comments below are the base's.\n"
+    mark = text[: text.startswith("\ufeff")]  # of byte order, which stays first
+    return mark + head + answer.without_vain_comments(text.removeprefix(mark), found)
 
 
 def _findings(base: Base) -> list[int]:

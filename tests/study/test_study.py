@@ -92,7 +92,9 @@ def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
     assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.texts)
     for number, text in enumerate(answer.texts, 1):
         spec = sitscad.load_text(text)
-        assert spec.name == f"{study.asked.base.spec.name}-{number}" and "#" in text
+        assert spec.name == f"{study.asked.base.spec.name}-{number}"
+        head, below = text.split("\n", 1)
+        assert all(f"{key}: " in head for key in answer.kept[number - 1].changed) and "#" in below
         assert sitscad.check(spec, hints="none").ok
         found = sitscad.measure(spec, "full", ["rp"])
         assert found.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
