@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 
 import sitscad
+from sitscad.estimates.uncertainty import CAPACITOR
 from sitscad.papers import firmware
 
 HERE = Path(__file__).parent
@@ -67,6 +69,18 @@ def compiled(
     done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return Bench(design, folder, program)
+
+
+def sound_boards(design: sitscad.Design, count: int, state: str, seed: int) -> np.ndarray:
+    """Frequencies (count, coils; Hz) of sound boards: every tolerance drawn, the capacitors each for itself."""
+    generator = np.random.default_rng(seed)
+    states = [coil.states[state] for coil in design.estimates.coils]
+    common = {cause: generator.normal(size=count) for cause in states[0].spread.shifts}
+    found = np.array([[one.frequency] * count for one in states]).T
+    for k, one in enumerate(states):
+        for cause, (_, shift) in one.spread.shifts.items():
+            found[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -10,9 +10,8 @@ import pytest
 import sitscad
 from sitscad.bench.board import Board, CoilReading
 from sitscad.bench.diagnosis import MET, diagnosis
-from sitscad.estimates.uncertainty import CAPACITOR
 from sitscad.formats.calibration_header import header
-from tests.bench.conftest import TEMPLATES, Bench, compiled
+from tests.bench.conftest import TEMPLATES, Bench, compiled, sound_boards
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 
@@ -25,24 +24,12 @@ def fast(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return compiled(design, tmp_path_factory.mktemp("fast"), ["-O2"], header(found.map, found.sensors.conversion))
 
 
-def _boards(design: sitscad.Design, count: int, state: str, seed: int) -> np.ndarray:
-    """Frequencies (count, coils; Hz) of sound boards: every tolerance drawn, the capacitors each for itself."""
-    generator = np.random.default_rng(seed)
-    states = [coil.states[state] for coil in design.estimates.coils]
-    common = {cause: generator.normal(size=count) for cause in states[0].spread.shifts}
-    found = np.array([[one.frequency] * count for one in states]).T
-    for k, one in enumerate(states):
-        for cause, (_, shift) in one.spread.shifts.items():
-            found[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
-    return found
-
-
 @pytest.mark.parametrize("state", ["rest", "free"])
 def test_no_sound_board_is_called_faulty(fast, state):
     """10,000 in each state; every coil's self-test, and every poll of a scan."""
     ohms = [coil.states[state].parallel_resistance for coil in fast.design.estimates.coils]
     words = []
-    for board in _boards(fast.design, 10_000, state, 1):
+    for board in sound_boards(fast.design, 10_000, state, 1):
         words += [f"coil {k} {value:.9g} {ohms[k]:.6g}" for k, value in enumerate(board)]
         words += ["begin", "test", "settle 2"]
     rows = fast.run(*words)
@@ -57,7 +44,7 @@ def test_no_sound_board_is_diagnosed(fast, state):
     """The same boards by what `read --diagnose` says of a few results of each coil, with the noise of the estimates."""
     board, generator = Board(fast.design, ()), np.random.default_rng(2)
     of_coil = re.compile("C[12] (frequency|amplitude|noise)")
-    for frequencies in _boards(fast.design, 10_000, state, 1):
+    for frequencies in sound_boards(fast.design, 10_000, state, 1):
         noise = np.array([board.conversion.noise(one) for one in frequencies])
         read = board.conversion.counts(frequencies + noise * generator.normal(size=(40, 2))).round().astype(int)
         rows = [

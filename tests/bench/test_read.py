@@ -23,8 +23,7 @@ from sitscad.bench.readings import Forces, scans
 from sitscad.bench.source import Simulation, Wired, source_of
 from sitscad.cli import cli
 from sitscad.cli.streaming import sinks
-from sitscad.estimates.uncertainty import CAPACITOR
-from tests.bench.conftest import TEMPLATES
+from tests.bench.conftest import TEMPLATES, sound_boards
 
 SPEC = TEMPLATES / "bench_7mm.yaml"
 
@@ -108,16 +107,11 @@ def test_exchanged_coils_are_not_evaluated(design):
 
 def test_sound_boards_as_they_are_made_are_not_called_faulty(design):
     """Boards drawn from manufacture, pressed while they are read."""
-    generator = np.random.default_rng(4)
     loads = np.array([[0.0, 0, 0, 0], [0.3, 4.0, 0, 0]])
     drawn = sitscad.respond(design, loads=loads[:, 1:], rotation="held").frequency
-    for _ in range(8):
-        off = np.zeros(drawn.shape[1])
-        shifts = [coil.states["rest"].spread.shifts for coil in design.estimates.coils]
-        common = {cause: generator.normal() for cause in shifts[0]}
-        for k, each in enumerate(shifts):
-            off[k] = sum(s * (generator.normal() if c == CAPACITOR else common[c]) for c, (_, s) in each.items())
-        found = _diagnosed(design, 0.3, loads=loads, frequencies=drawn + off, seed=int(generator.integers(1, 9999)))
+    rest = np.array([coil.states["rest"].frequency for coil in design.estimates.coils])
+    for seed, off in enumerate(sound_boards(design, 8, "rest", 4) - rest, 1):
+        found = _diagnosed(design, 0.3, loads=loads, frequencies=drawn + off, seed=seed)
         assert NOT_MET not in {verdict for verdict, _ in found.values()}, found
 
 
