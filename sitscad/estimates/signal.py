@@ -100,8 +100,7 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None
     if thickness is None:
         return None
     per_newton = float(best.per_newton * change[held.index(thickness)] / change[0])
-    return Most("pad", thickness, per_newton, pad.thickness, best.per_newton,
-                "" if thickness == by_signal[0] else PORT)
+    return Most("pad", thickness, per_newton, pad.thickness, best.per_newton, "" if thickness == by_signal[0] else PORT)
 
 
 def _best_target(layout: Layout, estimates: Estimates, best: Signal) -> Most | None:

@@ -129,8 +129,7 @@ def tune(wound: Wound) -> Tuned:
     readout = wound.spec.readout
     circuits, failed = working(coil_circuits(
         wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.spared, wound.solved))
-    capacitor, reason = choose_capacitor(
-        circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
+    capacitor, reason = choose_capacitor(circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
     tank = Tank(capacitor, readout)
     damped = overdamped(circuits, tank)
     failed |= {
@@ -163,8 +162,7 @@ def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
         if not found or low <= min(found) <= max(found) <= high:
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and part is None and not is_affordable(
-                wound.spec, wound.layout.coils, wound.assembly, band):
+        if known is None and part is None and not is_affordable(wound.spec, wound.layout.coils, wound.assembly, band):
             return tune(replace(wound, shares=shares.widened(wanted)))
         changes = solved_target(wound.layout, wound.assembly, band, wound.winding.inductance)
         if wanted < 1.0:

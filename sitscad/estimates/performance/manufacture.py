@@ -119,8 +119,7 @@ def _even(name: str, band: float, unit: str, tolerance: SizeTolerance, how: str 
     return Scatter(name, band / math.sqrt(3.0), unit, UNIT, how + tolerance.source, seen)
 
 
-RAISED = {OFFSET_X: 0, OFFSET_Y: 1, GLUE: 2, TILT_X: 3, TILT_Y: 4,
-          YAW: 5}
+RAISED = {OFFSET_X: 0, OFFSET_Y: 1, GLUE: 2, TILT_X: 3, TILT_Y: 4, YAW: 5}
 """Which number of the pose at rest a cause moves."""
 
 

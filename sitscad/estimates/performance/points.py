@@ -148,9 +148,7 @@ def working_loads(bench: Bench) -> Array:
     return np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
 
 
-def _at(
-    at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None
-) -> Performance:
+def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None) -> Performance:
     """What the sensor feels at one working point, a normal load (N) of the full one."""
     bench, names, working = point.bench, point.bench.range.axes, felt.working
     courses = {name: course(bench, model, point.load, name) for name in names}

@@ -126,8 +126,7 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
     law, pressed = tank_law(spec, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
-    effect = target_effects(
-        layout, moves, over, float(law.frequency.mean()), estimates.is_solved, estimates.is_rough)
+    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, estimates.is_rough)
     change = (effect[-count:, 1:] - effect[0, 0]).reshape(count, places, places, -1).transpose(1, 2, 0, 3)
     if estimates.is_solved:
         values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))

@@ -54,9 +54,7 @@ def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
     return Placed.of(spec, at_rest(spec), poses)
 
 
-def solved_target(
-    layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float
-) -> TargetChanges:
+def solved_target(layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float) -> TargetChanges:
     """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance. Of
     cells one is solved, and what a target does to coils of other cells is none.
     """

@@ -194,8 +194,7 @@ class WindowedReflection(Reflection):
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
         whole, none = (one.mutual(pair, distance, frequencies) for one in (self._whole, self._none))
-        return np.asarray(
-            self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
+        return np.asarray(self._real.mutual(pair, distance, frequencies) + self._missing.inductance * (none - whole))
 
     def crowding(self, frequencies: Array) -> ComplexArray:
         """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
