@@ -64,12 +64,6 @@ class Assembly:
     ranges: Mapping[tuple[str, str], tuple[Surroundings, Surroundings]] = field(default_factory=dict)
     scatter: PressingScatter | None = None
 
-    @property
-    def nearest(self) -> float:
-        """Least distance (m) of any reflector from the board's top face."""
-        found = [r.distance for s in self.states for r in (s.above, s.below) if r is not None]
-        return min(found, default=math.inf)
-
 
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> Assembly:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
