@@ -49,7 +49,7 @@ def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
         for one, other in (pair for row in rows.values() for pair in pairwise(row)):
             length = other[along] - one[along] - pad.size[along]
             size = (length, spec.cells.web) if along == 0 else (spec.cells.web, length)
-            if length > 0.0:
+            if length > 1e-9:
                 found.append(Footprint(False, size, Point((one.x + other.x) / 2, (one.y + other.y) / 2)))
     return tuple(found)
 
