@@ -27,7 +27,7 @@ NAMED = {
     "open": ("open",), "short": ("shorted",), "lost-layer": ("a layer is missing",), "low-amplitude": ("amplitude",),
     "swapped": ("exchanged",), "nack": ("no answer", "no acknowledge"), "stuck": ("stale", "stuck"), "reset": ("lost",),
     "glitch": ("stale", "far off"),
-}  # fmt: skip
+}
 """Words one of which names what is wrong."""
 
 SCANS, BEGINS, EVERY = 300, 0.1, 0.25
@@ -35,7 +35,7 @@ SCANS, BEGINS, EVERY = 300, 0.1, 0.25
 Call = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_uint8, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t,
     ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t,
-)  # fmt: skip
+)
 
 
 class Bus(ctypes.Structure):
@@ -75,10 +75,10 @@ class Driver:
         number = len(self.coils)
         words, bytes_ = ctypes.c_uint32 * number, ctypes.c_uint8 * number
         self.Reading = type("Reading", (ctypes.Structure,), {"_fields_": [
-            ("counts", words), ("status", bytes_), ("frequency", ctypes.c_float * number)]})  # fmt: skip
+            ("counts", words), ("status", bytes_), ("frequency", ctypes.c_float * number)]})
         self.Report = type("Report", (ctypes.Structure,), {"_fields_": [
             ("state", ctypes.c_uint8), ("told_apart", ctypes.c_uint8), ("coil", bytes_), ("amplitude", bytes_),
-            ("counts", words), ("inductance", ctypes.c_int16 * number)]})  # fmt: skip
+            ("counts", words), ("inductance", ctypes.c_int16 * number)]})
 
     def said(self, fault: str) -> list[str]:
         """All that begin, polls and self-test say of a board that is not good."""

@@ -13,7 +13,7 @@ BUILT = {"assembling", "examples", "getting-started", "templates", "tutorial"}
     "name",
     [pytest.param(name, marks=(pytest.mark.clients("gcc"), pytest.mark.slow)) if name == "bring_up" else name
      for name in sorted(pages.PAGES.keys() - BUILT)],
-)  # fmt: skip
+)
 def test_a_page_is_what_the_program_shows(name):
     assert pages.stale(name) == [], f"run python docs/pages.py {name}"
 

@@ -138,5 +138,5 @@ class Board:
             (flags & flag["ERR_OR"][0] or counts == most, OVER_RANGE),
             (not working.low <= self.frequency(counts) <= working.high, OUT_OF_BAND),
             (flags & flag["ERR_AE"][0], AMPLITUDE),
-        )  # fmt: skip
+        )
         return next((name for is_so, name in said if is_so), GOOD)

@@ -111,7 +111,7 @@ class LineBoard(Board):
             self.waiting.append({
                 k: (values[2 * k], values[2 * k + 1] if values[2 * k + 1] < len(STATUS) else STATUS.index(STALE))
                 for k in range(len(self.bands))
-            })  # fmt: skip
+            })
 
     def _count(self, sequence: int) -> None:
         """Lines between the last and this one are lost; one that goes back is a start of the microcontroller."""
@@ -126,7 +126,7 @@ class LineBoard(Board):
     def said(self) -> str:
         """What came over the line, in words."""
         counted = ((self.lost, "lost"), (self.corrupted, "corrupted"), (self.another, "of another sensor"),
-                   (self.starts, "starts of the microcontroller"))  # fmt: skip
+                   (self.starts, "starts of the microcontroller"))
         words = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]
         return ", ".join(words if len(words) > 1 else [*words, "none lost or corrupted"])
 

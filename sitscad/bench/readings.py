@@ -89,7 +89,7 @@ def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, A
             "counts": one.counts, "Hz": round(board.frequency(one.counts), 1), "status": STATUS.index(one.status)
         }
         for k, one in sorted(scan.items())
-    }  # fmt: skip
+    }
     forces = {f"{axis}_N": round(force, 5) for axis, force in newtons.items()}
     return {"timestamp": round(max(one.time for one in scan.values()), 6), **coils, **forces}
 
@@ -130,5 +130,5 @@ def document(board: Board, source: str) -> bytes:
         "coils": [one.coil for one in board.bands], "full_scale_Hz": conversion.full_scale,
         "count_bits": conversion.device.count_bits, "rcount": conversion.rcount, "scan_rate_Hz": readout.scan_rate,
         "conversion_capacitance_F": readout.conversion_capacitance,
-    }  # fmt: skip
+    }
     return (json.dumps(value, indent=2) + "\n").encode("utf-8")

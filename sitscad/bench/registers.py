@@ -140,7 +140,7 @@ class Registers:
         wrong = (
             ("ERR_UR", found == 0), ("ERR_OR", found == 2**self.device.bits - 1), ("ERR_WD", is_dead),
             ("ERR_AHE", volts > limit(HIGH)), ("ERR_ALE", volts < limit(LOW)),
-        )  # fmt: skip
+        )
         names = [name for name, is_so in wrong if is_so]
         let_out = {name for name, bit in at.ERRORS_TO_RESULTS.items() if let & bit}
         flagged = {"ERR_AE" if name in ("ERR_AHE", "ERR_ALE") else name for name in names if name in let_out}

@@ -213,7 +213,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
             state=given.get("state", "rest"), number=k, seed=int(given.get("seed", 1)) + k,
         )
         for k in range(number)
-    ]  # fmt: skip
+    ]
     return Simulation(design, chips, before + seconds, unit)
 
 

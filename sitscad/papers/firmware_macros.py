@@ -86,7 +86,7 @@ def result_document(converter: Converter, readout: ReadoutEstimate) -> dict[str,
     return {
         "result_bits": converter.bits, "count_bits": converter.count_bits, "output_gain": readout.output_gain,
         "result_shift": conversion.shift,
-    }  # fmt: skip
+    }
 
 
 def force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:

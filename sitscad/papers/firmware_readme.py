@@ -25,7 +25,7 @@ PINS = (
     ("SD", "low: works; high: shut down, all settings lost. To an output of the controller, with 10 kohm to VDD, so "
            "that the converter stays off until the controller has started; to GND where no output is free. Never open"),
     ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
-)  # fmt: skip
+)
 """Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
 
 
@@ -46,7 +46,7 @@ def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str =
         "", "WHAT EACH COIL READS", "", *_coils(found, bench),
         "", "THE FIRST TEN STEPS", "", *_numbered(_steps(spec, estimates, found)),
         "", "FILES", "", *_files(),
-    ]  # fmt: skip
+    ]
     return {"firmware/readme.txt": ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
 
@@ -97,7 +97,7 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
         "With TI's evaluation board LDC1614EVM: take its own coils off, wire each pair of "
         "contacts to its INxA and INxB where the coil was, take its capacitors off or choose them as above, and set "
         "the board's 40 MHz oscillator as the clock: its user's guide says how (not verified here)."
-    )  # fmt: skip
+    )
 
 
 def _coils(found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:

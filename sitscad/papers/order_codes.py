@@ -29,7 +29,7 @@ def order_of(kind: str, name: str, **values: Any) -> Order | None:
     row = next(
         (row for row in _table().get((kind, name), ())
          if contacts is None or not row["least"] or int(row["least"]) <= contacts <= int(row["most"])), None,
-    )  # fmt: skip
+    )
     if row is None:
         return None
     return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))

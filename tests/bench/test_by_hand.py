@@ -59,13 +59,13 @@ class Bench:
         given = {
             **os.environ, "SPEC": str(SPEC), "ON": str(folder / "on.json"),
             "PYTHONPATH": f"{folder}:{TEMPLATES.parent}", "TERM": "dumb",
-        }  # fmt: skip
+        }
         words = ["calibrate", SPEC, "--from", "/dev/i2c-7", "--points", "3", "--creep", "0.2", "-o", folder / "out"]
         self.terminal, theirs = pty.openpty()
         self.process = subprocess.Popen(
             [sys.executable, "-m", "sitscad", *map(str, words)], env=given, cwd=folder,
             preexec_fn=lambda: os.login_tty(theirs),
-        )  # fmt: skip
+        )
         os.close(theirs)
 
     def put(self, normal: float, shear: float) -> None:

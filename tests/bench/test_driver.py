@@ -67,7 +67,7 @@ def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
         *(f"w2A.{row.address:02X}={row.value:04X}" for row in plain),
         *(f"r2A.{row.address:02X}" for row in plain),
         f"w2A.1A={config.value:04X}", "r2A.1A",
-    ]  # fmt: skip
+    ]
 
 
 def test_status_comes_first_and_upper_registers_before_lower_ones(pad):

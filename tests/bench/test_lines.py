@@ -80,7 +80,7 @@ def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sen
     damaged = [
         *readings[:10], *readings[13:20], wrong, other + b"*%04X" % checksum(other), few + b"*%04X" % checksum(few),
         b"# words", b"\xff\x00" * 9, *readings[21:30], *readings[:5],
-    ]  # fmt: skip
+    ]
     board, rows = _taken(pad.design, damaged)
     assert (board.good, board.lost, board.corrupted, board.another, board.starts) == (31, 4, 3, 1, 1)
     assert len(rows) == 31 and list(board.told) == ["words"]

@@ -66,7 +66,7 @@ def test_no_wrong_value_of_a_day_reaches_the_forces(fast, capsys):
     good, bad, glitches, worst = (float(word) for word in day)
     with capsys.disabled():
         print(f"\n  a day: {good:.0f} readings good, {bad:.0f} kept back, {glitches:.0f} wrong; largest force "
-              f"{1e3 * worst:.1f} mN, of ten minutes without wrong ones {1e3 * noise:.1f} mN")  # fmt: skip
+              f"{1e3 * worst:.1f} mN, of ten minutes without wrong ones {1e3 * noise:.1f} mN")
     assert 23 <= glitches <= 24 and bad <= 4 * glitches
     assert good > 0.95 * 86400 * rate
     assert worst < 1.6 * noise

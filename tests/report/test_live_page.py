@@ -49,7 +49,7 @@ def _opened(page: Browser, folder: Path, text: str, said: str, where: str = "sai
     node = page.call("DOM.querySelector", nodeId=root, selector="[data-in=calibration]")["nodeId"]
     page.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
     page.run(f"new Promise(done => {{ (function look() {{ document.querySelector('[data-out={where}]').textContent"
-             f".includes({json.dumps(said)}) ? done(1) : setTimeout(look, 5); }})(); }})")  # fmt: skip
+             f".includes({json.dumps(said)}) ? done(1) : setTimeout(look, 5); }})(); }})")
 
 
 def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
@@ -76,17 +76,17 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
             page.run(f"send({json.dumps(text[:7])}); send({json.dumps(text[7:])})")
             page.run("new Promise(done => { (function look() { document.querySelector('[data-out=lines]').textContent"
                      f" === {json.dumps(said)} ? requestAnimationFrame(() => requestAnimationFrame(done))"
-                     " : setTimeout(look, 5); })(); })")  # fmt: skip
+                     " : setTimeout(look, 5); })(); })")
 
         send("ail,of,one*0000\r\n" + _line("id", "sequence") + "".join(reading(k, rest) for k in range(16)),
-             "16 lines, 0 lost, 0 corrupted, 0 of another sensor")  # fmt: skip
+             "16 lines, 0 lost, 0 corrupted, 0 of another sensor")
         assert _out(page, "force_N.normal") == "\u2013" and "No forces before a tare" in _out(page, "range")
         page.run("document.querySelector('[data-do=tare]').click()")
         send("".join(reading(k, rest) for k in range(16, 32)), "32 lines, 0 lost, 0 corrupted, 0 of another sensor")
         assert abs(float(_out(page, "force_N.normal"))) < 0.01
         damaged = reading(33, rest).replace(str(rest[0]), str(rest[0] + 1))
         send(damaged + _line(f"{int(known, 16) ^ 1:08X}", 33, 1, 0, 1, 0) + "# words\r\n" + reading(36, pushed),
-             "33 lines, 4 lost, 1 corrupted, 1 of another sensor")  # fmt: skip
+             "33 lines, 4 lost, 1 corrupted, 1 of another sensor")
         read = found.map(np.array([pushed], dtype=float), np.array(rest, dtype=float))[0]
         assert float(_out(page, "force_N.normal")) == approx(read[0], abs=6e-4)
         assert float(_out(page, "force_N.shear_x")) == approx(read[1], abs=6e-4)
@@ -94,13 +94,13 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
         assert float(_out(page, "frequency_Hz.C2")) == approx(frequency[1, 1], rel=1e-6)
         document = found.document()
         twice = document | {"is_calibrated": True, "map": document["map"] | {
-            "numerator": [[2.0 * value for value in row] for row in document["map"]["numerator"]]}}  # fmt: skip
+            "numerator": [[2.0 * value for value in row] for row in document["map"]["numerator"]]}}
         lacking = twice | {"map": {key: value for key, value in twice["map"].items() if key != "error"}}
         _opened(page, tmp_path, json.dumps(twice), "calibration that was opened", "map")
         for text, said in (
             ("{", "no calibration.json"), ("null", "no calibration.json"), (json.dumps(lacking), "no calibration.json"),
             (json.dumps(twice | {"map": twice["map"] | {"sensor": "another"}}), "of another sensor"),
-        ):  # fmt: skip
+        ):
             _opened(page, tmp_path, text, said)
         send(reading(37, pushed), "34 lines, 4 lost, 1 corrupted, 1 of another sensor")
         assert float(_out(page, "force_N.normal")) == approx(2.0 * read[0], abs=1e-3)
