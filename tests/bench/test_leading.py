@@ -97,11 +97,11 @@ def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design)
     assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
 
 
-def _answered(design, planned, *answers: str):
+def _answered(design, planned, *answers: str, fault: str = ""):
     """A table led by what somebody types, a load put on before each answer where one is given: (load, words). What was
     asked and said comes in one list.
     """
-    board, source = _begun(design)
+    board, source = _begun(design, fault)
     said: list[str] = []
     left = iter(answers)
 
@@ -150,3 +150,11 @@ def test_the_point_before_is_taken_again(design, planned):
     first, second, back, again = (next(texts) for _ in range(4))
     assert "'back' is not 0 for every axis" in said[1] and back == first != second
     assert again.splitlines()[-1].startswith("3.9,0.5,") and len(again.splitlines()) == len(second.splitlines())
+
+
+def test_points_of_exchanged_coils_are_refused(design, planned):
+    """Nothing else sees them where they are drawn alike."""
+    texts, said = _answered(design, planned, (NOTHING, ""), (FOUR, ""), (FOUR, "4 0.5"), fault="fault=swapped:C1:C2")
+    next(texts)
+    next(texts)
+    assert any("Once more" in line and "-0.5 N shear_x" in line for line in said)
