@@ -180,7 +180,9 @@ def escape(
             continue
         for pair in joins:
             if (pair, stands) not in known:
-                known[pair, stands] = branch_table(around, cheapest_first(_join_options(around, pair, places)))
+                legs = ((hole, [_legs_to_via(around, end, hole) for end in pair]) for hole in places)
+                ways = [Branch(both, hole, returns=True) for hole, ends_of in legs for both in product(*ends_of)]
+                known[pair, stands] = branch_table(around, cheapest_first(ways))
             tables.append(known[pair, stands])
         found = search.find(tables, QUICK if first else TRIALS)
         if found is None and search.gave_up:
@@ -379,13 +381,6 @@ def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:
     leaves, before = around.ring.at(out.angle), around.ring.at(out.angle - math.copysign(STEP_BACK, sweep))
     beyond = next((point for point in out.way if point.distance(leaves) > 1e-9), leaves)
     return straightness(before, leaves, beyond) < -SHARPEST
-
-
-def _join_options(around: Surroundings, pair: tuple[OuterEnd, OuterEnd], places: list[Hole]) -> Iterator[Branch]:
-    """The ways to join two layers' outer ends by a via outside the winding."""
-    for hole in places:
-        for both in product(*(_legs_to_via(around, end, hole) for end in pair)):
-            yield Branch(both, hole, returns=True)
 
 
 def _legs_to_via(around: Surroundings, end: OuterEnd, hole: Hole, beside: Sequence[float] = ()) -> list[Leg]:

@@ -337,8 +337,11 @@ def _free_ways(
     from sitscad.layout.maze import Lattice
 
     placements = spec.array.placements
-    grounds = [(raised, breadth, _gathered(body_frame(spec, raised, front, breadth), front, len(placements)))
-               for raised, breadth in grounds_between(spec, bus)]
+    grounds = []
+    for raised, breadth in grounds_between(spec, bus):
+        tail = body_frame(spec, raised, front, breadth)
+        gather = max(tail.start, front + 0.3e-3 * len(placements))  # in the taper, where the pairs come together
+        grounds.append((raised, breadth, replace(tail, start=gather, funnel=gather)))
     start = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in placements)
     roomiest = max(grounds, key=lambda ground: (ground[1].half, -ground[0].base))
     lattice = Lattice(spec, bus, start, max(tail.funnel for _, _, tail in grounds), roomiest[1])
@@ -365,12 +368,6 @@ def _free_ways(
                 if isinstance(_led_out(board, [escapes.coil], way_out), Stuck):
                     return  # not even alone
             can_leave.add(escapes.coil)
-
-
-def _gathered(tail: TailFrame, front: float, coils: int) -> TailFrame:
-    """The tail whose lanes begin in the taper, where the pairs of so many coils come together."""
-    gather = max(tail.start, front + 0.3e-3 * coils)
-    return replace(tail, start=gather, funnel=gather)
 
 
 def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
