@@ -232,13 +232,13 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     if film is not None:
         yield Corner("encapsulation", half, at["board"][1] + film - middle)
     for body in above_board(spec):
-        _, low, _, high = body.footprint.box
+        part, (_, low, _, high) = body.role.value, body.footprint.box
         aside = max(high - axis(layout).y, axis(layout).y - low)
-        size = plate_tolerance(spec, body.name, high - low)
-        across = Toleranced.of(aside, 0.5 * size.band, f"{body.name} across") + _placed(layout, body.name)
-        lower, upper = at[body.name]
+        size = plate_tolerance(spec, part, high - low)
+        across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(layout, part)
+        lower, upper = at[part]
         for level in (lower, upper):
-            yield Corner(body.name, across, level - middle)
+            yield Corner(part, across, level - middle)
         if film is not None:  # round the plate: rounded above, square below
             square, foot, board = film * (1.0 - FILM_ROUNDING), lower - film, at["board"][1]
             yield Corner("encapsulation", across + square, upper + square - middle, film * FILM_ROUNDING)

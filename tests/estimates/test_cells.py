@@ -133,6 +133,19 @@ def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
         two.cell(3)
 
 
+def test_cells_in_a_jaw_close_as_one_plate_does():
+    """Their pieces have numbers, which levels of the closed pair have not: it was a KeyError."""
+    jaw = "mount: {kind: grasper-pad, jaw: robotic-12mm, standoff: 1}"
+
+    def closed(array: str, cells: str) -> dict[str, float]:
+        spec = design(array, f"{cells}\n{jaw}", 7).spec
+        parts = sitscad.check(spec, hints="none").fit[0].parts
+        return {one.part: one.nominal for one in parts if one.part != "board across"}
+
+    cells = closed("{pattern: line, count: 2, pitch: 9}", "cells: {web: 1 mm}")
+    assert cells == closed("{pattern: single}", "") and cells["target"] > 0.0
+
+
 @pytest.mark.slow
 def test_every_cell_has_a_map_of_its_own_coils(two):
     from sitscad.package.contents import drawn_calibration

@@ -87,7 +87,7 @@ def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
             f"the {slab.name} is {show(width, 'm')} wide{beside}, the "
             f"{'jaw' if room == jaw.width else 'board in its port'} {show(room, 'm')}",
             f"{show((needed - room) / 2, 'm')} too much on {side} side: a smaller {smaller}, or a wider jaw",
-            f"{slab.name}.{'offset' if aside else 'size'}", needed, room, "m", detail=unverified(jaw),
+            f"{slab.role.value}.{'offset' if aside else 'size'}", needed, room, "m", detail=unverified(jaw),
         )
 
 

@@ -78,14 +78,14 @@ def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
     """Half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
     plates = above_board(layout.spec)
     if part == "encapsulation" and plates:  # where it goes over the uppermost plate
-        part = plates[-1].name
+        part = plates[-1].role.value
     if part in ("board", "encapsulation"):
         return layout.body_size[1] / 2
     if part == "opposing-pad":
         pocket = jaw.opposing_pocket if jaw.opposing_recess else None
         return section(jaw).face / 2 if pocket is None else pocket[1] / 2 - POCKET_CLEARANCE
     for body in plates:
-        if body.name == part:
+        if body.role.value == part:
             return (body.footprint.box[3] - body.footprint.box[1]) / 2
     at = levels(column(layout))
     return half_width(layout, level - at["board"][1].nominal)
@@ -95,7 +95,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
     """A layer's outline (m): a rectangle, or for the seat's pieces one whose sides follow the port's circle."""
     lower, upper = at[part]
     for body in above_board(layout.spec):
-        if body.name == part:
+        if body.role.value == part:
             y = axis(layout).y
             return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
     if part not in MOUNT_PIECES:
@@ -113,8 +113,8 @@ def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
     yield rectangle(-half, board, half, board + thick)
     for body in above_board(layout.spec):
         _, y0, _, y1 = body.footprint.box
-        foot = max(board, at[body.name][0] - thick)
-        yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[body.name][1] + thick)
+        foot = max(board, at[body.role.value][0] - thick)
+        yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[body.role.value][1] + thick)
 
 
 def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
@@ -145,7 +145,9 @@ def draw_side(
     at = at[0], at[1] - scale * 1e3 * offset
     x0, x1 = jaw_range(layout, jaw)
     body = layout.body[0], layout.body[2]
-    plates = {piece.name: (piece.footprint.box[0], piece.footprint.box[2]) for piece in above_board(layout.spec)}
+    plates: dict[str, list[tuple[float, float]]] = {}
+    for piece in above_board(layout.spec):
+        plates.setdefault(piece.role.value, []).append((piece.footprint.box[0], piece.footprint.box[2]))
     for part, (low, high) in layers.items():
         if part not in COLOURS or part == "encapsulation":
             continue
@@ -153,13 +155,14 @@ def draw_side(
         middle = half + (-0.5 if is_other else 0.5) * gap
         if part in plates and "encapsulation" in layers:
             film = layers["encapsulation"][1].nominal - layers["encapsulation"][0].nominal
-            ends = plates[part][0] - film - pivot, plates[part][1] + film - pivot
-            path = rectangle(ends[0], low.nominal - middle, ends[1], high.nominal + film - middle)
-            sheet.draw(_turned(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
-        ends = (x0, x1) if part in ("jaw", "opposing-jaw", "opposing-pad") else plates.get(part, body)
+            for first, last in plates[part]:
+                path = rectangle(first - film - pivot, low.nominal - middle, last + film - pivot,
+                                 high.nominal + film - middle)
+                sheet.draw(_turned(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
         angle = -turn if is_other else turn
-        path = rectangle(ends[0] - pivot, low.nominal - middle, ends[1] - pivot, high.nominal - middle)
-        sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
+        for first, last in [(x0, x1)] if part in ("jaw", "opposing-jaw", "opposing-pad") else plates.get(part, [body]):
+            path = rectangle(first - pivot, low.nominal - middle, last - pivot, high.nominal - middle)
+            sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
     top = layers["board"][1].nominal - half - 0.5 * gap
     if (tail := _tail(layout, pivot, top, turn)) is not None:
         sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
