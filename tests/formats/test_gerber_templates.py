@@ -47,7 +47,7 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
     layout = laid_out(template)
     for layer, file in copper(layout).items():
         shapes = [
-            LineString([(p.x / MM, p.y / MM) for p in trace.path.flattened(5e-8)]).buffer(trace.width / MM / 2, 32)
+            LineString([(p.x / MM, p.y / MM) for p in trace.path.flattened(2e-8)]).buffer(trace.width / MM / 2, 32)
             for trace in layout.on_layer(layer)
         ]
         shapes += [Point(v.centre.x / MM, v.centre.y / MM).buffer(v.pad / MM / 2, 32) for v in layout.vias_on(layer)]

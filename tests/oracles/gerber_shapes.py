@@ -18,9 +18,9 @@ from gerbonara.utils import MM
 from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 
-CHORD = 5e-5
+CHORD = 2e-5
 """How far chords may leave an arc, in millimetres."""
-ROUND = 32
+ROUND = 64
 """Chords in a quarter of a round end."""
 
 
