@@ -8,9 +8,7 @@ and without it come the same bytes.
 
 from __future__ import annotations
 
-import hashlib
 import json
-import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -52,13 +50,13 @@ class Solutions:
         index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
         head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
         content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
-        return hashlib.sha256(content).hexdigest().encode("ascii") + b"\n" + content
+        return _sha256(content).hexdigest().encode("ascii") + b"\n" + content
 
 
 def read(file: bytes, by: str) -> Solutions:
     """The answers in a file; none where it is damaged, or its answers come from other code."""
     digest, _, content = file.partition(b"\n")
-    if hashlib.sha256(content).hexdigest().encode("ascii") != digest:
+    if _sha256(content).hexdigest().encode("ascii") != digest:
         return Solutions()
     head, _, _ = content.partition(b"\n")
     document, place = json.loads(head), len(head) + 1
@@ -75,7 +73,15 @@ def read(file: bytes, by: str) -> Solutions:
     return Solutions(known)
 
 
+def _sha256(content: bytes = b"") -> Any:
+    import hashlib  # loads OpenSSL, which a check does not need
+
+    return hashlib.sha256(content)
+
+
 def _setting(by: str) -> list[str]:
+    import platform
+
     return [by, __version__, np.__version__, platform.machine()]
 
 
@@ -96,9 +102,10 @@ def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]
     """The answer to a question: of the open store where it knows it, else by `solve`. A `question` is asked only where
     a store is open; its parts are bytes, or values whose `repr` tells all of them. Answers are nobody's to change.
     """
-    store, digest = _open.get(), hashlib.sha256()
+    store = _open.get()
     if store is None:
         return solve()
+    digest = _sha256()
     for part in question():
         said = part if isinstance(part, bytes) else repr(part).encode("utf-8")
         digest.update(f"{len(said)}:".encode("ascii") + said)
