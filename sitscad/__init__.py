@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from sitscad.checks.rules import Violation as Violation, Rule as Rule, Undecided as Undecided
     from sitscad.design import Design as Design, respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
-    from sitscad.estimates.performance.values import AxisPerformance as AxisPerformance, Performance as Performance
+    from sitscad.estimates.performance.values import Performance as Performance
     from sitscad.estimates.response.pad import NoResponse as NoResponse
     from sitscad.estimates.response.values import Response as Response
     from sitscad.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     )
     from sitscad.layout import lay_out as lay_out
     from sitscad.layout.board import Layout as Layout
-    from sitscad.measured import RequirementResult as RequirementResult
     from sitscad.package import (
         BuildResult as BuildResult,
         PackageError as PackageError,
@@ -64,9 +63,8 @@ if TYPE_CHECKING:
     from sitscad.spec.format.reading import SpecError as SpecError
     from sitscad.spec.load import load as load, load_text as load_text
     from sitscad.spec.sensor import SensorSpec as SensorSpec, json_schema as json_schema
-    from sitscad.study.evaluation import Evaluation as Evaluation
-    from sitscad.study.study import Study as Study, StudyAnswer as StudyAnswer
-    from sitscad.study.sweeping import SweepTable as SweepTable, measure as measure, sweep as sweep
+    from sitscad.study.study import Study as Study
+    from sitscad.study.sweeping import measure as measure, sweep as sweep
     from sitscad.writer import Writer as Writer
     # isort: on
 
@@ -78,7 +76,7 @@ _HOMES = {
     "sitscad.checks.rules": "Violation Rule Undecided",
     "sitscad.design": "Design respond",
     "sitscad.estimates": "Estimates estimate",
-    "sitscad.estimates.performance.values": "AxisPerformance Performance",
+    "sitscad.estimates.performance.values": "Performance",
     "sitscad.estimates.response.pad": "NoResponse",
     "sitscad.estimates.response.values": "Response",
     "sitscad.finding": "Finding NotChecked Severity",
@@ -87,7 +85,6 @@ _HOMES = {
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",
     "sitscad.layout.board": "Layout",
-    "sitscad.measured": "RequirementResult",
     "sitscad.package": "BuildResult PackageError build verify",
     "sitscad.package.contents": "write_calibration",
     "sitscad.parts": "MissingExtra PartsError Solid solids",
@@ -95,9 +92,8 @@ _HOMES = {
     "sitscad.plugins": "PluginError use_installed_plugins use_plugin",
     "sitscad.spec.load": "SpecError load load_text",
     "sitscad.spec.sensor": "SensorSpec json_schema",
-    "sitscad.study.evaluation": "Evaluation",
-    "sitscad.study.study": "Study StudyAnswer",
-    "sitscad.study.sweeping": "SweepTable measure sweep",
+    "sitscad.study.study": "Study",
+    "sitscad.study.sweeping": "measure sweep",
     "sitscad.writer": "Writer",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}

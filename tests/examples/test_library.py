@@ -126,6 +126,11 @@ def _parameters(function: Callable[..., object]) -> str:
     return " ".join(f"({one})" for one in shown)
 
 
+def test_the_page_of_public_names_has_every_one_and_they_are_few():
+    named = set(re.findall(r"sitscad\.(\w+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE))
+    assert named == set(sitscad.__all__) - {"__version__"} and len(named) <= 60
+
+
 def test_public_names_and_signatures_are_what_they_were():
     """Callers hold on to them. `python tests/examples/test_library.py` writes them down anew; a value may gain fields,
     and a function parameters with a default after those that it has, without that.
