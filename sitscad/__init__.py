@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.values import Response as Response
     from sitscad.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
     from sitscad.formats.volume_mesh import field_mesh as field_mesh, pad_mesh as pad_mesh
-    from sitscad.interchange import (
+    from sitscad.export import (
         Area as Area,
         CentreLine as CentreLine,
         CurrentPath as CurrentPath,
@@ -81,7 +81,7 @@ _HOMES = {
     "sitscad.estimates.response.values": "Response",
     "sitscad.finding": "Finding NotChecked Severity",
     "sitscad.formats.volume_mesh": "field_mesh pad_mesh",
-    "sitscad.interchange": "Area CentreLine CurrentPath areas as_build123d as_cadquery "
+    "sitscad.export": "Area CentreLine CurrentPath areas as_build123d as_cadquery "
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",
     "sitscad.layout.board": "Layout",

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sitscad.arrays import Array
+    from sitscad.check_values import Closing, Measure, Most
     from sitscad.estimates import Estimates
     from sitscad.estimates.cells import CellCrosstalk
     from sitscad.estimates.performance.curves import Curves
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from sitscad.layout.board import Layout
     from sitscad.layout.escape import SearchLimit
     from sitscad.layout.panel import Panel
-    from sitscad.measured import Closing, Measure, Most
     from sitscad.scene.bodies import Body
     from sitscad.scene.motions import Motions
 

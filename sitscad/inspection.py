@@ -12,11 +12,11 @@ from sitscad.checks import CheckResult, all_rules, mended
 from sitscad.checks import judged as reviewed
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.fixes.mending import Applied, RolledBack, mended_text
+from sitscad.fixes.search import DECISIVE
 from sitscad.opening import STDIN, beginning, opened, policy_for
 from sitscad.policy import Baseline, Policy, chosen_rules, judged
 from sitscad.record import record
-from sitscad.remedy.mending import Applied, RolledBack, mended_text
-from sitscad.remedy.search import DECISIVE
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.spec.format.reading import SpecError, decoded
 from sitscad.spec.load import load_text, read_text

@@ -12,17 +12,17 @@ from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
+from sitscad.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.remedy.search import DECISIVE, HINTS, Budget
 from sitscad.spec.format.reading import RULE_NAMES, SpecError
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
+    from sitscad.check_values import Closing, Measure, RequirementResult, Signal
     from sitscad.estimates import Estimates
-    from sitscad.measured import Closing, Measure, RequirementResult, Signal
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sitscad.check_values import RequirementResult
 from sitscad.checks.rules import Advice, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.measured import RequirementResult
+from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans
+from sitscad.fixes.search import first_tried
 from sitscad.readout.converter import source_in_all
 from sitscad.record import record
-from sitscad.remedy.pads import other_metals, other_silicones, other_thicknesses, slower_scans
-from sitscad.remedy.search import first_tried
 from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.units import show
 

@@ -15,10 +15,10 @@ from sitscad.checks.rules import Rule, apply_rule
 from sitscad.checks.trials import NOT_FURTHER, Trials, as_written
 from sitscad.design import Design
 from sitscad.finding import Edit, Finding, Missing, Remedy, Severity
-from sitscad.remedy import moves
-from sitscad.remedy.mending import Applied, is_better, is_further
-from sitscad.remedy.moves import fewer_turns
-from sitscad.remedy.search import Budget, Fix, Left, estimate_work, fail, winding_work
+from sitscad.fixes import moves
+from sitscad.fixes.mending import Applied, is_better, is_further
+from sitscad.fixes.moves import fewer_turns
+from sitscad.fixes.search import Budget, Fix, Left, estimate_work, fail, winding_work
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver.coils import least_scale

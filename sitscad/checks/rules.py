@@ -12,9 +12,9 @@ from string import Formatter
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.fixes.search import Left
 from sitscad.readout.converter import Converter, source_in_all
 from sitscad.record import record
-from sitscad.remedy.search import Left
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 

@@ -12,10 +12,10 @@ from typing import TypeVar
 from sitscad.checks.rules import Outcome, Rule, Violation, located, named, outcomes
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.fixes.mending import worsened
+from sitscad.fixes.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work, warn
 from sitscad.layout.board import Layout
 from sitscad.layout.escape import SearchLimit
-from sitscad.remedy.mending import worsened
-from sitscad.remedy.search import LOOKS, TRIALS_OF_ONE_CHANGE, Budget, Fix, estimate_work, layout_work, trial_work, warn
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.estimates.steps import made_sure, read, tune, wind
+from sitscad.estimates.steps import read, tune, wind, with_solved_targets
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
@@ -40,4 +40,4 @@ def estimated(
 
     `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
     """
-    return read(made_sure(tune(wind(layout, temperature, method, tolerance)), solved))
+    return read(with_solved_targets(tune(wind(layout, temperature, method, tolerance)), solved))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.check_values import Most, Signal
 from sitscad.estimates.states.moved_target import target_effects
 from sitscad.estimates.states.pressing import pressed
-from sitscad.measured import Most, Signal
 from sitscad.physics.polynomials import chebyshev_points, shares
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST

@@ -140,7 +140,7 @@ def tune(wound: Wound) -> Tuned:
     return Tuned(wound, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
 
 
-def made_sure(tuned: Tuned, part: float | None = None) -> Tuned:
+def with_solved_targets(tuned: Tuned, part: float | None = None) -> Tuned:
     """The same with the target's effect solved, as in a response, where the states owe too much to its shares, or the
     `part` of it that is said. Shares of a target that would take too long are less sure.
     """

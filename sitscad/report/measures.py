@@ -10,8 +10,8 @@ from sitscad.scene.state import titled
 from sitscad.units import show
 
 if TYPE_CHECKING:
+    from sitscad.check_values import Closing, Measure, Most, RequirementResult, Signal
     from sitscad.estimates import Estimates
-    from sitscad.measured import Closing, Measure, Most, RequirementResult, Signal
 
 NONE = "-"
 

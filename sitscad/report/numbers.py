@@ -27,9 +27,9 @@ from sitscad.units import show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
+    from sitscad.check_values import Most
     from sitscad.estimates import Estimates, ReadoutEstimate
     from sitscad.estimates.performance.values import Performance
-    from sitscad.measured import Most
 
     Felt = Sequence[Performance] | None
 

@@ -23,8 +23,8 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
 if TYPE_CHECKING:
+    from sitscad.check_values import Most
     from sitscad.estimates import Estimates
-    from sitscad.measured import Most
 
 ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 FORCED = "This package was built with --force in spite of errors. It is known not to meet its own checks."

@@ -12,10 +12,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.check_values import Closing, Measure, Share
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness, tail_thickness
 from sitscad.layout.board import Layout
-from sitscad.measured import Closing, Measure, Share
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
 from sitscad.scene.column import (

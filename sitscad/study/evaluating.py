@@ -18,6 +18,7 @@ from functools import cache
 from itertools import islice
 from typing import Any, Protocol, TypeVar
 
+from sitscad.check_values import RequirementResult
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks import judged as checked
 from sitscad.checks.assembly.fit import weight_of
@@ -31,7 +32,6 @@ from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.inspection import as_configured
 from sitscad.layout import sketch
 from sitscad.layout.routes import in_line
-from sitscad.measured import RequirementResult
 from sitscad.opening import processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.record import record

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
-from sitscad.measured import Measure as FitMeasure
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.study.evaluation import FULL, SCREEN

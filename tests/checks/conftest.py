@@ -13,8 +13,8 @@ from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.finding import Finding, NotChecked
+from sitscad.fixes.search import Budget
 from sitscad.layout.board import Layout
-from sitscad.remedy.search import Budget
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec

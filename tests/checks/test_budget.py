@@ -11,9 +11,9 @@ from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import NOT_FURTHER, Trials
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.fixes import search as budget
+from sitscad.fixes.search import Budget
 from sitscad.layout import lay_out
-from sitscad.remedy import search as budget
-from sitscad.remedy.search import Budget
 from sitscad.spec.load import load_text
 
 

@@ -10,9 +10,9 @@ from sitscad.checks import check
 from sitscad.design import Design
 from sitscad.estimates import estimate
 from sitscad.finding import Severity
+from sitscad.fixes.moves import fewer_turns, more_turns, whole_turns
 from sitscad.layout import lay_out
 from sitscad.layout.branches import drawn_closing, least_closing
-from sitscad.remedy.moves import fewer_turns, more_turns, whole_turns
 from sitscad.spec.load import load_text
 
 from .conftest import design

@@ -18,9 +18,9 @@ from check_times import design as random_design  # noqa: E402
 
 from sitscad.checks import check, mended  # noqa: E402
 from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
+from sitscad.fixes.mending import mended_text, worsened  # noqa: E402
+from sitscad.fixes.search import warn  # noqa: E402
 from sitscad.record import record  # noqa: E402
-from sitscad.remedy.mending import mended_text, worsened  # noqa: E402
-from sitscad.remedy.search import warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402

@@ -13,7 +13,7 @@ from sitscad.checks.rules import own_limits
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Severity
-from sitscad.remedy.pads import other_metals
+from sitscad.fixes.pads import other_metals
 from sitscad.report.findings import checked_spec, json_document
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -16,9 +16,9 @@ from follow_hints import design as random_design  # noqa: E402
 
 from sitscad.checks import check  # noqa: E402
 from sitscad.finding import Edit, Severity  # noqa: E402
-from sitscad.remedy.mending import Applied, is_better, worsened  # noqa: E402
-from sitscad.remedy.moves import with_turns  # noqa: E402
-from sitscad.remedy.search import first_that_mends, warn  # noqa: E402
+from sitscad.fixes.mending import Applied, is_better, worsened  # noqa: E402
+from sitscad.fixes.moves import with_turns  # noqa: E402
+from sitscad.fixes.search import first_that_mends, warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402

@@ -113,8 +113,8 @@ def test_what_a_sensor_is_stays_without_being_asked(key):
 
 
 def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run, monkeypatch):
-    monkeypatch.setattr("sitscad.remedy.mending.is_improved", lambda *_: False)
-    monkeypatch.setattr("sitscad.remedy.mending._swaps_notes", lambda *_: False)
+    monkeypatch.setattr("sitscad.fixes.mending.is_improved", lambda *_: False)
+    monkeypatch.setattr("sitscad.fixes.mending._swaps_notes", lambda *_: False)
     Path("slips.yaml").write_text(SLIPS)
     assert "fixes: for " in run("check", "slips.yaml").out
     done = run("check", "--fix", "--unsafe-fixes", "slips.yaml")

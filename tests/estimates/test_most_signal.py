@@ -11,8 +11,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.signal import most_signal, signals
+from sitscad.fixes.pads import best_thickness
 from sitscad.inspection import as_configured
-from sitscad.remedy.pads import best_thickness
 from sitscad.report import numbers
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -13,12 +13,12 @@ from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
 from sitscad.finding import Missing
+from sitscad.fixes import moves as room
+from sitscad.fixes.search import Budget, Fix
 from sitscad.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
 from sitscad.layout.escape import BUDGET, SearchLimit, _Search
-from sitscad.remedy import moves as room
-from sitscad.remedy.search import Budget, Fix
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

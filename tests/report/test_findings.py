@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from sitscad.check_values import Signal
 from sitscad.finding import Finding, Ignored, NotChecked, Place, Severity
-from sitscad.measured import Signal
 from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text, excerpt, printable
 
 TEXT = "sitscad: 1\nname: x\ncoil:\n\tturns: 6.5\n"

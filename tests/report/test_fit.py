@@ -8,7 +8,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.measured import Measure, Share
+from sitscad.check_values import Measure, Share
 from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
 from sitscad.report.measures import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
 from sitscad.scene.fit import fit

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.measured import Closing
+from sitscad.check_values import Closing
 from sitscad.scene.fit import closed_section, closing
 from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, rim, section
 from sitscad.spec import presets

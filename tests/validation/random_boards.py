@@ -33,7 +33,7 @@ import sitscad
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
-from sitscad.remedy.search import Budget
+from sitscad.fixes.search import Budget
 
 SHAPES = ("circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 8, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}

@@ -7,17 +7,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 
+from sitscad.check_values import Measure
 from sitscad.checks.board.fabrication import house, source_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.fixes.moves import higher_seat, plated_in_holes_alone, sealed, thinner_tails
+from sitscad.fixes.search import Left, first_tried, in_vain, named, setting, ways
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
 from sitscad.layout.lanes import coils_breadth
-from sitscad.measured import Measure
-from sitscad.remedy.moves import higher_seat, plated_in_holes_alone, sealed, thinner_tails
-from sitscad.remedy.search import Left, first_tried, in_vain, named, setting, ways
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail

@@ -27,12 +27,12 @@ from sitscad.checks.assembly.plates import (
 from sitscad.checks.rules import Rule, Verdict, Violation, apply_rule, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
+from sitscad.fixes.moves import larger_body
+from sitscad.fixes.search import Fix, Left
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, nests, sheet_needed
 from sitscad.layout.outline import edge_of_body
-from sitscad.remedy.moves import larger_body
-from sitscad.remedy.search import Fix, Left
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part

@@ -13,12 +13,12 @@ from sitscad.checks.assembly.fit import GRAIN, ROUNDING
 from sitscad.checks.rules import Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit
+from sitscad.fixes.moves import Plate, carrying, larger_target, resized
+from sitscad.fixes.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.geometry.convex import Footprint, beyond
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
-from sitscad.remedy.moves import Plate, carrying, larger_target, resized
-from sitscad.remedy.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_specs, footprint

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import islice
 
+from sitscad.check_values import Measure
 from sitscad.checks.assembly.fit import (
     GRAIN,
     JAW_SOURCE,
@@ -21,12 +22,11 @@ from sitscad.checks.assembly.plates import pair as in_brackets
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.fixes.moves import narrower, other_ends
+from sitscad.fixes.search import Fix, Left, first_or_vain, named, setting, tried, ways
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
-from sitscad.measured import Measure
-from sitscad.remedy.moves import narrower, other_ends
-from sitscad.remedy.search import Fix, Left, first_or_vain, named, setting, tried, ways
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures

@@ -12,11 +12,11 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits
 from sitscad.design import Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
+from sitscad.fixes.moves import stiffer_pad
+from sitscad.fixes.pads import other_thicknesses
+from sitscad.fixes.search import Fix, Left, first_tried, setting, tried
 from sitscad.mechanics import elastomer
 from sitscad.mechanics.pad import HELD_SHEAR
-from sitscad.remedy.moves import stiffer_pad
-from sitscad.remedy.pads import other_thicknesses
-from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.stack import ground
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.materials import ElastomerMaterial

@@ -18,11 +18,11 @@ from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place
+from sitscad.fixes.moves import wider
+from sitscad.fixes.search import Left, first_that_mends, setting, tried
 from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
-from sitscad.remedy.moves import wider
-from sitscad.remedy.search import Left, first_that_mends, setting, tried
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.presets import connector, names
 from sitscad.spec.sensor import SensorSpec

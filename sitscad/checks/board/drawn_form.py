@@ -18,12 +18,12 @@ from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Place
+from sitscad.fixes.moves import other_ends
+from sitscad.fixes.search import Fix, Left, first_that_mends
 from sitscad.geometry.path import Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.record import record
-from sitscad.remedy.moves import other_ends
-from sitscad.remedy.search import Fix, Left, first_that_mends
 from sitscad.units import show
 
 CHORD = 10e-6

@@ -13,10 +13,10 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
+from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, wider
+from sitscad.fixes.search import Fix, Left, first_or_vain, first_that_mends
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
-from sitscad.remedy.moves import finer_fabricators, plated_in_holes_alone, wider
-from sitscad.remedy.search import Fix, Left, first_or_vain, first_that_mends
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules

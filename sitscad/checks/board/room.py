@@ -13,11 +13,11 @@ from sitscad.checks.board.fabrication import ROUNDING
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
+from sitscad.fixes import moves
+from sitscad.fixes.moves import fewer_turns
+from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box
-from sitscad.remedy import moves
-from sitscad.remedy.moves import fewer_turns
-from sitscad.remedy.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.scene.stack import ground
 from sitscad.spec.body import BodySpec
 from sitscad.spec.sensor import SensorSpec

@@ -13,6 +13,8 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
+from sitscad.fixes.moves import larger_body
+from sitscad.fixes.search import Fix, Left, first_tried, setting, tried
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import (
     bend_figure,
@@ -27,8 +29,6 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.lanes import Ring
 from sitscad.record import record
-from sitscad.remedy.moves import larger_body
-from sitscad.remedy.search import Fix, Left, first_tried, setting, tried
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec.circuit import Plating, Stackup
 from sitscad.units import show

@@ -30,10 +30,10 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, ru
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
+from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
+from sitscad.fixes.search import Fix, Left, first_that_mends
 from sitscad.layout.branches import drawn_closing, least_closing
 from sitscad.layout.lanes import Ring
-from sitscad.remedy.moves import capacitor, other_start_angles, whole_turns
-from sitscad.remedy.search import Fix, Left, first_that_mends
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show

@@ -10,9 +10,9 @@ from sitscad.checks.rules import Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
+from sitscad.fixes.moves import capacitor, more_layers, more_turns
+from sitscad.fixes.search import Fix, Left, broken_by, fail, first_or_vain, first_that_mends, named, untried, ways
 from sitscad.record import record
-from sitscad.remedy.moves import capacitor, more_layers, more_turns
-from sitscad.remedy.search import Fix, Left, broken_by, fail, first_or_vain, first_that_mends, named, untried, ways
 from sitscad.scene.state import FREE, in_words
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show

@@ -14,10 +14,10 @@ from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import NEEDS, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.fixes.moves import larger_target, over_the_middle
+from sitscad.fixes.pads import best_thickness, more_by_metal, smaller_targets, wider_arrays
+from sitscad.fixes.search import Left, first_tried
 from sitscad.record import record
-from sitscad.remedy.moves import larger_target, over_the_middle
-from sitscad.remedy.pads import best_thickness, more_by_metal, smaller_targets, wider_arrays
-from sitscad.remedy.search import Left, first_tried
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets

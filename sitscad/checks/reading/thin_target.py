@@ -10,10 +10,10 @@ from sitscad.checks.reading.readings import readings_of, where
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.fixes.moves import thicker_target
+from sitscad.fixes.search import Left, tried
 from sitscad.physics.constants import skin_depth
 from sitscad.record import record
-from sitscad.remedy.moves import thicker_target
-from sitscad.remedy.search import Left, tried
 from sitscad.scene.state import REST
 from sitscad.spec import presets
 from sitscad.spec.materials import Target

@@ -10,8 +10,8 @@ from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.remedy.moves import scans
-from sitscad.remedy.search import Left, first_that_mends, in_vain, setting, tried
+from sitscad.fixes.moves import scans
+from sitscad.fixes.search import Left, first_that_mends, in_vain, setting, tried
 from sitscad.spec import presets
 from sitscad.units import show
 

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.check_values import Closing
 from sitscad.drawing.frame import (
     HIDDEN,
     TEXT,
@@ -26,7 +27,6 @@ from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.layout.board import Layout
-from sitscad.measured import Closing
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
 from sitscad.papers.mounting import bent
 from sitscad.scene.bodies import above_board

@@ -11,8 +11,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
+from sitscad.check_values import Closing, Measure, RequirementResult, Share, Signal
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
-from sitscad.measured import Closing, Measure, RequirementResult, Share, Signal
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Generic, Protocol, TypeVar
 
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.fixes.search import warn
 from sitscad.record import record
-from sitscad.remedy.search import warn
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 

@@ -8,8 +8,8 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.remedy.moves import read_anew, resized, scans
-from sitscad.remedy.search import Fix, Left, setting
+from sitscad.fixes.moves import read_anew, resized, scans
+from sitscad.fixes.search import Fix, Left, setting
 from sitscad.spec import presets
 from sitscad.spec.places import coils_from
 from sitscad.spec.sensor import SensorSpec
