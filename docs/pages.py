@@ -102,7 +102,7 @@ class Making:
         ran = subprocess.run(
             [*python, *words[1:]], cwd=self.folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, timeout=LONGEST,
-        )  # fmt: skip
+        )
         if ran.returncode != exit_code:
             raise ValueError(f"{self.page.name}: {line} ended with {ran.returncode}, not {exit_code}:\n{ran.stdout}")
         return ran.stdout
@@ -127,7 +127,7 @@ class Making:
         found = measure(spec, level="full", measures=measures).values
         told = (shown(name, found[name][0], 3) if name in found else "-" for name in measures)
         studies = (f"[{study.stem}](studies.md)" for study in sorted((ROOT / "templates/studies").glob("*.yaml"))
-                   if re.search(rf"base: (\.\./)?{path.name}", study.read_text(encoding="utf-8")))  # fmt: skip
+                   if re.search(rf"base: (\.\./)?{path.name}", study.read_text(encoding="utf-8")))
         return f"| [{path.stem}](#{path.stem}) | {' | '.join(told)} | {', '.join(studies) or '-'} |\n"
 
     def _template(self, path: Path) -> str:

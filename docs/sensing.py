@@ -82,7 +82,7 @@ def panel(sheet: Sheet, design: sitscad.Design, middle: float, newtons: float) -
     if newtons:
         foot, head = at(0.0, gap + THINNEST + 0.15), at(0.0, gap + 1.9)
         sheet.draw([polyline([head, foot]), polyline([Point(foot.x - 1.4, foot.y + 2.4), foot,
-                    Point(foot.x + 1.4, foot.y + 2.4)])], ARROW)  # fmt: skip
+                    Point(foot.x + 1.4, foot.y + 2.4)])], ARROW)
     told = f"{show(read.inductance.item(), 'H', 4)}, {show(read.frequency.item(), 'Hz', 4)}"
     sheet.text(middle, 5.0, f"{'pressed with ' + show(newtons, 'N') if newtons else 'at rest'}: {told}", 4.0, "middle")
 

@@ -36,7 +36,7 @@ def reference() -> str:
     """The tables of keys: sections that every user needs, what the names of presets stand for, deeper sections."""
     places = _places(SpecDocument, "")
     parts = {section: f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
-             for section, paths in places.items()}  # fmt: skip
+             for section, paths in places.items()}
     first = [part for section, part in parts.items() if "." not in places[section][0]]
     return "\n".join((*first, *_presets_in_figures(), *(part for part in parts.values() if part not in first)))
 
@@ -52,7 +52,7 @@ def _presets_in_figures() -> Iterator[str]:
         [(m.name, show(m.shear_modulus, "Pa", 3), f"{100.0 * m.shear_modulus_sigma:.0f} %",
           f"{m.ogden_exponent:.2f}", m.hardness)
          for m in sorted(silicones, key=lambda m: (m.shear_modulus, m.name))],
-    )  # fmt: skip
+    )
     stackups = [presets.stackup(name) for name in presets.names("stackup")]
     yield _figures(
         "Stack-ups with a preset",
@@ -63,7 +63,7 @@ def _presets_in_figures() -> Iterator[str]:
         [(s.name, _foils(s), _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC),
           show(s.thickness, "m", 4))
          for s in stackups],
-    )  # fmt: skip
+    )
     houses = [installed_rules(name) for name in presets.names("rules")]
     yield _figures(
         "Fabricators with a profile",
@@ -74,7 +74,7 @@ def _presets_in_figures() -> Iterator[str]:
         ("name", "who", "made in", "track / gap", "in coils", "copper layers", "copper", "cover, stiffener, finish",
          "read on"),
         [_house(rules) for rules in houses],
-    )  # fmt: skip
+    )
     jaws = [presets.jaw(name) for name in presets.names("jaw")]
     yield _figures(
         "Jaws with a preset",
@@ -82,7 +82,7 @@ def _presets_in_figures() -> Iterator[str]:
         ("name", "width", "length", "height", "port", "metal"),
         [(j.name, *(show(size, "m") for size in (j.width, j.length, j.height, j.port_diameter)), j.material.name)
          for j in jaws],
-    )  # fmt: skip
+    )
 
 
 def _house(rules: DesignRules) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def test_what_is_pointed_at_exists():
 AT_THE_TOP = {
     ".ci", ".github", ".gitignore", ".pre-commit-hooks.yaml", "CHANGELOG.md", "LICENSE", "README.md", "action.yml",
     "constraints.txt", "docs", "outputs", "pyproject.toml", "sitscad", "templates", "tests",
-}  # fmt: skip
+}
 
 
 def test_a_trial_leaves_nothing_at_the_top():

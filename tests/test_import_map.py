@@ -82,7 +82,7 @@ MAY_IMPORT = {
         "finding", "check_values", "spec", "layout", "export", "parts", "estimates", "design", "checks", "formats",
         "package", "plugins", "writer", "calibration", "study", "bench",
     },
-}  # fmt: skip
+}
 """Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
 
 What is `EVERYWHERE` is no room's and may be imported by all."""

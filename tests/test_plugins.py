@@ -49,7 +49,7 @@ def no_plugins_before_and_after(monkeypatch):
 def plugin(tmp_path):
     def written(text, **values):
         given = {"id": "LAB001", "name": "own", "needs": (), "stage": "firmware", "takes": ("spec",),
-                 "body": "return {}" if text is WRITER else "return ()"}  # fmt: skip
+                 "body": "return {}" if text is WRITER else "return ()"}
         file = tmp_path / "own.py"
         file.write_text(text.format_map({**given, **values}))
         return file
@@ -273,7 +273,7 @@ def test_what_is_quick_is_not_told(spec, caplog):
 @pytest.mark.parametrize(
     ("field", "value"), [("message", "3"), ("hint", "None"), ("key", "3"), ("measured", "'a'"), ("limit", "True"),
                          ("severity", "'error'"), ("unit", "3"), ("place", "(1, 2)")],
-)  # fmt: skip
+)
 def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, field, value):
     given = {"message": "'m'", field: value}
     body = f"return [sitscad.Violation({', '.join(f'{name}={word}' for name, word in given.items())})]"
@@ -287,7 +287,7 @@ def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, fiel
      ("firmware", "bom.csv", "firmware,report"), ("calibration", "calibration/calibration.h", "calibration"),
      ("firmware", "findings.json", "firmware"),
      ("gerber", "firmware/ldc1614_config.h", "gerber,firmware"), ("firmware", "spec/jaw.yaml", "firmware")],
-)  # fmt: skip
+)
 def test_a_writer_that_names_a_file_of_ours_is_refused_by_name(plugin, spec, typed, tmp_path, stage, path, only):
     file = plugin(WRITER, stage=stage, body=f"return {{'{path}': b'x'}}")
     code, said = typed("build", spec, "-o", tmp_path / "out", "--only", only, "--plugin", file)

@@ -83,7 +83,7 @@ def main() -> dict[str, float]:
     for name, ours, theirs in (("C1", matrix[0][0], own), ("C1 and C2", matrix[0][1], mutual)):
         print(f"{name}: {ours * 1e9:.3f} nH by sitscad, {theirs * 1e9:.3f} nH by filaments")
     return {"own": own, "mutual": mutual, "own_here": matrix[0][0], "mutual_here": matrix[0][1],
-            "field_T": float(flux[1, 2])}  # fmt: skip
+            "field_T": float(flux[1, 2])}
 
 
 if __name__ == "__main__":

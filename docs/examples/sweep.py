@@ -45,7 +45,7 @@ def plotted(rows: list[dict[str, float | str]], picture: str) -> None:
     from matplotlib import pyplot
 
     shown = (("inductance_H", 1e6, "inductance (uH)"), ("change", 100.0, "change under force (%)"),
-             ("parallel_resistance_ohm", 1e-3, "Rp at rest (kohm)"))  # fmt: skip
+             ("parallel_resistance_ohm", 1e-3, "Rp at rest (kohm)"))
     figure, axes = pyplot.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
     for axis, (key, factor, label) in zip(axes, shown, strict=True):
         for width in WIDTHS:

@@ -99,9 +99,9 @@ class Calibration:
             return (f"Error of the force, rms over all loads, the target {tilts}, that {100.0 * SURE:.0f} % of the "
                     "sensors stay below which these points may come from. Noise, hysteresis, creep and temperature "
                     "come on top.")
-        return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}, to first order for pads "
-                "about as stiff as drawn: a unit with a much softer one is off by more, as its own calibration says. "
-                "Noise, hysteresis, creep and temperature come on top.")
+        return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}, to first order for "
+                "pads about as stiff as drawn: a unit with a much softer one is off by more, as its own calibration "
+                "says. Noise, hysteresis, creep and temperature come on top.")
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -87,7 +87,7 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
 def make_all(
     contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1,
-) -> Made:  # fmt: skip
+) -> Made:
     """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
 
     With `force` all is made once more where only the solids have shown errors: what came before them has no mark. With
@@ -156,7 +156,7 @@ def _made(
         if aside is not None:
             aside.process.terminate()
     results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, wanted), len(new[stage]), spent[stage])
-               for stage in ORDER]  # fmt: skip
+               for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
     return Made(tuple(results), files, {name: entries[name] for name in files}, contents)
 
@@ -234,7 +234,7 @@ def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: fro
 def _render_aside(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
-) -> None:  # fmt: skip
+) -> None:
     """What the other process does; `forced` is known, so that nothing is checked again."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked for the build ends this process
     contents = Contents(Design(spec), policy, baseline, measured)
@@ -284,7 +284,7 @@ def _rendered(
     """
     parted = (stage, True) in PARTS
     writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers())
-               if writer.stage == stage and (not parted or writer.reads_numbers == numbers)]  # fmt: skip
+               if writer.stage == stage and (not parted or writer.reads_numbers == numbers)]
     failures, theirs = list[str](), dict[str, str]()
     try:
         new = _written(contents, writers, beside, failures, theirs)
@@ -409,7 +409,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
     page = render(
         contents.checked, design.spec, contents.estimates, drawn, sizes, contacts(contents.layout), felt,
         design.bench_estimates, design.most_signal, _moving(contents, files, felt),
-    )  # fmt: skip
+    )
     return page.encode("utf-8")
 
 

@@ -110,7 +110,7 @@ def shown(device: Converter, full_scale: float, bands: Sequence[tuple[float, flo
         (code for code, bits in enumerate(device.gains)
          if all((high - low) * scale <= FREE_PART * 2.0 ** (device.count_bits - bits) for low, high in bands)),
         default=0, key=lambda code: device.gains[code],
-    )  # fmt: skip
+    )
     if not device.gains[gain]:
         return gain, (0,) * len(bands)
     width, step = 2 ** (device.count_bits - device.gains[gain]), 2 ** (max(device.gains) - device.gains[gain])

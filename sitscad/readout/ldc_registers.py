@@ -39,7 +39,7 @@ current while the sensor starts."""
 AT_RESET = {
     **{RCOUNT + channel: 0x0080 for channel in range(MOST_CHANNELS)},
     CONFIG: 0x2801, MUX_CONFIG: 0x020F, MANUFACTURER_ID: MANUFACTURER,
-}  # fmt: skip
+}
 """What registers hold after a reset, where that is not 0 (7.6.1)."""
 
 SLEEP, ACTIVE_CHANNEL, AUTOSCAN, SEQUENCE = 1 << 13, 14, 1 << 15, 13
@@ -109,7 +109,7 @@ def registers(
         *gains, *drives,
         Register(CONFIG, "CONFIG", _CONFIG_FIXED | external_clock << 9 | high_current << 6,
                  wakes + (", high-current drive" if high_current else "")),
-    )  # fmt: skip
+    )
 
 
 def _of_channel(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
@@ -129,7 +129,7 @@ def _of_channel(number: int, channel: ChannelSettings) -> tuple[Register, ...]:
          f"FIN_DIVIDER {divider}, FREF_DIVIDER {reference}"),
         (DRIVE_CURRENT, "DRIVE_CURRENT", _within("IDRIVE", channel.drive_code, 0, 31) << 11,
          f"drive current code {channel.drive_code}"),
-    )  # fmt: skip
+    )
     return tuple(Register(first + number, f"{name}{number}", value, meaning) for first, name, value, meaning in rows)
 
 

@@ -120,7 +120,7 @@ def server(showing: Showing, host: str, port: int) -> ThreadingHTTPServer:
 
         def _about(self) -> None:
             for name, value in (("Cache-Control", "no-store"), ("Content-Security-Policy", POLICY),
-                                ("X-Content-Type-Options", "nosniff")):  # fmt: skip
+                                ("X-Content-Type-Options", "nosniff")):
                 self.send_header(name, value)
 
         def _events(self) -> None:

@@ -133,7 +133,7 @@ def changes(event: Event, before: Event | None) -> dict[str, Any]:
             "gone": [each for key, each in was.items() if key not in now],
             "moved": [each | {"from": was[key]["line"]} for key, each in now.items()
                       if key in was and was[key]["line"] != each["line"]],
-        }  # fmt: skip
+        }
     numbers, was = event.data.get("numbers", {}), old.get("numbers", {})
     return {"numbers": {name: [was.get(name), value] for name, value in numbers.items() if was.get(name) != value}}
 

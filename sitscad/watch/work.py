@@ -171,7 +171,7 @@ def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
          "key": each.key, "message": each.message, "hint": each.hint or ""}
         for each in checked.findings
-    ]  # fmt: skip
+    ]
     counts = {severity.value: checked.count(severity) for severity in Severity}
     return {"counts": counts, "findings": found, "read": read}
 
@@ -182,7 +182,7 @@ def _numbers(design: Design) -> Document:
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
             values = (("L", state.inductance, "H"), ("f", state.frequency, "Hz"), ("Q", state.quality_factor, ""),
-                      ("Rp", state.parallel_resistance, "ohm"), ("amplitude", state.amplitude, "V"))  # fmt: skip
+                      ("Rp", state.parallel_resistance, "ohm"), ("amplitude", state.amplitude, "V"))
             found |= {f"{what} of {coil.name} {name}": _shown(value, unit) for what, value, unit in values}
     return found | {f"{each.name}, to spare": _shown(each.margin, "m") for each in design.fit}
 

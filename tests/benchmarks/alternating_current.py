@@ -113,14 +113,14 @@ def measured(designs: int = 99) -> Iterator[Measured]:
 def grown(turns: tuple[int, ...] = (12, 25, 50, 100), layers: tuple[int, ...] = (1, 2, 4, 8)) -> Iterator[Growth]:
     """How the usual tolerance grows."""
     for what, settings, make in (("modes, spirals, 3 %", round_settings, _round), ("modes, sides, 3 %", bent_settings,
-                                                                                   _square)):  # fmt: skip
+                                                                                   _square)):
         yield growth(what, "turns", [(n, settings(make(n, 2))["3 %"]) for n in turns])
         yield growth(what, "layers", [(n, settings(make(12, n))["3 %"]) for n in layers])
 
 
 def _round(turns: int, layers: int):
     return coil((2 + 0.4 * turns) * MM, turns, 100 * UM, 80 * UM, [-60 * k * UM for k in range(layers)],
-                [18 * UM] * layers)  # fmt: skip
+                [18 * UM] * layers)
 
 
 def _square(turns: int, layers: int) -> list[BentTrack]:

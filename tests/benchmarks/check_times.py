@@ -74,7 +74,7 @@ def _coil(pick: random.Random) -> tuple[dict[str, object], tuple[float, float]]:
     coil: dict[str, object] = {
         "shape": shape, "outer_diameter": across if size[0] == across else list(size), "turns": turns,
         "layers": layers, "trace_width": f"{width} um", "trace_spacing": f"{spacing} um",
-    }  # fmt: skip
+    }
     if pick.random() < 0.3:
         coil["start_angle"] = f"{pick.choice([30, 45, 90, 135, 180, 250])} deg"
     if shape in ("square", "rectangle", "hexagon", "octagon") and pick.random() < 0.3:
@@ -104,7 +104,7 @@ def _board(pick: random.Random, coil: dict[str, object], array: dict[str, object
         fpc["tail"] = {
             "length": pick.choice([15, 30, 60]), "connector": "zif-0.5mm" if pick.random() < 0.8 else "zif-0.3mm",
             "layers": 2 if pick.random() < 0.85 else 1, "bend": pick.choice(["none", "static"]),
-        }  # fmt: skip
+        }
     return fpc
 
 
@@ -235,7 +235,7 @@ def pairs_table(found: Sequence[Cost]) -> str:
     as another passed one a passed one does: the distributions as Markdown.
     """
     lines = ["| over a passed design of its size | pairs | median | 75 % | 90 % | 95 % | largest |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
+             "|---|---|---|---|---|---|---|"]
     for outcome, words in (("refused", "refused"), ("passed", "another passed one (control)")):
         matched = pairs(found, outcome)
         if matched:
@@ -285,7 +285,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for cost in costs(files, numpy, ["--hints", chosen.hints] if chosen.hints else []):
             found.append(cost)
             print(f"{cost.seed:>5} {cost.outcome:<9} {cost.seconds:7.2f} s {cost.numpies:7.1f} x "
-                  f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)  # fmt: skip
+                  f"{cost.megabytes:6.0f} MB  {cost.errors}", flush=True)
     print(f"import numpy: {numpy.seconds:.3f} s of the processor at last")
     print(table(found))
     print(pairs_table(found))

@@ -69,7 +69,7 @@ def spent(tree: Path, folder: Path, *arguments: str) -> Spent:
     process = subprocess.Popen(
         [sys.executable, "-m", "sitscad", *arguments],
         cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+    )
     seen: dict[int, float] = {}
     while os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
         seen |= dict(_running(process.pid))

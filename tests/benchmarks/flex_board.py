@@ -26,7 +26,7 @@ STACKUPS = {1: "flex-2l-18um", 2: "flex-2l-18um", 4: "flex-4l", 6: "flex-6l", 8:
 def coil_spec(turns: float, layers: int = 2, shape: str = "circle", metal: bool = False) -> sitscad.SensorSpec:
     """One coil, as large as its turns ask for; with `metal` behind it."""
     coil = {"shape": shape, "outer_diameter": 2.5 + 0.42 * turns, "turns": turns, "layers": layers,
-            "trace_width": 0.1, "trace_spacing": 0.1}  # fmt: skip
+            "trace_width": 0.1, "trace_spacing": 0.1}
     document = {"sitscad": 1, "name": f"{shape}-{turns}-{layers}", "coil": coil, "fpc": {"stackup": STACKUPS[layers]}}
     return sitscad.load_text(json.dumps(document | ({"mount": {"standoff": 0.5}} if metal else {})))
 

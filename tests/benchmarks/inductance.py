@@ -54,7 +54,7 @@ def _on_design(row: dict[str, str]) -> Iterator[Measured]:
         if method.is_valid(coil) and (found := method.solve(coil)) is not None:
             work = partial(method.solve, coil)
             yield Measured(WINDING, method.name, name, *timed(work), peak(work), abs(found / exact - 1.0),
-                           method.error(coil))  # fmt: skip
+                           method.error(coil))
 
 
 def _on_pair(row: dict[str, str]) -> Measured:
@@ -66,7 +66,7 @@ def _on_pair(row: dict[str, str]) -> Measured:
     work = partial(side_by_side, one, other)
     found, exact = work(), float(row["mutual_inductance_H"])
     return Measured(MUTUAL, "side by side", f"{row['family']} {row['number']}", *timed(work), peak(work),
-                    abs(found.inductance / exact - 1.0), mutual_error(found, two.first.spec) / abs(exact))  # fmt: skip
+                    abs(found.inductance / exact - 1.0), mutual_error(found, two.first.spec) / abs(exact))
 
 
 def grown(turns: tuple[float, ...] = TURNS, layers: tuple[int, ...] = LAYERS) -> Iterator[Growth]:
@@ -84,5 +84,5 @@ def _coil(shape: str, turns: float, layers: int) -> WindingGeometry:
     size = 4e-3 + 2.0 * 80e-6 * turns
     long = 1.5 * size if shape in ("rectangle", "racetrack") else size
     spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)),
-                    trace_width=40e-6, trace_spacing=40e-6)  # fmt: skip
+                    trace_width=40e-6, trace_spacing=40e-6)
     return geometry(designs.built(spec, tuple(-60e-6 * k for k in range(layers)), 18e-6))

@@ -13,7 +13,7 @@ import numpy as np
 
 POWERS = {"constant": lambda n: 0.0 * n, "log N": lambda n: np.log(np.log(n + 2.0)), "N": np.log,
           "N log N": lambda n: np.log(n * np.log(n + 2.0)), "N^2": lambda n: 2.0 * np.log(n),
-          "N^2 log N": lambda n: np.log(n * n * np.log(n + 2.0)), "N^3": lambda n: 3.0 * np.log(n)}  # fmt: skip
+          "N^2 log N": lambda n: np.log(n * n * np.log(n + 2.0)), "N^3": lambda n: 3.0 * np.log(n)}
 """Logarithms of the ways in which work is known to grow."""
 
 LONG = 2e3

@@ -28,7 +28,7 @@ import inductance  # noqa: E402
 from measure import Growth, Measured, noise  # noqa: E402
 
 MARKERS = {inductance.WINDING: "o", inductance.MUTUAL: "s", alternating_current.RESISTANCE: "^",
-           alternating_current.INDUCTANCE: "v"}  # fmt: skip
+           alternating_current.INDUCTANCE: "v"}
 
 LEAST_ERROR = 1e-8
 """Errors are drawn no lower than this: the references are no better."""
@@ -37,10 +37,10 @@ LEAST_ERROR = 1e-8
 def summary(rows: Sequence[Measured]) -> list[str]:
     """A Markdown table: one line for every quantity and method."""
     lines = ["| quantity | method | designs | error: median | largest | bound over error: median | time: median | "
-             "largest | memory: median | largest |", "|---|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
+             "largest | memory: median | largest |", "|---|---|---|---|---|---|---|---|---|---|"]
     for (quantity, method), group in grouped(rows).items():
         errors, times, memory = ([getattr(row, name) for row in group] for name in
-                                 ("error", "milliseconds", "megabytes"))  # fmt: skip
+                                 ("error", "milliseconds", "megabytes"))
         ratio = statistics.median(row.bound / max(row.error, LEAST_ERROR) for row in group)
         lines.append(
             f"| {quantity} | {method} | {len(group)} | {statistics.median(errors):.1e} | {max(errors):.1e} | "
@@ -64,7 +64,7 @@ def growth_table(rows: Sequence[Growth]) -> list[str]:
     for row in rows:
         times = ", ".join(f"{n:g}: {t:.3g} ms" for n, t in zip(row.numbers, row.milliseconds, strict=True))
         lines.append(f"| {row.what} | {row.over} | {times} | {row.exponent:.1f} | {row.name} | "
-                     f"{max(row.megabytes):.2g} MB |")  # fmt: skip
+                     f"{max(row.megabytes):.2g} MB |")
     return lines
 
 
@@ -108,12 +108,12 @@ def _draw_methods(axis, rows: Sequence[Measured]) -> None:
 def _draw_growth(axis, rows: Sequence[Growth]) -> None:
     for index, row in enumerate(rows):
         axis.loglog(row.numbers, row.milliseconds, marker=".", color=f"C{index % 10}",
-                    linestyle=("-", "--", ":")[index // 10 % 3], label=f"{row.what}: {row.name}")  # fmt: skip
+                    linestyle=("-", "--", ":")[index // 10 % 3], label=f"{row.what}: {row.name}")
     axis.set(xlabel="turns of each of two layers", ylabel="processor time, ms", title="growth with turns")
 
 
 def write(folder: Path, rows: Sequence[Measured], growths: Sequence[Growth],
-          board: list[tuple[str, float, float]]) -> None:  # fmt: skip
+          board: list[tuple[str, float, float]]) -> None:
     """Tables and plot into the folder."""
     middle, worst = noise()
     spread = statistics.median(row.spread for row in rows)
@@ -125,7 +125,7 @@ def write(folder: Path, rows: Sequence[Measured], growths: Sequence[Growth],
         "frequency against the finest setting of the same solver.", "",
         "## Growth", "", *growth_table(growths), "", "## The four-coil template", "", "| step | time | noise |",
         "|---|---|---|", *(f"| {name} | {ms:.3g} ms | {noisy:.2f} |" for name, ms, noisy in board), "",
-    ]  # fmt: skip
+    ]
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "benchmarks.md").write_text("\n".join(text), encoding="utf-8")
     print("\n".join(text))
@@ -141,7 +141,7 @@ def _lines(growths: Sequence[Growth]):
     for row in growths:
         for number, ms, memory in zip(row.numbers, row.milliseconds, row.megabytes, strict=True):
             yield {"work": row.what, "over": row.over, "number": number, "milliseconds": ms, "megabytes": memory,
-                   "exponent": row.exponent, "nearest": row.name}  # fmt: skip
+                   "exponent": row.exponent, "nearest": row.name}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -153,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if chosen.quick:
         rows = [*inductance.measured(1), *alternating_current.measured(1)]
         growths = [*inductance.grown((6.0, 12.0, 24.0), (1, 2)), *alternating_current.grown((6, 12), (1, 2)),
-                   *flex_board.grown((4, 8), ((1, 1), (2, 1)), (1, 2))]  # fmt: skip
+                   *flex_board.grown((4, 8), ((1, 1), (2, 1)), (1, 2))]
     else:
         rows = [*inductance.measured(6), *alternating_current.measured()]
         growths = [*inductance.grown(), *alternating_current.grown(), *flex_board.grown()]

@@ -30,7 +30,7 @@ from sitscad.physics.loss import proximity  # noqa: E402
 
 ROUNDED = 0.3
 SHAPES = (("circle", 0.0), ("square", 0.0), ("rectangle", 0.0), ("hexagon", 0.0), ("octagon", 0.0), ("racetrack", 0.0),
-          ("square", ROUNDED), ("rectangle", ROUNDED), ("hexagon", ROUNDED), ("octagon", ROUNDED))  # fmt: skip
+          ("square", ROUNDED), ("rectangle", ROUNDED), ("hexagon", ROUNDED), ("octagon", ROUNDED))
 SIZES = ((5, 2), (10, 2), (20, 2), (10, 4), (20, 4), (30, 8))
 """Turns a layer, layers."""
 
@@ -59,14 +59,14 @@ def spec_of(shape: str, radius: float, turns: int, layers: int) -> sitscad.Senso
     across = 0.4 * turns + 3.0
     size = [round(1.6 * across, 3), across] if shape in ("rectangle", "racetrack") else across
     coil = {"shape": shape, "outer_diameter": size, "turns": turns, "layers": layers, "trace_width": 0.1,
-            "trace_spacing": 0.1} | ({"corner_radius": radius} if radius else {})  # fmt: skip
+            "trace_spacing": 0.1} | ({"corner_radius": radius} if radius else {})
     document = {
         "sitscad": 1, "name": "cost", "coil": coil, "requirements": {"normal_force": "3 N"},
         "target": {"material": "copper", "shape": "square", "size": round(0.9 * across, 3), "thickness": 0.2},
         "elastomer": {"material": "ecoflex-00-30", "thickness": 2},
         "shield": {"material": "copper", "thickness": 0.1, "gap": 0.6},
         "mount": {"kind": "bench-plate", "standoff": 1.0},
-    }  # fmt: skip
+    }
     return sitscad.load_text(json.dumps(document))
 
 
@@ -79,7 +79,7 @@ def afresh(layout: sitscad.Layout) -> object:
 
 
 def costs(sizes: Sequence[tuple[int, int]] = SIZES, memory: bool = False,
-          shapes: Sequence[tuple[str, float]] = SHAPES) -> Iterator[Cost]:  # fmt: skip
+          shapes: Sequence[tuple[str, float]] = SHAPES) -> Iterator[Cost]:
     """All shapes at every size, the first of them the round one."""
     for turns, layers in sizes:
         first = 0.0
@@ -93,13 +93,13 @@ def costs(sizes: Sequence[tuple[int, int]] = SIZES, memory: bool = False,
                 f"{shape}{', rounded' if radius else ''}", turns, layers, spent, spent / first,
                 peak(work) if memory else 0.0, usual.inductance_error,
                 abs(usual.resistance_ac / fine.resistance_ac - 1.0), usual.resistance_error,
-            )  # fmt: skip
+            )
 
 
 def table(rows: Sequence[Cost]) -> list[str]:
     """A Markdown table of them."""
     lines = ["| shape | turns, layers | estimate | over round | most memory | L: stated error | R: from the fine one | "
-             "R: stated error |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
+             "R: stated error |", "|---|---|---|---|---|---|---|---|"]
     for row in rows:
         held = f"{row.megabytes:.0f} MB" if row.megabytes else ""
         lines.append(

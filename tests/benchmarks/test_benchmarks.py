@@ -20,7 +20,7 @@ NUMBERS = (12.0, 25.0, 50.0, 100.0, 200.0)
 
 
 LAWS = {"constant": (lambda n: 3.0, 0.0), "N": (lambda n: 0.1 * n, 1.0), "N^2": (lambda n: 0.02 * n * n, 2.0),
-        "N^3": (lambda n: 1e-5 * n**3, 3.0)}  # fmt: skip
+        "N^3": (lambda n: 1e-5 * n**3, 3.0)}
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -57,7 +57,7 @@ def test_every_shape_is_priced_against_the_round_coil():
 def test_one_command_writes_tables_and_plot(tmp_path):
     pytest.importorskip("matplotlib", reason="the plot needs it")
     subprocess.run([sys.executable, str(HERE / "run.py"), "--quick", "-o", str(tmp_path)], check=True, timeout=600,
-                   capture_output=True)  # fmt: skip
+                   capture_output=True)
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
     assert "nan" not in text
     with (tmp_path / "methods.csv").open(encoding="utf-8", newline="") as file:

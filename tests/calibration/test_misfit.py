@@ -47,7 +47,7 @@ def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sens
     assert text.startswith("# rotation: free\n")
     path = tmp_path / "plan.csv"
     for line, words in (("# Rotation: held,,,", r"plan.csv:1:1 the table was taken with the target kept level, .*free"),
-                        ("# rotation: loose", r"plan.csv:1:1 rotation 'loose': held or free")):  # fmt: skip
+                        ("# rotation: loose", r"plan.csv:1:1 rotation 'loose': held or free")):
         rows = [row + "7,8" for row in text.splitlines()[2:]]
         path.write_text("\n".join([line, text.splitlines()[1], *(row.replace(",7,8", "7,8") for row in rows)]))
         with pytest.raises(BenchError, match=words):

@@ -23,7 +23,7 @@ def poses(tmp_path, sensors):
     def written(head, row):
         names = head.split(",")
         rows = [["0"] * len(names), row.split(","), *([f"{-20 * k}" if n == "z_um" else "0" for n in names]
-                                                       for k in (1, 2, 3))]  # fmt: skip
+                                                       for k in (1, 2, 3))]
         path = tmp_path / "poses.csv"
         path.write_text("\n".join([f"{head},C1_Hz,C2_Hz", *(",".join([*row, "7e6", "7e6"]) for row in rows)]) + "\n")
         table = read_table(str(path), sensors.coils)
@@ -147,7 +147,7 @@ def _twice(sensors, bench, scale):
         found = 1e6 / (capacitance * (2.0 * np.pi * bench.frequency) ** 2)
         found = found[:1] + scale * (found - found[:1])
         return [*head, "C1_uH", "C2_uH"], [[*row, *(f"{v:.9f}" for v in more)]
-                                           for row, more in zip(rows, found, strict=True)]  # fmt: skip
+                                           for row, more in zip(rows, found, strict=True)]
 
     return change
 

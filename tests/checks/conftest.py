@@ -91,7 +91,7 @@ def estimates(
             frequency, resistances["free"], quality, self_resonance, 0.2, states,
         )
         for placement in spec.array.placements
-    )  # fmt: skip
+    )
     count = len(coils)
     matrix = matrix or tuple(
         tuple(inductance if i == j else -0.01 * inductance for j in range(count)) for i in range(count)
@@ -101,7 +101,7 @@ def estimates(
         "capacitance": 220e-12, "capacitance_reason": "", "drive_code": code, "drive_current": 1e-3,
         "reference_divider": 1, "reference_frequency": 40e6, "input_divider": 1, "rcount": 2400, "settle_count": 8,
         "dwell_time": 1e-3, "scan_rate": 500.0, "high_current": False,
-    } | readout  # fmt: skip
+    } | readout
     return Estimates(coils, matrix, ReadoutEstimate(**settings), None, {}, (), ())
 
 

@@ -105,7 +105,7 @@ SHORT_TAILS = {
                                   "array: {pattern: line, count: 3, pitch: 8.6}"),
     "capacitors": ("length: 12, bend: static, layers: 2", "turns: 8, layers: 2",
                    "array: {pattern: line, count: 2, pitch: 8}\nreadout: {capacitors_on_board: chip-0402}"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("tail", "coil", "rest"), SHORT_TAILS.values(), ids=SHORT_TAILS)

@@ -243,7 +243,7 @@ FAULTS: tuple[Callable[[Layout, random.Random], Fault], ...] = (
     shifted_via, missing_via, missing_track, broken_track, thinned_gap, crossed_lead, moved_pad, shrunk_ring,
     small_drill, hole_beside_a_turn, two_holes, copper_over_the_edge, thin_track, wrong_layer, hole_in_the_bend,
     ring_round_a_coil, bridged_turns, second_opening,
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("layers", [2, 4])

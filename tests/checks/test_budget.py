@@ -140,7 +140,7 @@ def test_the_command_takes_the_choice(tmp_path, capsys):
 
     path = tmp_path / "spec.yaml"
     path.write_text("sitscad: 1\nname: few\ncoil: {shape: circle, outer_diameter: 3, turns: 3, layers: 2, "
-                    "trace_width: 100 um, trace_spacing: 100 um}\n", encoding="utf-8")  # fmt: skip
+                    "trace_width: 100 um, trace_spacing: 100 um}\n", encoding="utf-8")
     assert run(["check", "--hints", "none", str(path)]) == 1
     assert NOT_FURTHER in capsys.readouterr().out
     assert run(["check", "--hints", "more", str(path)]) == 2

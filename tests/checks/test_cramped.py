@@ -55,7 +55,7 @@ CRAMPED = {
     "too many turns of coils too near": (
         sensor("hexagon", 40, {"pattern": "line", "count": 2, "pitch": 5.9}), {"SIT014", "SIT016"},
     ),
-}  # fmt: skip
+}
 
 
 SLOW = {"too many turns of four layers": pytest.mark.slow}

@@ -26,7 +26,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 BASES = {
     "B": "bench_7mm", "G": "grasper_4layer", "S": "single_coil", "F": "fingertip_foil", "R": "racetrack_jaw",
     "T": "three_axis_grid", "J": "jaw_5x20",
-}  # fmt: skip
+}
 
 FILM, COPPER, CORE = {"coverlay": "27.5 um"}, {"copper": "35 um"}, {"dielectric": "25 um"}
 JAW = {"width": 5, "length": 20, "height": 1.3, "port_diameter": 6}
@@ -232,7 +232,7 @@ TOLD = [
     ("J", {"mount.standoff": 0, "shield": None}, "SIT301!"),
     ("B", {"readout.capacitance": "1 uF"}, "SIT203! SIT214"),
     ("B", {"fpc.margin": [0, 0], "elastomer.size": 9}, "SIT217 SIT307"),
-]  # fmt: skip
+]
 """Rules that speak: `!` an error, `-` a note, else a warning. None: SIT116 is silent (it is as large as its panel)."""
 
 PASSES = [
@@ -261,7 +261,7 @@ PASSES = [
     ("B", {"requirements.tilt": "15 deg", "requirements.tilt_error": "1 N"}, "asked for, and judged by SIT404"),
     ("B", layers({"coverlay": "12 um"}, COPPER, {"dielectric": "50 um"}, COPPER, {"coverlay": "50 um"}),
      "such films are sold"),
-]  # fmt: skip
+]
 """What passes, and why it may."""
 
 REFUSED = [
@@ -338,7 +338,7 @@ def told(design):
 @pytest.mark.parametrize(("kind", "letter", "key"), [
     ("rules", "B", "fpc.rules"), ("stackup", "B", "fpc.stackup"), ("elastomer", "B", "elastomer.material"),
     ("conductor", "B", "target.material"), ("jaw", "G", "mount.jaw"), ("adhesive", "B", "assembly.adhesive"),
-])  # fmt: skip
+])
 def test_every_preset_is_usual(kind, letter, key):
     for name in presets.names(kind):
         assert told(Design(base(letter).replace(key, name))) == [], name

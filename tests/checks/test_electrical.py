@@ -147,7 +147,7 @@ def test_amplitude_too_high_and_too_low(judge, design, estimates) -> None:
 
 @pytest.mark.parametrize(("weaker", "volts", "severity", "limit"), [
     (0, 1.79, None, None), (0, 1.95, Severity.WARNING, 1.8), (2, 1.1, Severity.NOTE, 1.2),
-])  # fmt: skip
+])
 def test_the_ends_of_the_copper_keep_the_amplitude(weaker, volts, severity, limit, judge, design, estimates) -> None:
     """One state whose R_P the thickest copper (or, with the sign turned, the thinnest) takes to an amplitude."""
     spec = design()
@@ -349,7 +349,7 @@ def test_a_limit_kept_by_little_is_noted_with_its_sigmas(rule, how, sigma, limit
         ("SIT202", {"frequency": 10.5e6}, {"frequency": 0.2e6}, 2.5),
         ("SIT203", {"resistances": {"free": 2200.0, "rest": 900.0}}, {"parallel_resistance": 50.0}, 2.0),
     ],
-)  # fmt: skip
+)
 def test_a_limit_missed_says_by_how_many_sigma(rule, how, sigma, count, judge, design, estimates) -> None:
     spec = design()
     found = judge(rule, spec, None, scattered(estimates(spec, **how), **sigma))[0]

@@ -34,7 +34,7 @@ def good():
             "stackup": "flex-2l-35um", "rules": "generic-flex",
             "tail": {"length": 30, "connector": "zif-0.5mm", "layers": 2},
         },
-    }  # fmt: skip
+    }
     spec = load_text(json.dumps(document, indent=1), "bench.yaml")
     return spec, lay_out(spec)
 

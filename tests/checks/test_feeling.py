@@ -174,7 +174,7 @@ def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
           "print([m for m in sys.modules if 'estimates.perf' in m or 'response.model' in m], file=sys.stderr)"
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", run, str(spec)], capture_output=True, text=True,
-                          env={"PYTHONPATH": source})  # fmt: skip
+                          env={"PYTHONPATH": source})
     assert done.stderr.splitlines()[-1] == "[]"
 
 

@@ -401,7 +401,7 @@ def test_a_thin_pad_does_not_hide_its_shear_strain(judge, design):
     wanted, unit = re.search(r"shear modulus of ([\d.]+) (\wPa)", found.hint).groups()
     material = design(elastomer=soft).elastomer.material
     stiff = {"name": "stiff", "uncertainty": material.shear_modulus_sigma, "shear_modulus": f"{wanted} {unit}",
-             "ogden_exponent": material.ogden_exponent}  # fmt: skip
+             "ogden_exponent": material.ogden_exponent}
     assert of_pad(judge("SIT312", design(elastomer=soft | {"material": stiff}, **bare))) == []
 
 
@@ -425,7 +425,7 @@ def test_elastomer_shear(judge, verdicts, design):
     ("3 N", "grasper-pad", "(target and pad would have to be "),
     ("3 N", "bench-plate", ", or a target and pad of "),
     ("1.2 N", "grasper-pad", ", or a target and pad of "),
-])  # fmt: skip
+])
 def test_no_target_is_asked_for_that_the_jaw_has_no_room_for(judge, design, force, kind, words):
     """117 mm2 were asked for on a face of 100 mm2."""
     mount = {"kind": kind, "standoff": 0.7} | ({"jaw": "generic-5mm"} if kind == "grasper-pad" else {})
@@ -445,7 +445,7 @@ def test_a_small_target_is_refused_only_for_a_strain_that_is_certain(size, force
         mount=None, shield=None, encapsulation=None, elastomer__offset=[1.5 if size > 4.5 else 0, 0],
         elastomer__size=size, elastomer__thickness=2, elastomer__material="ecoflex-00-30",
         requirements__normal_force=f"{force} N",
-    )  # fmt: skip
+    )
     (found,) = judge("SIT304", spec)
     assert found.severity.value == severity
     if severity == "error":

@@ -46,7 +46,7 @@ def test_half_a_turn_of_lead_runs_on_and_so_has_no_less_inductance_and_rp_than_i
     """Once 8.75 turns had less of both than 8.5 and 9: the lead ran half a turn back."""
     coils = [estimate(lay_out(loops(turns)), tolerance=1e-3).coils[0] for turns in (8.5, 8.75, 9)]
     inductances, parallel = ([getattr(coil.states["free"], name) for coil in coils]
-                             for name in ("inductance", "parallel_resistance"))  # fmt: skip
+                             for name in ("inductance", "parallel_resistance"))
     assert inductances[1] > max(inductances[0], inductances[2])
     assert parallel[1] > max(parallel[0], parallel[2])
 
@@ -73,7 +73,7 @@ def test_what_is_named_is_what_the_estimate_has():
 @pytest.mark.parametrize("shape, layers, turns, named", [
     ("circle", 2, 8.7, [8.5, 9.0]), ("circle", 4, 8.7, [8.75, 8.5]), ("circle", 2, 8.5, [9.0]),
     ("square", 2, 6.25, [6.0, 6.5]), ("hexagon", 4, 6 + 1 / 6, [6.0, 6.5]), ("racetrack", 4, 6.5, [7.0]),
-])  # fmt: skip
+])
 def test_whole_turns_of_all_layers_together_nearest_first(shape, layers, turns, named):
     spec = wound(shape, layers, turns)
     assert [change.spec.coil.turns for change in whole_turns(spec)] == approx(named, rel=1e-6)
@@ -92,7 +92,7 @@ def test_a_jaw_of_another_width_draws_the_board_anew():
 @pytest.mark.parametrize("shape, layers, turns", [
     ("hexagon", 2, 6), ("octagon", 2, 6), ("octagon", 4, 6.25), ("circle", 2, 8.5), ("square", 2, 6.25),
     ("hexagon", 4, 6),
-])  # fmt: skip
+])
 def test_no_hint_names_turns_with_which_a_lead_runs_back(shape, layers, turns):
     """Such turns have less inductance and a smaller Rp than their neighbours."""
     spec = wound(shape, layers, turns)
@@ -106,4 +106,4 @@ def wound(shape, layers, turns):
     size = "[14, 10]" if shape == "racetrack" else "10"
     return load_text(
         f"sitscad: 1\nname: whole\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: {layers}, "
-        "trace_width: 100 um, trace_spacing: 100 um}", "whole.yaml")  # fmt: skip
+        "trace_width: 100 um, trace_spacing: 100 um}", "whole.yaml")

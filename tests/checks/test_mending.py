@@ -175,7 +175,7 @@ FOR_THE_DESIGNER = {
     "too slow a scan": document("circle", 6, 12, 2, 100, 100, "generic-flex", requirements={"bandwidth": "300 Hz"}),
     "too fast a scan": document("circle", 6, 12, 2, 100, 100, "generic-flex", array={"pattern": "line", "pitch": 7},
                                 readout={"scan_rate": "3 kHz"}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", FOR_THE_DESIGNER)

@@ -43,7 +43,7 @@ def test_what_osh_park_lists_passes(judge):
         (f"stackup: flex-2l-30um, rules: {{based_on: shipco, foils: 35 um}}, {PADS}", "fpc.stackup",
          "copper foil: 18 um (finished 30 um, of which 12 um are plated on); the spec (line 4) offers 35 um"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_offered_is_an_error_at_its_key(judge, fpc, key, message):
     assert ("error", key, message) in said(judge, fpc)
 

@@ -33,7 +33,7 @@ def document(array=None, coil=(10, 18), **parts):
         **({"array": array} if array else {}),
         "fpc": {"tail": {"length": 40}},
         **parts,
-    }  # fmt: skip
+    }
 
 
 def loaded(document):
@@ -102,7 +102,7 @@ def hangs_nowhere(spec, layout):
     ],
     ids=["single", "triangle", "grid", "jaw", "short jaw", "no pad", "discs", "turned", "target offset", "pad offset",
          "odd array"],
-)  # fmt: skip
+)
 def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(judge, advised, written):
     spec = loaded(written)
     assert not hangs_nowhere(spec, lay_out(spec))
@@ -177,7 +177,7 @@ def test_neither_target_nor_pad_is_not_checked(verdicts):
 def test_what_a_spec_does_not_take_is_not_advised(judge, advised):
     """A margin of 0.6 m was, and an elastomer of 0.8 m."""
     far = document(None, (4, 6), target={"size": 4, "offset": [400, -300]},
-                   elastomer={"shape": "circle", "size": 3, "offset": [-200, 5]})  # fmt: skip
+                   elastomer={"shape": "circle", "size": 3, "offset": [-200, 5]})
     for finding in advised("SIT307", loaded(far)):
         assert not re.search(r"\d{3}", finding.hint.replace("-200", "")), finding.hint
         for changed in followed(far, finding.hint) if " fits on" in finding.hint else ():
@@ -192,7 +192,7 @@ arrays = st.sampled_from([
     {"pattern": "triangle", "pitch": 4.6},
     {"pattern": "grid", "count": [2, 2], "pitch": 4.6},
     {"pattern": "explicit", "centres": [[-3, 0.7], [2.5, 1.8]]},
-])  # fmt: skip
+])
 jaws = st.sampled_from([None, {"jaw": {"width": 9, "length": 8, "height": 2}}, {"kind": "bench-plate"}])
 
 

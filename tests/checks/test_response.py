@@ -186,7 +186,7 @@ def test_a_magnetic_target_is_told_and_which_metal_gives_how_much_more():
     assert list(told) == ["stainless-316l", "copper"]
     for name, times in told.items():
         here, there = (max(abs(s.share) for s in signals(Design(spec).estimates))
-                       for spec in (steel, steel.replace("target.material", name)))  # fmt: skip
+                       for spec in (steel, steel.replace("target.material", name)))
         assert float(times) == approx(there / here, rel=0.05)
     copper = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     assert not list(other_metals(copper)), "there is no better conductor"
@@ -205,5 +205,5 @@ def test_the_thickness_of_most_signal_is_named():
     (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
     assert found.hint.startswith("elastomer.thickness: 1.5 gives 2.5 times the signal, more than any other (tried)")
     share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", mm)).estimates)[0].share)
-             for mm in (1.2, 1.5, 2.0, 4.0)}  # fmt: skip
+             for mm in (1.2, 1.5, 2.0, 4.0)}
     assert share[1.5] == max(share.values()) and share[1.5] / share[4.0] == approx(2.5, rel=0.02)

@@ -41,7 +41,7 @@ SQUARES = {
         "trace_spacing": "100 um",
     },
     "array": {"pattern": "line", "count": 3, "pitch": 5.8},
-}  # fmt: skip
+}
 """A lead of its layout leaves a corner at 45 degrees."""
 
 BINDING = {"based_on": "generic-flex", "coil_rule_binding": True}
@@ -67,7 +67,7 @@ QUICK = {
     "too fast a clock": (
         design("circle", 6, 12, 2, 100, 100, "generic-flex", readout={"clock": "41 MHz"}), {"SIT213"},
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -82,7 +82,7 @@ THIN = design(
     "circle", 4.5, 9, 2, 80, 80, "generic-fine", array={"pattern": "line", "count": 2, "pitch": 6},
     target={"shape": "rectangle", "size": [4, 4], "thickness": "25 um"},
     elastomer={"material": "dragon-skin-10", "shape": "rectangle", "size": [5, 4.6], "thickness": 1},
-)  # fmt: skip
+)
 """A target too thin, too short and too narrow, on a pad that is too small for the one that it should be."""
 
 
@@ -100,7 +100,7 @@ SQUARE_TARGET = design(
     "rectangle", [8, 5], 5, 2, 100, 100, "generic-flex",
     target={"shape": "square", "size": 5.2, "thickness": 0.2},
     elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5.2, "thickness": 1},
-)  # fmt: skip
+)
 
 
 @pytest.mark.slow
@@ -140,7 +140,7 @@ def test_limits_that_contradict_each_other_are_both_named():
         "circle", 6.3, 12, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"},
         target={"shape": "square", "size": 5, "thickness": 0.2},
         elastomer={"material": "dragon-skin-10", "shape": "square", "size": 5, "thickness": 1},
-    )  # fmt: skip
+    )
     found = check(load_text(json.dumps(document), "spec.yaml"), hints="full").findings
     hints = [f.hint for f in found if f.rule == "SIT306"]
     assert hints and all("SIT301 fails. The two limits contradict each other" in hint for hint in hints)
@@ -181,7 +181,7 @@ def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
         target={"shape": "circle", "size": 8, "thickness": 0.2},
         elastomer={"material": "dragon-skin-30", "shape": "circle", "size": 8, "thickness": 1},
         readout={"scan_rate": "100 Hz"}, requirements={"normal_force": "0.12 N", "bandwidth": "80 Hz"},
-    )  # fmt: skip
+    )
     text = json.dumps(faint, indent=1)
     before = check(load_text(text, "spec.yaml"), hints="full").findings
     found = {each.rule: each for each in before}
@@ -239,7 +239,7 @@ def test_what_does_not_mend_is_summed_up_in_a_line():
 RACETRACK = design(
     "racetrack", [11, 4.4], 4.5, 2, 100, 100, "generic-flex",
     mount={"kind": "grasper-pad", "jaw": "generic-5mm", "standoff": 0.3},
-)  # fmt: skip
+)
 """Its leads pass beside the coil, which makes the body wider than the jaw and its thin seat hold."""
 
 
@@ -316,7 +316,7 @@ def test_finer_fabricators_are_named_whose_profiles_fit():
     assert named
     for name in named:
         rules = {f.rule for f in check(spec.replace("fpc.rules", name), hints="none").findings
-                 if f.severity is Severity.ERROR}  # fmt: skip
+                 if f.severity is Severity.ERROR}
         assert not rules & {"SIT101", "SIT102", "SIT103", "SIT131"}
     assert not Edit("fpc.rules", "huayue").is_safe, "nobody else chooses who makes a board"
     finest = load_text(json.dumps(design("circle", 6, 12, 2, 20, 20, "generic-flex")), "spec.yaml")
@@ -332,7 +332,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     fixes = {f.rule: [[(e.key, e.new) for e in fix.edits] for fix in f.fixes] for f in found if f.fixes}
     assert fixes["SIT307"] == [
         [("fpc.margin", "[0, 0.1]")], [("elastomer.size", "7.8"), ("target.size", "7.8")],
-    ]  # fmt: skip
+    ]
     assert fixes["SIT312"] == [[("elastomer.material", "dragon-skin-10")]]
     assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")
 
@@ -361,7 +361,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
         ("grasper_4layer", {"fpc.tail.layers": 4, "fpc.tail.bend": "dynamic"}, "SIT308",
          "fpc.tail.bend: static mends it; or fpc.tail.layers: 2 leaves a warning (it was tried)"),
     ],
-)  # fmt: skip
+)
 def test_figures_in_hints_were_tried(name, changes, rule, said):
     """They were named "(not tried)" or without a word, sizes that other rules refuse; SIT308 named one layer alone."""
     spec = load_text(templates.read(name), "spec.yaml").replace(changes)

@@ -101,7 +101,7 @@ def test_a_comment_in_vain_is_a_warning_at_its_place(run, good, words, said):
 @pytest.mark.parametrize(("more", "said"), [
     ("SIT104", "names rules in vain: no finding of SIT104 is"),
     ("SIT104, SIT201, SIT301", "no finding of SIT104, SIT201 is"),
-])  # fmt: skip
+])
 def test_spare_names_beside_one_that_silences_are_told(run, good, more, said):
     good.write_text(waived(good.read_text(), "trace_width", f"SIT103, {more} their quotation"))
     spec = spec_of(run, "good.yaml")
@@ -262,7 +262,7 @@ def test_a_figure_that_keeps_its_limit_by_less_is_graver(run):
     for before, now, keeps, is_known in (
         (1.7, 1.6, True, True), (1.7, 1.75, True, False), (1.9, 1.95, False, False), (1.9, 1.85, False, True),
         (1.7, 1.85, False, False), (1.9, 1.7, True, False),
-    ):  # fmt: skip
+    ):
         entry = Known(Severity.WARNING, before, 1.8, keeps_limit=before < 1.8 and keeps)
         finding = Finding("SIT204", "", Severity.WARNING, "", measured=now, keeps_limit=keeps, **told)
         assert entry.covers(finding) == is_known, (before, now, keeps)

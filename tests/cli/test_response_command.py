@@ -107,7 +107,7 @@ def test_load_cases_by_name(run, pair, tmp_path):
     assert points[2]["pose"]["ry_rad"] == approx(np.radians(10.0), rel=1e-6)
     text = run("response", "cases.yaml", "--case", "scissor", "--case", "edge").out
     assert "load case scissor: 1 N" in text and [line.split()[0] for line in text.splitlines()[2:7:2]] == [
-        "case", "C2", "C2"]  # fmt: skip
+        "case", "C2", "C2"]
     rows = run("response", "cases.yaml", "--case", "all", "--pose", "z=-0.1", "--format", "csv").out.splitlines()
     assert [row.split(",")[0] for row in rows] == ["case", "", "press", "scissor", "edge"]
     assert not any(cell == "-0" for row in rows for cell in row.split(","))

@@ -15,7 +15,7 @@ from sitscad.package import write_template
 HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
     "gerbonara", "rich", "vtkmodules", "sympy", "lxml", "networkx",
-}  # fmt: skip
+}
 
 _RUN = """
 import sys
@@ -33,7 +33,7 @@ def test_nothing_heavy_is_imported(tmp_path, command):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", _RUN, source, *command.split(), str(spec)], capture_output=True,
-                          text=True, cwd=tmp_path)  # fmt: skip
+                          text=True, cwd=tmp_path)
     assert done.returncode in (0, 1), done.stderr
     imported = set(done.stderr.splitlines()[-1].split())
     assert "numpy" in imported

@@ -257,7 +257,7 @@ def test_json_is_the_contract(mounted):
         "resistance_error", "bend_inductance_H",
         "resistance_dc_ohm", "resistance_ac_ohm", "capacitance_F", "sensor_frequency_Hz", "parallel_resistance_ohm",
         "quality_factor", "self_resonance_Hz", "trace_length_m", "states",
-    }  # fmt: skip
+    }
     assert required <= coil.keys()
     for state in coil["states"].values():
         assert {"inductance_H", "resistance_ohm", "frequency_Hz", "parallel_resistance_ohm"} <= state.keys()

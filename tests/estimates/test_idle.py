@@ -94,7 +94,7 @@ elastomer: {material: dragon-skin-10, shape: rectangle, size: [40, 30], thicknes
 readout: {device: ldc1614, capacitance: 220 pF}
 """
     one = estimate(lay_out(load_text(text.replace("count: COUNT, pitch: 4.1", "count: 1").replace("line", "single")
-                                     .replace(", count: 1", ""), "one.yaml")))  # fmt: skip
+                                     .replace(", count: 1", ""), "one.yaml")))
     two = estimate(lay_out(load_text(text.replace("COUNT", "2"), "two.yaml")))
     share = (two.inductance_matrix[0][1] / two.inductance_matrix[0][0]) ** 2
     free = [e.coils[0].states["free"].inductance - e.coils[0].lead_inductance for e in (one, two)]

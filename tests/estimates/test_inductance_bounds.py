@@ -12,7 +12,7 @@ from sitscad.estimates.winding.inductance_bounds import UNFITTED, Crowding, erro
 
 COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
 PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "filaments"), ("pentagon", "strands"),
-         ("rounded", "strands")]  # fmt: skip
+         ("rounded", "strands")]
 
 
 def of(family):
@@ -49,7 +49,7 @@ def test_it_does_not_go_by_the_scale(family, method, scale):
     coil = of(family)
     scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
                       coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
-                      coil.corner_radius * scale, coil.sides, coil.is_long)  # fmt: skip
+                      coil.corner_radius * scale, coil.sides, coil.is_long)
     assert error_bound(method, scaled) == approx(error_bound(method, coil), rel=1e-9)
 
 

@@ -122,7 +122,7 @@ def test_cases_of_a_library():
         ("{scisor: {opening: 10 deg}}", "SIT002", "loads.scisor"),
         ("[press]", "SIT004", "loads"),
     ],
-)  # fmt: skip
+)
 def test_nonsense_is_found_where_it_stands(loads, rule, key):
     with pytest.raises(SpecError) as refused:
         load_text(f"{PLAIN}loads: {loads}\n")
@@ -131,6 +131,6 @@ def test_nonsense_is_found_where_it_stands(loads, rule, key):
 
 def test_a_load_case_needs_a_force_and_a_pad():
     for text, missing in ((PLAIN.replace("requirements: {normal_force: 2 N}\n", ""), "no normal force"),
-                          (PLAIN.replace("elastomer", "#"), "a target on an elastomer")):  # fmt: skip
+                          (PLAIN.replace("elastomer", "#"), "a target on an elastomer")):
         with pytest.raises(SpecError, match=missing):
             load_text(text + "loads: {press: {}}\n")

@@ -29,7 +29,7 @@ def bench():
 
 def test_axes_are_those_that_the_array_tells_apart():
     found = {name: axes_told_apart(sitscad.load(TEMPLATES / f"{name}.yaml").array)
-             for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}  # fmt: skip
+             for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
     assert found["single_coil"] == ("normal",)
     assert found["bench_7mm"] == ("normal", "shear_x")
     assert found["three_axis_triangle"] == found["three_axis_grid"] == AXES
@@ -240,7 +240,7 @@ def test_a_polynomial_gives_back_what_it_was_fitted_to():
 def test_a_document_is_json(bench):
     document = json.loads(json.dumps([point.document() for point in bench.performance], allow_nan=False))
     assert {"at", "axes", "crosstalk", "tilt_error_N_per_rad", "temperature_error_N_per_K", "friction_error",
-            "bandwidth_Hz", "condition_number", "invertible"} <= set(document[0])  # fmt: skip
+            "bandwidth_Hz", "condition_number", "invertible"} <= set(document[0])
     assert {"range_N", "limited_by", "sensitivity_Hz_per_N", "resolution_N", "nonlinearity"} <= set(
         document[0]["axes"]["normal"]
     )

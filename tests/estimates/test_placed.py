@@ -76,7 +76,7 @@ def test_a_target_of_200_mm_takes_no_gigabytes(tmp_path):
     found = subprocess.run(
         [sys.executable, "-c", LIMITED, "check", "--hints", "none", str(tmp_path / "wide.yaml")],
         capture_output=True, text=True, timeout=600,
-    )  # fmt: skip
+    )
     assert "SIT402" in found.stdout and found.returncode == 1, found.stdout + found.stderr
 
 

@@ -70,7 +70,7 @@ def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
         x, y = place.centre
         alone = replace(place, centre=(0.0, 0.0))
         moved = replace(spec, array=replace(spec.array, placements=(alone,)),
-                        target=replace(spec.target, offset=(1.2 * MM - x, 0.7 * MM - y)))  # fmt: skip
+                        target=replace(spec.target, offset=(1.2 * MM - x, 0.7 * MM - y)))
         assert shares(moved)[place.name] == approx(ours[place.name], rel=1e-3)
     assert len({round(share, 6) for share, _ in ours.values()}) == 3
 
@@ -79,7 +79,7 @@ def test_a_target_offset_over_an_array_is_that_array_moved_back_under_it():
     ("shape: rectangle, size: [6, 3], rotation: 90 deg", "shape: rectangle, size: [3, 6]"),
     ("shape: circle, size: 5, rotation: 33 deg", "shape: circle, size: 5"),
     ("size: 5, rotation: -90 deg", "size: 5"),
-])  # fmt: skip
+])
 def test_quarter_turns_and_turned_discs_are_what_they_look_like(one, other):
     one, other = sensor(TRIANGLE, one), sensor(TRIANGLE, other)
     for name, share in shares(one).items():

@@ -17,7 +17,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 @pytest.fixture(scope="module", params=["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
                                         pytest.param("three_axis_triangle", marks=pytest.mark.slow),
-                                        pytest.param("fingertip_foil", marks=pytest.mark.slow)])  # fmt: skip
+                                        pytest.param("fingertip_foil", marks=pytest.mark.slow)])
 def both(request):
     design = Design(sitscad.load(TEMPLATES / f"{request.param}.yaml"))
     return quick_performance(design.layout, design.estimates), design.performance

@@ -233,7 +233,7 @@ def test_poses_beyond_what_the_pad_s_law_was_held_against_say_so(plain):
     """A target sheared by four thicknesses and tilted by 22 degrees under 50 N was told without a word."""
     thick = plain.spec.elastomer.thickness
     found = respond(plain, [[0.49 * thick, 0.0, 0.0, 0.0, 0.0, 0.0], [0.4 * thick, 0.4 * thick, 0.0, 0.0, 0.0, 0.0],
-                            [0.0, 0.0, 0.0, math.radians(4.9), 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -0.1, 0.0]])  # fmt: skip
+                            [0.0, 0.0, 0.0, math.radians(4.9), 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -0.1, 0.0]])
     assert [any("extrapolated" in note for note in notes) for notes in found.notes] == [False, True, False, True]
     assert "half its thickness" in found.notes[1][0]
     assert "5 degrees" in found.notes[3][0]
@@ -253,7 +253,7 @@ def test_a_document_has_the_contract_s_names(plain):
     assert list(document["pose"]) == ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
     assert {"inductance_H", "resistance_ohm", "target_change_H", "target_change_error", "target_resistance_ohm",
             "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes", "force_N",
-            "moment_Nm"} <= set(document)  # fmt: skip
+            "moment_Nm"} <= set(document)
     assert all(isinstance(count, int) for count in document["counts"])
     assert len(document["force_N"]) == len(document["moment_Nm"]) == 3
 
@@ -309,7 +309,7 @@ def test_what_cannot_respond_says_why(plain):
 
 
 @pytest.mark.parametrize(("shape", "size", "target"), [("racetrack", (12, 4), (12, 4)), ("rectangle", (4, 16), (4, 16)),
-                                                       ("rectangle", (16, 4), (14, 3))])  # fmt: skip
+                                                       ("rectangle", (16, 4), (14, 3))])
 def test_states_of_elongated_coils_are_what_the_response_says(shape, size, target):
     """As round coils of the same area they felt a target of their own size by 0.4 to 0.6 of what it changes."""
     wide = f"shape: rectangle, size: {list(target)}"

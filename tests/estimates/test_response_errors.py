@@ -59,7 +59,7 @@ def test_air_between_shield_and_jaw_is_no_trouble():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("behind", [pytest.param(BEHIND[0], marks=pytest.mark.more), *BEHIND[1:3],
-                                    pytest.param(BEHIND[3], marks=pytest.mark.more)])  # fmt: skip
+                                    pytest.param(BEHIND[3], marks=pytest.mark.more)])
 def test_an_endless_sheet_over_any_jaw(behind):
     design, at = over_a_jaw(behind, 15), 5e6
     found = design.response.respond(np.array([[0.0] * 6, [0.0, 0.0, -0.7e-3, 0.0, 0.0, 0.0]]), at)

@@ -17,7 +17,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 
 
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
-                                  pytest.param("three_axis_triangle", marks=pytest.mark.slow)])  # fmt: skip
+                                  pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_the_table_is_within_its_error_of_the_response(name):
     model = Design(sitscad.load(TEMPLATES / f"{name}.yaml")).response
     table = response_table(model)

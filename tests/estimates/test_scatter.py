@@ -55,7 +55,7 @@ def test_coils_scatter_as_the_estimate_says(grasper):
 
 def test_it_follows_the_spec(grasper):
     looser = Design(replace(grasper.spec, assembly=replace(grasper.spec.assembly, tolerances=())), grasper.layout,
-                    grasper.estimates)  # fmt: skip
+                    grasper.estimates)
     assert _sigmas(looser)[scatter.OFFSET_X] == approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X], rel=1e-6)
     assert _sigmas(looser)[scatter.THICKNESS] == approx(3.0 * _sigmas(grasper)[scatter.THICKNESS], rel=1e-6)
 

@@ -23,7 +23,7 @@ def test_polygons_hold_about_as_much_as_their_area_says(shape):
     own, _, _ = of(BENCH.replace("circle", shape), "flex-2l-35um")
     round_one, _, _ = of(BENCH, "flex-2l-35um")
     area = {"square": 4.0 / math.pi, "hexagon": 6 * math.tan(math.pi / 6) / math.pi,
-            "octagon": 8 * math.tan(math.pi / 8) / math.pi}[shape]  # fmt: skip
+            "octagon": 8 * math.tan(math.pi / 8) / math.pi}[shape]
     assert own == approx(round_one * area, rel=0.05)
 
 
@@ -38,9 +38,9 @@ def test_turn_lengths_add_up_to_the_track():
 def test_more_layers_of_one_build_hold_less_than_two():
     # each gap sees half of the voltage at most, and gaps work in series
     two, _, _ = of("{shape: circle, outer_diameter: 4, turns: 7.75, layers: [1, 2], trace_width: 80 um, "
-                   "trace_spacing: 80 um}", "flex-4l")  # fmt: skip
+                   "trace_spacing: 80 um}", "flex-4l")
     four, _, _ = of("{shape: circle, outer_diameter: 4, turns: 7.75, layers: 4, trace_width: 80 um, "
-                    "trace_spacing: 80 um}", "flex-4l")  # fmt: skip
+                    "trace_spacing: 80 um}", "flex-4l")
     assert four < two
 
 

@@ -46,7 +46,7 @@ def test_slow_and_fast_tanks_meet_their_own_frequency(capacitance):
             f"sitscad: 1\nname: t\ncoil: {{shape: circle, outer_diameter: {outer}, turns: {turns}, layers: 2, "
             f"trace_width: 100 um, trace_spacing: 100 um}}\nreadout: {{device: ldc1614, capacitance: {capacitance}}}\n",
             "t.yaml",
-        )))  # fmt: skip
+        )))
         coil = found.coils[0]
         free = coil.states["free"]
         assert free.resistance == approx(coil.resistance_ac, rel=0.4)

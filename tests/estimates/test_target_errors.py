@@ -30,7 +30,7 @@ RINGS = CoaxialRings(np.linspace(1.5e-3, 2.95e-3, 8), np.zeros(8), np.ones(8))
 METALS = {
     "copper": (58e6, 1.0), "aluminium": (36e6, 1.0), "titanium": (0.6e6, 1.0), "stainless": (1.4e6, 1.05),
     "magnetic steel": (1.3e6, 95.0), "mild steel": (6e6, 300.0), "ferrite": (1e-2, 120.0),
-}  # fmt: skip
+}
 
 
 def targets(metal, shape, quantity):

@@ -65,7 +65,7 @@ def changed(spec: SensorSpec, **relative: float) -> SensorSpec:
     line = (coil.outer_diameter - coil.trace_width) * (1.0 + scale)
     size = line + coil.trace_width + more
     coil = replace(coil, size=(size, size), trace_width=coil.trace_width + more,
-                   trace_spacing=pitch - coil.trace_width - more)  # fmt: skip
+                   trace_spacing=pitch - coil.trace_width - more)
     return replace(spec, coil=coil, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))
 
 
@@ -85,7 +85,7 @@ def test_slopes_of_the_inductance_are_its_differences(shape):
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper"), (DISTANCE, "gap"), (DIAMETER, "scale")):
         step = 0.05
         found = (winding_inductance(changed(spec, **{key: step}))
-                 - winding_inductance(changed(spec, **{key: -step}))) / (2 * step)  # fmt: skip
+                 - winding_inductance(changed(spec, **{key: -step}))) / (2 * step)
         assert slopes[name] == approx(found, rel=0.25, abs=6e-3 * whole), name
 
 
@@ -106,7 +106,7 @@ def test_slopes_of_the_resistance_are_its_differences(frequency):
     for name, key in ((WIDTH, "width"), (THICKNESS, "copper")):
         step = 0.05
         found = (_resistance(changed(spec, **{key: step}), frequency)
-                 - _resistance(changed(spec, **{key: -step}), frequency)) / (2 * step)  # fmt: skip
+                 - _resistance(changed(spec, **{key: -step}), frequency)) / (2 * step)
         assert circuit_slopes[name] == approx(found, abs=0.12 * _resistance(spec, frequency)), name
 
 
@@ -156,7 +156,7 @@ def test_the_spread_is_that_of_a_sample():
     for _ in range(60):
         width, copper, gap, scale, capacitor = rng.uniform(-1.0, 1.0, 5) * math.sqrt(3.0)
         drawn = changed(spec, width=width * sigma[WIDTH], copper=copper * sigma[THICKNESS],
-                        gap=gap * sigma[DISTANCE], scale=scale * sigma[DIAMETER])  # fmt: skip
+                        gap=gap * sigma[DISTANCE], scale=scale * sigma[DIAMETER])
         drawn = replace(drawn, readout=replace(drawn.readout, capacitance=470e-12 * (1 + capacitor * sigma[CAPACITOR])))
         found = estimate(lay_out(drawn)).coils[0].states["free"]
         rows.append((found.inductance, found.resistance, found.frequency, found.parallel_resistance))
@@ -283,7 +283,7 @@ def test_permittivity_scatters_what_the_board_has_of_the_capacitance(monkeypatch
     assert found["free"][PERMITTIVITY] == approx((0.0, 0.0, own * 0.06 / math.sqrt(3.0)), rel=1e-6, abs=1e-12)
     spec = padded()
     layers = tuple(replace(layer, relative_permittivity=1.1 * layer.relative_permittivity)
-                   if layer.relative_permittivity else layer for layer in spec.fpc.stackup.layers)  # fmt: skip
+                   if layer.relative_permittivity else layer for layer in spec.fpc.stackup.layers)
     more = replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))
     # leads lie in the board too; what is outside of it (air between turns and beyond) makes the difference
     assert estimate(lay_out(more)).coils[0].self_capacitance / own == approx(1.1, abs=0.02)
@@ -417,7 +417,7 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     ("value", "sigma", "shown"),
     [(-6.49e-9, 2.4e-9, "-6.49 +- 2.4 nH/N"), (1e-9, 0.2e-12, "1 nH/N +- 0.2 pH/N"), (5e-9, None, "5 nH/N"),
      (math.nan, 1.0, "-"), (1.15e-6, 87e-9, "1.15 +- 0.087 uH/N"), (-0.95e-9, 1.2e-9, "-950 +- 1200 pH/N")],
-)  # fmt: skip
+)
 def test_a_number_and_its_sigma_share_a_unit_where_they_can(value, sigma, shown):
     assert plus_minus(value, sigma, "H", "/N") == shown
 

@@ -72,7 +72,7 @@ FAULTS = {
     "shifted by a track's width across": (lambda layout: moved(layout, 0.0, layout.spec.coil.trace_width), True),
     "one coil turned over": (lambda layout: mirrored(layout, layout.coils[0]), True),
     "one via less": (one_via_less, True),
-}  # fmt: skip
+}
 
 
 @pytest.mark.clients("gerbv", "rsvg-convert")

@@ -97,7 +97,7 @@ def _tracks(layout, placed) -> list[str]:
     """For each end a contact well outside the coil, and a straight track to it past all other pads."""
     free = [name for i, name in enumerate(copper_names(layout.copper_layers), 1) if i not in layout.spec.coil.layers]
     spots = [(20 + 1e3 * (v.centre.x - c.x), 20 - 1e3 * (v.centre.y - c.y)) for c in [layout.coils[0].centre]
-             for v in winding(layout.coils[0]) if isinstance(v, Via)]  # fmt: skip
+             for v in winding(layout.coils[0]) if isinstance(v, Via)]
     width = f"{1e3 * layout.spec.coil.trace_width:.6g}"
     reach = max(9.0, 500.0 * max(layout.spec.coil.size) + 2.0)  # beyond the coil, in millimetres
     rows, taken = [], [*spots, *((x, y) for x, y, _ in placed.values())]

@@ -18,7 +18,7 @@ from sitscad.papers import mounting
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
 WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, mounting.render_picture,
-           step.render_whole, meshes.render_whole_3mf, meshes.render_glb)  # fmt: skip
+           step.render_whole, meshes.render_whole_3mf, meshes.render_glb)
 
 SCRIPT = """
 import hashlib, json, sys
@@ -72,7 +72,7 @@ print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [
     "three_axis_triangle", *(pytest.param(n, marks=pytest.mark.more) for n in ("three_axis_grid", "jaw_5x20")),
-])  # fmt: skip
+])
 def test_a_template_s_files_and_corners_are_the_same_wherever_its_solids_lie_in_memory(name):
     found = []
     for seed, kept in (("1", "0"), ("271828", "3001"), ("31", "777")):

@@ -181,7 +181,7 @@ TAILS = [
     "length: 30, bend: static", "length: 30, connector: zif-0.3mm, bend: static", "length: 60, layers: 2",
     "length: 30, connector: zif-0.3mm", "length: 30, connector: solder-pads, bend: static",
     "length: 25, turn: left, bend: static", "length: 25, offset: 6",
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("tail", TAILS)

@@ -181,7 +181,7 @@ def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, thro
     face = Face(*handmade.layout(sensor).spec.target.size, 1.0 if pad.outline.is_round else 0.0)
     rim = 0.5 * (pad.size[0] - face.width_x) if sensor == "round" else 0.0
     law = Pad(face, pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, rim,
-              exponent=pad.material.ogden_exponent)  # fmt: skip
+              exponent=pad.material.ogden_exponent)
     assert force == approx(float(law.pressure([volume_mesh.STRAIN])[0]), rel=0.1)
     assert max(sideways) < 0.01 * force
 

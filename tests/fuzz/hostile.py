@@ -20,12 +20,12 @@ PIECES = [
     "\u202e", "\ud7ff", "'", '"', "#", "# sitscad: ignore SIT103 x", "? ", "---\n", "...\n", "%YAML 1.1\n", "~", "null",
     "1e400", "-1e-400", ".inf", ".nan", "0x41", "1_000", "1:30", "99999999999999999999", "-0", "5 parsec", "5 mm mm",
     "mm", "yes", "2001-01-01", "../../etc/passwd", "/dev/zero", "shop.yaml", "\n", "  ", "\r\n", "\x85", "\u2028",
-]  # fmt: skip
+]
 VALUES = [
     "0", "-1", "1e-12", "1e12", "1 um", "100 m", "[]", "{}", "[1, 2]", "[[1]]", "none", "auto", "x",
     "''", "200", "0.25",
     "1 kohm", "-5 degC", "1e5 1/K", "[8, 7, 6, 5, 4, 3, 2, 1]", "square", "racetrack", "64", "500",
-]  # fmt: skip
+]
 
 
 def mutated(rng: random.Random) -> str:

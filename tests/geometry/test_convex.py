@@ -21,7 +21,7 @@ angles = st.floats(-math.pi, math.pi)
 plates = st.builds(
     lambda is_round, x, y, cx, cy, turn: Footprint(is_round, (x, x if is_round else y), Point(cx, cy), turn),
     st.booleans(), lengths, lengths, places, places, angles,
-)  # fmt: skip
+)
 
 
 def polygon(path):

@@ -19,7 +19,7 @@ SPEC = sitscad.SensorSpec.from_mapping(
           "trace_spacing": "150 um"},
     array={"count": 2},
     fpc={"tail": {"length": 20}},
-)  # fmt: skip
+)
 
 
 @pytest.fixture

@@ -120,7 +120,7 @@ def test_start_angles_of_polygons_are_their_corners(sensor):
 def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(sensor):
     """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
     spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
-                  stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)  # fmt: skip
+                  stackup="flex-6l", rules="generic-flex", tail=False, start_angle=math.pi / 4)
     assert lay_out(spec).shortfalls == ()
 
 

@@ -46,7 +46,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
 @pytest.mark.parametrize("body", [
     {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.6}, {"shape": "rectangle", "size": [12, 13]},
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
-])  # fmt: skip
+])
 def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body):
     layout = sitscad.lay_out(button.replace("fpc.body", body))
     assert not layout.shortfalls
@@ -142,7 +142,7 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     (lambda space: space.add_lwpolyline([(0, 0), (6, 6), (6, 0), (0, 6)], close=True), "inwards|crosses"),
     (lambda space: space.add_circle((0, 0), 0.2), "400 um x 400 um"),
     (lambda space: None, "0 lines and arcs"),
-])  # fmt: skip
+])
 def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):
     with pytest.raises(UnfitError, match=said):
         outline(dxf(tmp_path, draw))

@@ -39,7 +39,7 @@ BOARDS = {
                   "pattern: line, count: 2, pitch: 9", (8, 8.25, 8.6)),
     "three layers": ("shape: square, outer_diameter: 7, layers: 3, start_angle: 180 deg",
                      "pattern: grid, count: [2, 2], pitch: 8.5", (6, 6.25)),
-}  # fmt: skip
+}
 
 CASES = [(name, turns) for name, (_, _, sweep) in BOARDS.items() for turns in sweep]
 
@@ -95,7 +95,7 @@ def test_a_square_turned_by_its_start_angle_keeps_its_inductance(layers, turns, 
 
 
 @pytest.mark.parametrize("layers, turns, least", [(2, 8.0, 0.0), (2, 8.1, -0.2), (2, 8.4, 0.2), (2, 8.25, 0.5),
-                                                  (4, 7.75, 0.0), (3, 8.3, 0.0), (1, 8.6, 0.0)])  # fmt: skip
+                                                  (4, 7.75, 0.0), (3, 8.3, 0.0), (1, 8.6, 0.0)])
 def test_what_cannot_be_spared_is_what_all_turns_lack_of_a_whole_number(layers, turns, least):
     from .conftest import sensor
 
@@ -118,7 +118,7 @@ def test_the_turns_of_a_circle_move_the_contacts_as_they_move_the_winding():
     """
     sweep = [8.0 + k / 40 for k in range(21)]
     shares = [shares_of(laid_out(f"{BOARDS['two circles'][0]}, turns: {turns}", BOARDS["two circles"][1]))
-              for turns in sweep]  # fmt: skip
+              for turns in sweep]
     steps = [max(abs(b - a) for a, b in zip(one, other, strict=True)) for one, other in pairwise(shares)]
     assert sorted(steps)[-2] < 0.01
     assert max(abs(share) for row in shares for share in row) < 0.055

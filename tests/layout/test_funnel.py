@@ -90,7 +90,7 @@ def test_a_pair_that_leaves_forwards_near_another_lane(tail):
          "rules: generic-flex, tail: {length: 15, connector: zif-0.3mm}"),
     ],
     ids=["wide racetracks", "wide tracks side by side", "pairs side by side off the middle", "wide octagons"],
-)  # fmt: skip
+)
 def test_few_wide_turns_in_line(coil, count, pitch, fpc):
     """Boards that were refused, or drawn with necks wider than their lanes."""
     layout = assert_accepted_by_its_own_check(

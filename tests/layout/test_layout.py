@@ -42,7 +42,7 @@ CASES = {
     "eight in a row": dict(diameter=6e-3, turns=8, layers=2, width=1e-4, coils=8, pitch=8e-3, stackup="flex-2l-18um",
                            tail=False),
     "four in a row": dict(diameter=4e-3, turns=6, layers=2, coils=4, pitch=4.9e-3, start_angle=math.radians(30)),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(params=CASES, scope="module")
@@ -161,7 +161,7 @@ def test_the_missing_room_for_an_inner_via_is_named(sensor, extra):
     assert lack.what is Missing.INNER_ROOM and lack.missing == lack.need - lack.have > 0.0
     missing = lack.missing + extra
     mended = lay_out(sensor(diameter=2.6e-3 + missing, turns=7.0, layers=2, pitch=3.2e-3 + missing,
-                            stackup="flex-2l-18um"))  # fmt: skip
+                            stackup="flex-2l-18um"))
     assert Missing.INNER_ROOM not in {lack.what for lack in mended.shortfalls}
 
 
@@ -209,7 +209,7 @@ def test_random_designs_are_sound_or_say_why_not():
                 start_angle=math.radians(source.choice([0, 0, 45, 90, -30, 180, source.uniform(0, 360)])),
                 clockwise=source.random() < 0.3,
             )
-        )  # fmt: skip
+        )
         if layout.shortfalls:
             assert all(lack.message for lack in layout.shortfalls)
             continue
@@ -304,7 +304,7 @@ def test_no_via_stands_outside_the_round_corners_of_a_long_coil():
     from .conftest import sensor
 
     spec = sensor(shape="rectangle", size=(21.1e-3, 11.52e-3), turns=10.25, layers=5, width=120e-6, spacing=100e-6,
-                     stackup="flex-6l", rules="generic-flex", coils=1, corner_radius=3.03e-3)  # fmt: skip
+                     stackup="flex-6l", rules="generic-flex", coils=1, corner_radius=3.03e-3)
     layout = lay_out(spec)
     assert layout.shortfalls == ()
     assert clashes(layout, 99e-6) == []

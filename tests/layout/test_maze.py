@@ -111,7 +111,7 @@ def from_square(points, placement, half):
     away = (points - np.array(placement.centre)) @ np.array(
         [[math.cos(placement.rotation), -math.sin(placement.rotation)],
          [math.sin(placement.rotation), math.cos(placement.rotation)]]
-    )  # fmt: skip
+    )
     return np.hypot(*np.maximum(np.abs(away) - half, 0.0).T)
 
 
@@ -181,7 +181,7 @@ def dense(way):
 
 
 @pytest.mark.parametrize("centres", [positions.grid(2, 2, 6e-3), positions.grid(3, 3, 6e-3), positions.triangle(6e-3),
-                                     [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])  # fmt: skip
+                                     [(0.0, 1e-3), (6e-3, 2e-3), (12e-3, -1e-3), (18e-3, 0.5e-3)]])
 def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
     placements = tuple(CoilPlacement(f"C{k}", (x, y)) for k, (x, y) in enumerate(centres))
     orders = rows_of_lanes(placements)
@@ -195,7 +195,7 @@ def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
 def test_a_grid_with_room_between_its_rows_is_routed():
     """Once refused: vias of the near coils stand where the far ones were to pass, beside 4.5 mm of free board."""
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,
-                stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))  # fmt: skip
+                stackup="flex-8l", clockwise=True, centres=positions.grid(2, 2, 9.76e-3))
     assert lay_out(spec).shortfalls == ()
 
 
@@ -209,7 +209,7 @@ def test_one_coil_beside_the_axis_or_turned_is_routed(centre, rotation):
 def test_no_lead_turns_back_over_itself():
     """Once the lead of the second coil left the ring towards the tail though it came along its side from there."""
     spec = sensor(shape="square", diameter=5.24e-3, turns=11.5, layers=4, width=76e-6, spacing=76e-6, coils=4,
-                  pitch=6.6e-3, clockwise=True, corner_radius=0.56e-3)  # fmt: skip
+                  pitch=6.6e-3, clockwise=True, corner_radius=0.56e-3)
     for trace in lay_out(spec).traces:
         for one, other in pairwise(trace.path):
             if trace.role is Role.LEAD and isinstance(one, Line) and isinstance(other, Line):

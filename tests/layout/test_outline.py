@@ -96,7 +96,7 @@ BOARDS = {
     "a shoulder for capacitors": dict(array=row(2, 8), extra=WITH_CHIPS),
     "a shoulder, turned": dict(array=row(2, 8), extra=WITH_CHIPS, tail="length: 1, turn: left", radius="4 mm"),
     "a shoulder of fine contacts": dict(array=row(2, 8), tail="length: 3, connector: zif-0.3mm", radius="2 mm"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("changes", BOARDS.values(), ids=BOARDS)

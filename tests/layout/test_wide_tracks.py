@@ -19,7 +19,7 @@ def test_leads_wider_than_the_pad_keep_off_their_coil(sensor, shape, width, laye
     layout = lay_out(
         sensor(shape=shape, diameter=10e-3, turns=turns, layers=layers, width=width, spacing=spacing, coils=1,
                rules="generic-flex", tail=False)
-    )  # fmt: skip
+    )
     assert_sound(layout)
     outside = [via for via in layout.vias if max(map(abs, via.centre)) > 4.5e-3]
     assert outside and all(via.pad == layout.spec.fpc.rules.via_pad for via in outside)
@@ -31,7 +31,7 @@ def test_wide_tracks_in_an_array(sensor):
             sensor(shape="circle", diameter=8e-3, turns=1.5, layers=4, width=0.5e-3, spacing=0.15e-3, coils=3,
                    pitch=12e-3, rules="generic-flex", tail=False)
         )
-    )  # fmt: skip
+    )
 
 
 def test_a_joined_via_is_as_large_as_the_wider_of_pad_and_track():

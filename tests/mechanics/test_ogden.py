@@ -22,7 +22,7 @@ FIGURES = Path(__file__).parents[1] / "validation"
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
 HARD = Pad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3, exponent=3.3)
 FILMED = Pad(Face(5e-3, 4e-3), 2e-3, 50e3, 1.5e9, film=0.2e-3, film_modulus=300e3, height=0.2e-3, exponent=2.5,
-             film_exponent=3.05)  # fmt: skip
+             film_exponent=3.05)
 
 
 def rows(name):
@@ -45,7 +45,7 @@ def figures():
     for measures, group in groupby(wanted, key=lambda row: tuple(row[name] for name in names)):
         exponent, skin_exponent, along, across, is_round, rim, skin, modulus = measures
         pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, modulus if skin else 0.0,
-                  exponent=exponent, film_exponent=skin_exponent)  # fmt: skip
+                  exponent=exponent, film_exponent=skin_exponent)
         of_pad = list(group)
         yield pad, replace(pad, exponent=2.0, film_exponent=2.0), of_pad, [plain[key_of(row)] for row in of_pad]
 
@@ -135,7 +135,7 @@ def test_forces_have_an_energy(pad):
     """Work along a way that closes is nothing, and the stiffness is the force's slope."""
     t = np.linspace(0.0, 2.0 * math.pi, 2001)
     way = np.column_stack([3e-4 * np.sin(t), 2e-4 * np.cos(t), -3e-4 + 2e-4 * np.sin(t + 1.0), 0.05 * np.cos(t),
-                           0.04 * np.sin(2.0 * t), 0.06 * np.sin(t)])  # fmt: skip
+                           0.04 * np.sin(2.0 * t), 0.06 * np.sin(t)])
     held, turned = pad.force(way), rotations(way[:, 3:])
     middle = 0.5 * (held[1:] + held[:-1])
     spin = rotation_vectors(turned[1:] @ np.swapaxes(turned[:-1], 1, 2))

@@ -35,7 +35,7 @@ def left_jacobians(vectors):
 def figures():
     with FIGURES.open(encoding="utf-8") as lines:
         rows = [{name: float(value) for name, value in row.items()}
-                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]  # fmt: skip
+                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
     pads = ("along", "across", "round", "rim", "skin", "skin_modulus")
     for measures, of_pad in groupby(rows, key=lambda row: tuple(row[name] for name in pads)):
         along, across, is_round, rim, skin, skin_modulus = measures
@@ -57,7 +57,7 @@ def errors(pad, rows):
 def test_forces_are_those_of_finite_elements(kind, rms, most):
     """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
     found = [errors(pad, rows) for pad, rows in figures()
-             if kind == ("film" if pad.film else "rim" if pad.rim else "bare")]  # fmt: skip
+             if kind == ("film" if pad.film else "rim" if pad.rim else "bare")]
     force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
     assert len(force) >= 20
     assert math.sqrt(np.mean(force**2)) < rms
@@ -67,7 +67,7 @@ def test_forces_are_those_of_finite_elements(kind, rms, most):
     if kind == "film":  # pressed, of what is built: up to a fifth of the thickness, faces of two thicknesses and more
         usual = [off[k] for pad, rows in figures() if pad.film and 0.05 <= pad.film <= 0.2 and pad.face.width_x >= 2.0
                  for off in [errors(pad, rows)[0]]
-                 for k, row in enumerate(r for r in rows if r["x"] or r["z"]) if row["z"] < 0.0]  # fmt: skip
+                 for k, row in enumerate(r for r in rows if r["x"] or r["z"]) if row["z"] < 0.0]
         assert len(usual) > 100 and np.quantile(usual, 0.95) < 0.05
 
 
@@ -94,7 +94,7 @@ def test_the_stated_error_holds():
 @pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
 def test_the_stated_error_is_no_smaller_than_what_pads_of_a_shape_factor_say(least, most):
     there = [(pad.sigma, errors(pad, rows)[0]) for pad, rows in figures()
-             if not pad.film and not pad.rim and least < pad.block.shape_factor < most]  # fmt: skip
+             if not pad.film and not pad.rim and least < pad.block.shape_factor < most]
     off = np.concatenate([of_pad for _, of_pad in there])
     stated = np.concatenate([np.full_like(of_pad, sigma) for sigma, of_pad in there])
     assert len(off) >= 8
@@ -111,7 +111,7 @@ PLAIN = Block(4.0, 4.0, exponent=3.3)
     (0.0, 2.0, lambda rim: replace(PLAIN, rim=rim)),
     (0.0, 0.5, lambda skin: replace(PLAIN, skin=skin, skin_modulus=10.0)),
     (1.5, 4.0, lambda exponent: replace(PLAIN, exponent=exponent)),
-])  # fmt: skip
+])
 def test_the_stated_error_has_no_step(least, most, block):
     """A parameter that is swept finely changes it by little: twenty times finer by a twentieth, and never at once."""
     changes = []
@@ -126,7 +126,7 @@ def test_a_rim_changes_without_a_step_as_the_pad_grows():
     changes = []
     for count in (1000, 20000):
         rims = [even_rim(Face(width, width + 2.5), Face(4.0, 4.0), (0.1, 0.0), 1.0)
-                for width in np.linspace(6.01, 9.0, count)]  # fmt: skip
+                for width in np.linspace(6.01, 9.0, count)]
         assert None not in rims
         changes.append(np.abs(np.diff(np.array(rims, dtype=float))).max())
     assert changes[1] < 0.1 * changes[0]
@@ -167,7 +167,7 @@ def test_no_work_is_gained_on_a_closed_way():
     """Force and moment have an energy: their work along a way that closes is nothing."""
     t = np.linspace(0.0, 2.0 * math.pi, 2001)
     way = np.column_stack([3e-4 * np.sin(t), 2e-4 * np.cos(t), -3e-4 + 2e-4 * np.sin(t + 1.0), 0.05 * np.cos(t),
-                           0.04 * np.sin(2.0 * t), 0.06 * np.sin(t)])  # fmt: skip
+                           0.04 * np.sin(2.0 * t), 0.06 * np.sin(t)])
     held, turned = OBLONG.force(way), rotations(way[:, 3:])
     middle = 0.5 * (held[1:] + held[:-1])
     spin = rotation_vectors(turned[1:] @ np.swapaxes(turned[:-1], 1, 2))
@@ -252,7 +252,7 @@ def test_nothing_jumps_where_a_measure_is_swept(name):
         made = {"thickness": 2e-3, "modulus": 50e3, "film": 0.1e-3, "film_modulus": 300e3, "rim": 0.4e-3, "width": 5e-3}
         made[name] *= f
         return Pad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9, made["rim"], made["film"],
-                   made["film_modulus"])  # fmt: skip
+                   made["film_modulus"])
 
     poses = np.array([[0.2e-3, 0.1e-3, -0.25e-3, 0.01, 0.03, 0.02]])
     held = np.array([pad(f).force(poses)[0] for f in factor])
@@ -269,7 +269,7 @@ def test_small_loads_add_up():
 
 
 @given(st.floats(-3e-4, 3e-4), st.floats(-3e-4, 3e-4), st.floats(-6e-4, 1e-4), st.floats(-0.08, 0.08),
-       st.floats(-0.08, 0.08))  # fmt: skip
+       st.floats(-0.08, 0.08))
 def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
     """Without twist the stiffness in the turned frame is symmetric where no moment acts; the work round a small square
     is nothing in any two of the numbers, up to what the square's size leaves.
@@ -304,7 +304,7 @@ def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_cha
     # the place in the frame stays where it is: in board axes it goes with the frame
     moved = pad._share * np.cross(left_jacobians(pad._share * there[None, 3:])[0].T, frame @ there[:3])
     assert lack[0, 3:] == approx(moved @ given_force + left_jacobians(there[None, 3:])[0].T @ given_moment,
-                                        abs=1e-9)  # fmt: skip
+                                        abs=1e-9)
     small = 1e-6 * np.eye(6)
     many = np.repeat(wanted, 12, axis=0), np.repeat(point, 12, axis=0)
     forth, back = np.split(pad._lack_and_slope(np.concatenate([there + small, there - small]), *many)[0], 2)

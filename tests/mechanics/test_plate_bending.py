@@ -31,7 +31,7 @@ def _round(radius, pressed, length):
     def shapes(r):  # value, slope, Laplacian, its slope, in units of the length
         x = r / length
         return np.array([[ber(x), bei(x), ker(x), kei(x)], [berp(x), beip(x), kerp(x), keip(x)],
-                         [-bei(x), ber(x), -kei(x), ker(x)], [-beip(x), berp(x), -keip(x), kerp(x)]])  # fmt: skip
+                         [-bei(x), ber(x), -kei(x), ker(x)], [-beip(x), berp(x), -keip(x), kerp(x)]])
 
     inner, outer = shapes(pressed), shapes(radius)
     rows, right = np.zeros((6, 6)), np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -12,7 +12,7 @@ from sitscad.physics.loss.proximity import Resolution, azimuth_cut, azimuth_syst
 
 
 def azimuth_loss(layers: Sequence[SpiralLayer], azimuth: float, sector: float, conductivity: float,
-                 resolution: Resolution) -> ProximityLoss:  # fmt: skip
+                 resolution: Resolution) -> ProximityLoss:
     """Loss of the turns in the half-plane of an azimuth, which stands for a `sector` (rad) of every one."""
     cut = azimuth_cut(layers, azimuth, sector)
     if cut is None:

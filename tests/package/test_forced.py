@@ -17,7 +17,7 @@ MARKED = ("laser/readme.txt", "laser/{name}-target.dxf", "laser/{name}-elastomer
           "bom.csv", "mount/assembly.txt", "firmware/ldc1614_config.h", "firmware/ldc1614_config.json",
           "firmware/sensor_config.h", "firmware/readme.txt",
           "calibration/calibration.h", "calibration/calibration.json", "calibration/calibration.html",
-          "calibration/plan.txt")  # fmt: skip
+          "calibration/plan.txt")
 
 
 def built(tmp_path, name, change, force=True):

@@ -235,7 +235,7 @@ def test_a_change_is_found_though_every_hash_agrees(package, what, monkeypatch):
         ("an order that is none", "order.zip: cannot be read"),
         ("tracks of 140 um", "order.zip: single-coil.GTL is not as the file beside it"),
     ],
-)  # fmt: skip
+)
 def test_much_shows_without_building_again(package, what, said):
     _, change = CHANGES[what]
     change(package)

@@ -38,7 +38,7 @@ ENTRY = {"sha256": "0", "stage": "gerber", "made_from": "0"}
 WHOLE = {
     "sitscad": "0.1.0", "spec": {"name": "x", "file": "x.yaml", "sha256": "0"}, "forced": False, "nets": {},
     "configuration": {}, "built": {}, "files": {},
-}  # fmt: skip
+}
 
 
 def test_what_the_hostile_ones_are_made_from_is_a_manifest(tmp_path):

@@ -54,7 +54,7 @@ def test_layers_meet_and_all_currents_circulate_the_same_way(name):
     for winding, turns in zip(windings, spec.coil.layer_turns, strict=True):
         ways = [p for segment in winding.path for p in segment.flattened(2e-6)]
         steps = [math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)
-                 for a, b in pairwise(ways)]  # fmt: skip
+                 for a, b in pairwise(ways)]
         assert math.fsum(steps) / (2 * math.pi) == approx(turns, abs=0.06)
     for one, other in pairwise(windings):
         ends = [math.atan2(p.y, p.x) for p in (one.path.end, other.path.start)]

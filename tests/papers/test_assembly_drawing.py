@@ -57,7 +57,7 @@ def test_pieces_are_drawn_to_scale_where_they_lie_on_the_coils(sensor):
     sheet = plan_view.drawing(sensor)
     scale, pieces = _scale(sheet), above_board(sensor.spec)
     ink = {pen: [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen == pen and i.paths[0].is_closed]
-           for pen in plan_view.PENS.values()}  # fmt: skip
+           for pen in plan_view.PENS.values()}
     (red,) = [i.paths[0] for i in sheet.items if isinstance(i, Shape) and i.pen and i.pen.colour == "#b00000"][:1]
     x0, y0, x1, y1 = bounding_box([red])
     origin = (x0 + x1) / 2, (y0 + y1) / 2

@@ -71,7 +71,7 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
          "density_source": "unverified: from memory"},
         {"name": "tail-2-fill", "is_carrier": False, "material": "adhesive", "mass_kg": 7e-6, "copper_m3": 1e-10,
          "density_source": "the maker's data sheet"},
-    ]  # fmt: skip
+    ]
     sensor = {"mass_kg": 6.7e-5, "centre_m": [0, 0, 0], "not_weighed": []}
     files = {"mount/assembly.json": json.dumps({"sensor": sensor, "pieces": pieces}).encode()}
     (content,) = render(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", files).values()

@@ -63,7 +63,7 @@ def test_everything_of_a_full_spec_is_there():
     rows = rows_of(full())
     assert list(rows["target"]) == [
         "item", "quantity", "part", "material", "size", "note", "maker", "order_code", "for_boards",
-    ]  # fmt: skip
+    ]
     assert rows["elastomer"]["size"] == "4 x 4 x 2 mm" and rows["elastomer"]["material"] == "ecoflex-00-30"
     assert rows["target"]["size"] == "diameter 4 x 0.2 mm"
     assert rows["connector"]["part"] == "zif-0.5mm, 4 contacts" and "2.5 mm wide" in rows["connector"]["size"]

@@ -208,7 +208,7 @@ def test_the_contacts_sheet_shows_the_teardrops_and_pads_that_the_gerber_has(rea
     drops = [drop for drop in real.teardrops if drop.layer == 1 and near(drop.outline)]
     holes = [via for via in real.vias if all(
         a - via.pad / 2 < c < b + via.pad / 2 for a, b, c in zip(low, high, via.centre, strict=True)
-    )]  # fmt: skip
+    )]
     assert drops and len(_areas(sheet, COPPER)) >= len(drops) + len(holes) - 1  # a round pad may only touch the corner
 
 

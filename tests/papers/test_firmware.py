@@ -33,7 +33,7 @@ def estimates(coils=2, **changes):
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
         "output_gain": 0, "offsets": (), "conversion": None,
-    }  # fmt: skip
+    }
     other = {
         "parallel_resistance": 4e3,
         "amplitude": 1.5,

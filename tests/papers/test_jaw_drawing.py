@@ -97,7 +97,7 @@ def test_pockets_of_both_jaws_are_cut_out_of_them_and_the_other_pad_lies_in_its_
             opposing_pad_thickness=0.3e-3, opposing_recess=0.2e-3, opposing_pocket=(14e-3, 2e-3),
             recess=0.3e-3, pocket=(16e-3, 3e-3),
         )
-    )  # fmt: skip
+    )
     was, here = shapes(plain), shapes(sunk)
     scale = (here["jaw-port"][2] - here["jaw-port"][0]) / 5e-3
     assert here["jaw-section-opposing-pad"][2] - here["jaw-section-opposing-pad"][0] == approx(1.8e-3 * scale, rel=1e-6)

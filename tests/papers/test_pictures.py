@@ -107,10 +107,10 @@ def test_pictures_are_self_contained(board):
 def test_sheets_name_nets_contacts_and_layers(board):
     """So that a page can point at them, as at the pictures of the board."""
     texts = {path.rpartition("/")[2]: ET.fromstring(text) for path, text in layouts.order_set(board).items()
-             if path.endswith(("drawing.svg", "contacts.svg", "stackup.svg"))}  # fmt: skip
+             if path.endswith(("drawing.svg", "contacts.svg", "stackup.svg"))}
     names = {path: {e.get("id") for e in root.iter()} for path, root in texts.items()}
     whole, contacts, layers = (next(names[path] for path in names if path.endswith(end))
-                               for end in ("drawing.svg", "contacts.svg", "stackup.svg"))  # fmt: skip
+                               for end in ("drawing.svg", "contacts.svg", "stackup.svg"))
     for coil in board.coils:
         assert {
             f"drawing-copper-1-net-{coil.net}",

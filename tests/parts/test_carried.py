@@ -69,7 +69,7 @@ def built(tmp_path, size):
     import build123d as bd
 
     bd.export_step(bd.Solid.make_box(*size).moved(bd.Location((-size[0] / 2, -size[1] / 2, -size[2]))),
-                   tmp_path / "own.step")  # fmt: skip
+                   tmp_path / "own.step")
     (tmp_path / "spec.yaml").write_text(SENSOR)
     spec = load(tmp_path / "spec.yaml")
     layout = lay_out(spec)

@@ -190,7 +190,7 @@ def test_the_ledges_beside_the_board_have_round_corners():
     found = [
         face for face in base.shape.faces()
         if face.geom_type.name == "CYLINDER" and abs(face.radius - 1e3 * seat.CORNER_ROUNDING) < 1e-9
-    ]  # fmt: skip
+    ]
     assert len(found) == 4 and base.shape.is_valid
     upright = [edge.center() for edge in base.shape.edges() if abs(edge.tangent_at(0.5).Z) > 0.99]
     assert {round(at.X, 6) for at in upright if abs(at.Y) > 1e3 * y1 - 1e-3} == {-4.2, 4.2}

@@ -207,4 +207,4 @@ def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     (gap,) = mesh.clearances((metal, lifted))
     assert 0.02e-3 < gap.gap <= joint_clearance(layout) + 0.03e-3
     assert metal.shape.is_valid and metal.volume < jaw(handmade.jaw_sensor(
-        mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume  # fmt: skip
+        mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume

@@ -71,7 +71,7 @@ def test_glue_leaves_a_gap_of_its_line_between_pieces_and_none_elsewhere():
     layout = replace(layout, spec=replace(layout.spec, assembly=GLUED))
     gaps = {(c.first, c.second): c.gap for c in prove(layout, whole(layout)).clearances}
     for pair in (("jaw", "mount"), ("mount", "shield"), ("mount-spacer", "board"), ("board", "elastomer"),
-                 ("elastomer", "target")):  # fmt: skip
+                 ("elastomer", "target")):
         assert gaps[pair] == approx(30e-6, abs=1e-9), pair
     assert gaps["encapsulation", "opposing-jaw"] == approx(0.0, abs=1e-9)
 
@@ -228,7 +228,7 @@ def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     words = re.findall(r"<text[^>]*>([^<]*)<", text)
     assert words[0] == "s: what does not fit, the solids cut open" and {"x", "y", "z"} <= set(words)
     assert any(re.fullmatch(r"post reaches [\d.]+ mm from the axis, [\d.]+ um farther than the port \(2.75 mm\)", w)
-               for w in words), words  # fmt: skip
+               for w in words), words
     scale = next(float(w.split(" mm")[0]) for w in words if w.endswith("along each axis"))
     assert scale in (0.2, 0.5, 1.0, 2.0, 5.0)
 

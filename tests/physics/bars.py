@@ -29,5 +29,5 @@ def bars_exactly(length, start, height, width, thickness):
             p * q * r * f(x, y, z)
             for (x, p), (y, q), (z, r) in itertools.product(edges(0, width), edges(height, thickness),
                                                             edges(start, length))
-        )  # fmt: skip
+        )
         return float(mpmath.mpf(1e-7) * total / mpmath.mpf(width * thickness) ** 2)

@@ -112,7 +112,7 @@ def test_far_arcs_need_few_points(corners):
     mine, others, lines = by_many_points(one, other)
     chosen = every(one, other).where(far)
     pairs = [(mine[2 * a + x], others[2 * b + y])
-             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
+             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     # arcs of opposite ways nearly cancel: what is left is small against all pairs of one way
     whole = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
     assert arcs_with_arcs(one, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
@@ -120,7 +120,7 @@ def test_far_arcs_need_few_points(corners):
     half = arcs.half_lengths(one.arcs)[chosen.first]
     chosen = chosen.where(arcs._middle_distances(one, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
     pairs = [(mine[2 * a + x], lines[2 * b + y])
-             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]  # fmt: skip
+             for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]
     assert len(pairs) > 100
     assert arcs_with_sides(one, other, chosen, level) == approx(sum_over(pairs, 0.05), rel=3e-5)
 

@@ -74,7 +74,7 @@ def test_clusters_in_one_place_and_on_a_line_are_no_trouble():
     count = clusters.LEAF + 50
     heap = Plans(np.zeros((count, 2)), np.full((count, 2), 1e-6), np.zeros(count, dtype=int), ((0, 0.0, 0.0),))
     line = Plans(np.stack([np.linspace(1, 3, count) * MM, np.zeros(count)], axis=1), heap.elements, heap.owner,
-                 heap.layers)  # fmt: skip
+                 heap.layers)
     assert neumann_sum(heap, line) == approx(directly(heap, line), rel=1e-7)
     assert neumann_sum(line, heap) == approx(directly(heap, line), rel=1e-7)
 

@@ -137,13 +137,13 @@ def test_resistance_goes_by_the_map_of_a_bent_strip():
     phase = 2e7 * math.pi * time
     assert rise[1] - rise[0] == approx(5 * lost * 2e7 * math.pi * phase / (1.0 + phase**2), rel=1e-6)
     assert inductance_change(cornered, 1e7) - inductance_change(loss, 1e7) == approx(
-        corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2), rel=1e-6)  # fmt: skip
+        corner_inductance([track]) - 5 * lost * phase**2 / (1.0 + phase**2), rel=1e-6)
 
 
 def rounded(radius, width=200 * UM):
     """A square of 2 mm with its corners rounded, as pieces of a track, and its length along the centre line."""
     path = rounded_polyline([Point(*(1e-3 * np.array(c))) for c in ((0, 0), (2, 0), (2, 2), (0, 2), (0, 0.5))],
-                            [radius] * 5)  # fmt: skip
+                            [radius] * 5)
     table = np.array([(*s.start, *s.end, s.sweep if isinstance(s, Arc) else 0.0) for s in path])
     return BentTrack(table[:, :2], table[:, 2:4], table[:, 4], width, 35 * UM, 0.0)
 

@@ -146,7 +146,7 @@ def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
 MAGNETS = [
     (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 95.0), (0.5e-3, 5e-3, 0.03e-3, 1.3e6, 20.0), (1e-3, 8e-3, 0.5e-3, 6e6, 400.0),
     (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 2.0), (1e-3, 8e-3, 0.5e-3, 0.01, 150.0),
-]  # fmt: skip
+]
 
 
 @pytest.mark.needs("scipy")
@@ -331,7 +331,7 @@ def filaments(tracks, points, floor):
             for z, sign in ((track.z, 0.5), (2.0 * floor - track.z, -0.5)):
                 if math.isfinite(z):
                     from_a, from_b = (np.sqrt(((points[:, None, :2] - p) ** 2).sum(-1) + (points[:, 2, None] - z) ** 2)
-                                      for p in (a, b))  # fmt: skip
+                                      for p in (a, b))
                     along = np.log((from_a + from_b + length) / (from_a + from_b - length)) / length
                     found += sign * along @ ((b - a) @ np.array([1.0, 1j]))
     return MU0 / (4.0 * math.pi) * found

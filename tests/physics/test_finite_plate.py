@@ -155,7 +155,7 @@ def test_magnetic_poles_need_room():
     place = np.zeros((1, 2))
     for make, power, thickness in (
         (magnetic_share, 5.0, 1e-14), (plate_share, 3.0, 1e-9), (magnetic_share, 2.0, 1e-6)
-    ):  # fmt: skip
+    ):
         one, other = (float(make(disc(d, thickness), ALONE, place, 1e-3)[0]) for d in (0.1e-3, 0.2e-3))
         assert math.log2(other / one) == approx(power, abs=0.1)
     shares = [float(magnetic_share(disc(d), COIL, place, 1e-3)[0]) for d in (2e-3, 4e-3, 8e-3, 16e-3, 32e-3)]

@@ -119,7 +119,7 @@ def filaments_exactly(length, start, end, rho):
         (1.0, 0.0, 1.0, 1e-6), (1.0, -2.0, -1.0, 1e-9), (1.0, 1.0, 2.0, 1e-9), (1.0, 5.0, 3.0, 0.1),
         (1.0, 0.2, 1.4, 1e3), (1.0, 1e4, 1e4 + 1, 1e-3), (1e-3, 0.0, 2.0, 0.5),
     ],
-)  # fmt: skip
+)
 def test_parallel_filaments_near_collinear_and_far(length, start, end, rho):
     ours = float(parallel_filaments(*(np.array(x) for x in (length, start, end, rho * rho))))
     assert ours == approx(float(filaments_exactly(length, start, end, rho)), rel=1e-9)

@@ -56,7 +56,7 @@ def test_a_bend_to_the_right_loses_what_one_to_the_left_does():
 def test_direct_current_of_a_bend_stores_what_its_shift_takes_from_an_even_one():
     """The change is the energy of the current with its shift less that without, the field from outside in both."""
     cut = Cut(np.array([1.0, 1.3]) * MM, np.zeros(2), np.full(2, 200 * UM), np.full(2, 35 * UM), np.full(2, 5 * MM),
-              np.array([1e3, 1e3 / 1.3]))  # fmt: skip
+              np.array([1e3, 1e3 / 1.3]))
     modes = ModeSet(4, 1, (6, 2))
     place = local_points(modes)[0]
     smooth = 1e-8 * np.stack([1.0 + place, 2.0 - place])
@@ -105,7 +105,7 @@ def test_what_an_image_returns_is_a_complex_system():
     (small,) = SolvedTarget._changes(solved, (), [scale * coupling], (1, coils), False)
     way = driven[:, 0]
     series = sum(way.T @ np.linalg.matrix_power(-scale * coupling @ among, k) @ (scale * coupling) @ way
-                 for k in range(12))  # fmt: skip
+                 for k in range(12))
     assert small == approx(series, rel=1e-9)
     assert np.all(np.isfinite(found))
 

@@ -198,7 +198,7 @@ def test_the_wall_lies_half_a_skin_depth_inside():
 
 
 @pytest.mark.parametrize(("plate", "expected"), [(Plate(1.389e6, 1.02), 540.0), (Plate(1.25e6, 100.0), 510.0),
-                                                 (Plate(COPPER), 730.0)])  # fmt: skip
+                                                 (Plate(COPPER), 730.0)])
 def test_metal_behind_a_jaw_coil(plate, expected):
     # 4 mm, 4 x 6.25 turns at 8 MHz: 1.52 kohm in air; 0.54, 0.51, 0.73 with 304, 17-4 steel, copper 0.5 mm behind
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -68 * UM, -136 * UM, -204 * UM], [18 * UM] * 4)

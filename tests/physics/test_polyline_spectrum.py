@@ -45,7 +45,7 @@ def test_wide_sides_are_mitred_where_they_meet(corners, width, gap):
     strands = [PolylineTrack(track.strand(0.5 * width * x), 1e-9, 1e-9, 0.0) for x in NODES]
     images = [PolylineTrack(image.strand(0.5 * width * x), 1e-9, 1e-9, 2.0 * gap) for x in NODES]
     exact = -sum(p * q * track_mutual_inductance(a, b, 1) for a, p in zip(strands, SHARES, strict=True)
-                 for b, q in zip(images, SHARES, strict=True))  # fmt: skip
+                 for b, q in zip(images, SHARES, strict=True))
     assert over_mirror([track], gap) == approx(exact, rel=4e-4)
 
 
@@ -216,7 +216,7 @@ def test_layers_that_are_images_share_their_waves(monkeypatch):
 
     monkeypatch.setattr(_Mitred, "waves", counted)
     four = [octagon(3.75, 0.0, 1), octagon(3.75, 0.5 * math.pi, 1, False),
-            octagon(3.75, 0.25 * math.pi, -1), octagon(3.75, -0.5 * math.pi, -1, False)]  # fmt: skip
+            octagon(3.75, 0.25 * math.pi, -1), octagon(3.75, -0.5 * math.pi, -1, False)]
     tracks, loops = zip(*four, strict=True)
     shared = polyline_spectrum(tracks, 0.3 * MM, loops).power
     assert len({id(one) for one in calls}) == 1

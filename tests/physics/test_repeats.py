@@ -45,7 +45,7 @@ def one_by_one(stack):
 
 @pytest.mark.parametrize(("shape", "radius"), [
     ("square", 0.0), ("hexagon", 0.0), ("octagon", 0.0), ("octagon", 0.6e-3), ("rectangle", 0.5e-3), ("racetrack", 0.0),
-])  # fmt: skip
+])
 def test_layers_together_are_what_they_are_by_pairs(shape, radius, monkeypatch):
     stack = layers(shape, 6.0, 4, radius)
     found = winding_inductance(stack)
@@ -68,7 +68,7 @@ def test_distant_pieces_of_many_layers_are_summed_at_few_heights(monkeypatch):
 def test_concentric_arcs_repeat_all_round():
     eighth = math.pi / 4
     rings = [track([((0.0, 0.0), 0.1 * r, 0.3 + k * eighth, 1.0, eighth) for k in range(8)], 0.05, 0.02, 0.0)
-             for r in range(1, 11)]  # fmt: skip
+             for r in range(1, 11)]
     _, arcs, turns = kinds(rings)
     pairs = distinct_pairs(arcs, arcs, turns, [[(i, j, 1.0) for i in range(10) for j in range(10)]])
     # two radii in any order, and none to four eighths between them, either way round
@@ -102,7 +102,7 @@ def test_tracks_of_one_outline_that_lie_otherwise_are_told_apart():
 
 def test_thick_layers_of_unlike_copper():
     stack = [replace(layer, thickness=thickness) for layer, thickness in
-             zip(layers("hexagon", 5.0, 3, 0.4e-3, 120e-6), (70e-6, 35e-6, 70e-6), strict=True)]  # fmt: skip
+             zip(layers("hexagon", 5.0, 3, 0.4e-3, 120e-6), (70e-6, 35e-6, 70e-6), strict=True)]
     assert winding_inductance(stack) == approx(one_by_one(stack), rel=2e-6)
 
 

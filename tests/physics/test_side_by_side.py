@@ -41,7 +41,7 @@ def stadium(radius, length, width, thickness=20 * UM):
     """A closed racetrack loop about the origin, counter-clockwise."""
     half = 0.5 * length
     pieces = [((-half, -radius), (half, -radius)), ((half, 0.0), radius, -0.5 * math.pi, 1.0, math.pi),
-              ((half, radius), (-half, radius)), ((-half, 0.0), radius, 0.5 * math.pi, 1.0, math.pi)]  # fmt: skip
+              ((half, radius), (-half, radius)), ((-half, 0.0), radius, 0.5 * math.pi, 1.0, math.pi)]
     return (track(pieces, width, thickness, 0.0),)
 
 
@@ -55,7 +55,7 @@ def test_distances_of_many_sides_take_little_memory(monkeypatch):
     """All at once took 100 MB for eight layers of 26 square turns."""
     corners = np.random.default_rng(1).uniform(-1e-2, 1e-2, (801, 2))
     (pieces, *_) = side_by_side.track_pieces((track([(tuple(a), tuple(b)) for a, b in pairwise(corners)],
-                                                    100 * UM, 20 * UM, 0.0),))  # fmt: skip
+                                                    100 * UM, 20 * UM, 0.0),))
     where = corners + 3e-2
     tracemalloc.start()
     found = pieces.distance(where)
@@ -142,7 +142,7 @@ def test_spirals_are_the_sum_over_their_centre_lines():
     expected = math.fsum(
         sampled_mutual_inductance(filament(a), (points + move, elements))
         for a in one for points, elements in map(filament, other)
-    )  # fmt: skip
+    )
     assert spirals_side_by_side(one, other, tuple(move[:2])) == approx(expected, rel=1e-5)
 
 

@@ -66,7 +66,7 @@ def drawn(turns, layers, fill, copper):
     # tracks as wide as gaps; the inner radius stays above one track width
     pitch = fill * 1.9 * MM / (turns + 1.0)
     return coil(4 * MM, turns, pitch / 2, pitch / 2, [-60 * UM * k * (1 + copper / 60) for k in range(layers)],
-                [copper * UM] * layers)  # fmt: skip
+                [copper * UM] * layers)
 
 
 @settings(max_examples=25, deadline=None)

@@ -62,7 +62,7 @@ def oval(length, radius, width=100e-6, thickness=35e-6, z=0.0):
         [((half, radius), (-half, radius)), ((-half, 0.0), radius, math.pi / 2, 1.0, math.pi),
          ((-half, -radius), (half, -radius)), ((half, 0.0), radius, -math.pi / 2, 1.0, math.pi * 0.97)],
         width, thickness, z,
-    )  # fmt: skip
+    )
 
 
 turned = st.sampled_from([0.5, 1.0, 2.5])
@@ -124,7 +124,7 @@ def test_an_oval_of_no_length_is_nearly_a_ring():
     radius, width, thickness = 5e-3, 20e-6, 20e-6
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * width)) - 2)
     coil = track([((0.0, 0.0), radius, 0.0, 1.0, math.pi), ((0.0, 0.0), radius, math.pi, 1.0, math.pi * 0.9999)],
-                 width, thickness, 0.0)  # fmt: skip
+                 width, thickness, 0.0)
     assert tracks_mutual_inductance(coil, coil) == approx(ring, rel=1e-3)
 
 

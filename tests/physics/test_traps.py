@@ -146,7 +146,7 @@ def test_the_mean_distance_of_strips_that_touch(across, thinness):
         (1.0, 0.0, 0.1, 0.01, 1e-3), (1.0, 0.0, 30.0, 0.05, 1e-5), (1.0, 40.0, 0.3, 0.01, 1e-8),
         (1.0, 0.3, 1e3, 1e-4, 1e-8), (1e-3, 0.0, 0.02, 1e-4, 1e-6),
     ],
-)  # fmt: skip
+)
 def test_far_and_thin_tracks_of_windings_do_not_cancel(length, start, height, width, thickness):
     one = track([((0.0, 0.0), (length, 0.0))], width, thickness, 0.0)
     other = track([((start, 0.0), (start + length, 0.0))], width, thickness, height)
@@ -167,7 +167,7 @@ def test_leads_curves_and_rings_scale_with_length(scale):
             track_mutual_inductance(there, back), curve_segments_mutual(point, segment_set([there]), 20 * UM * by),
             ring_winding_inductance(coil(7 * MM * by, 6, 100 * UM * by, 100 * UM * by, (0.0, -60 * UM * by),
                                          (35 * UM * by,) * 2)),
-        ])  # fmt: skip
+        ])
 
     assert leads(scale) == approx(scale * leads(1.0), rel=1e-9)
 

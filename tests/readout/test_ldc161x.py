@@ -22,7 +22,7 @@ WINDOWS = (
     (8570, 13000), (7420, 11200), (6460, 9690), (5580, 8350), (4830, 7200), (4450, 6210), (3860, 5350), (3170,
     4610), (2760, 3970), (2220, 3420), (1930, 2950), (1710, 2540), (1480, 2190), (1240, 1890), (1070, 1630),
     (930, 1400), (800, 1210), (700, 1050), (600, 900),
-)  # fmt: skip
+)
 """R_P (ohm) from and to which each code is meant for (SNOSCY9A table 42; the table in SNOSCZ0A 8.1.5 is alike)."""
 
 
@@ -200,7 +200,7 @@ def test_no_coil_is_alone_on_a_converter_that_could_share():
     shares = presets.converter("ldc1614").shares
     assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 13)] == [
         (1,), (4,), (3, 2), (4, 2), (4, 4), (3, 3, 3), (4, 3, 3, 3),
-    ]  # fmt: skip
+    ]
     assert [LDC1614.reference_divider(40e6, shares(coils)[-1]) for coils in (1, 5, 9)] == [2, 1, 1]
     assert presets.converter("ldc1612").shares(3) == (2, 1)
 

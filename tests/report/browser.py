@@ -15,7 +15,7 @@ PROGRAM = shutil.which("chromium")
 
 ARGUMENTS = ("--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
              "--enable-unsafe-swiftshader", "--no-first-run", "--disable-extensions",
-             "--disable-dev-shm-usage", "--remote-debugging-pipe")  # fmt: skip
+             "--disable-dev-shm-usage", "--remote-debugging-pipe")
 
 
 class Browser:
@@ -34,7 +34,7 @@ class Browser:
 
         line = [PROGRAM, *ARGUMENTS, f"--user-data-dir={self.folder.name}", *arguments, "about:blank"]
         self.process = subprocess.Popen(line, pass_fds=(3, 4, commands, answers), preexec_fn=given,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(commands)
         os.close(answers)
         self.number, self.rest, self.session = 0, b"", ""
@@ -116,4 +116,4 @@ class Browser:
     def requests(self) -> list[str]:
         """What the page asked for since it was opened."""
         return [str(event["params"]["request"]["url"]) for event in self.events
-                if event["method"] == "Network.requestWillBeSent"]  # fmt: skip
+                if event["method"] == "Network.requestWillBeSent"]

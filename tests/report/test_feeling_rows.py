@@ -13,7 +13,7 @@ from sitscad.report.page import _feeling
 AXIS = {
     "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
     "errors_N": {"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0},
-}  # fmt: skip
+}
 POINT = {"at": "rest", "axes": {"normal": AXIS}, "crosstalk": {"normal": {}}, "condition_number": 2.0}
 
 
@@ -31,7 +31,7 @@ def test_an_axis_that_no_reading_tells_has_no_figures():
     ("error", "words"),
     [(0.01, "0.01 N (0.5 %)"), (0.5, "0.5 N (25 %)"), (20.1, "more than 10 times full scale"),
      (math.inf, "more than 10 times full scale")],
-)  # fmt: skip
+)
 def test_errors_are_told_beside_full_scale(error, words):
     """A unit without a tare read 2.5e+07 N off, to ten digits of a per cent."""
     assert of_full_scale(error, 2.0) == words
@@ -52,10 +52,10 @@ def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
         "friction_error": None, "tilt_rad": math.radians(1.0), "tilt_error_N": {}, "bandwidth_Hz": 50.0,
         "bandwidth_by": "half the scan rate", "resonance_Hz": {}, "overload_N": 155.0, "free_overload_N": free,
         "invertible": True,
-    }  # fmt: skip
+    }
     rows = [row for row in whole_rows([full]) if row[0].startswith("overload")]
     if free is None:
         assert rows == [["overload", "155 N"]]
     else:
         assert rows == [["overload, target kept level", "155 N"],
-                        ["overload, target free to tilt: the pad gives way sideways", "88.5 N"]]  # fmt: skip
+                        ["overload, target free to tilt: the pad gives way sideways", "88.5 N"]]

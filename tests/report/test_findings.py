@@ -74,7 +74,7 @@ NARROW = OutputOptions(width=40)
 def test_lines_are_folded_at_the_width_and_say_all_the_same(output):
     long = replace(WEAK, message="the reading of 12 mm changes by 3 %, " * 5 + "C1", hint="a thinner pad " * 9)
     checked = CheckedSpec("a.yaml", "coil: {" + "turns: 6, " * 90 + "}", (replace(long, line=1),), SKIPPED, signals=(
-        Signal("C1", 1.0, 1e-6, -1e-9, 1e-10, 10.0, 1.0, -0.01, 0.005, 90.0),))  # fmt: skip
+        Signal("C1", 1.0, 1e-6, -1e-9, 1e-10, 10.0, 1.0, -0.01, 0.005, 90.0),))
     folded, plain = (as_text([checked], each) for each in (output, replace(output, width=None)))
     assert max(map(len, folded.splitlines())) <= 40 < max(map(len, plain.splitlines()))
     assert "3\n" not in folded and "12\n" not in folded, "a number stands apart from its unit"
@@ -122,7 +122,7 @@ def test_runs_of_rules_are_drawn_together():
 
 def test_requirements_that_are_not_stated_make_one_line():
     reasons = ("no requirements.bandwidth in the spec", "no shield in the spec",
-               "no requirements.tilt or requirements.tilt_error in the spec")  # fmt: skip
+               "no requirements.tilt or requirements.tilt_error in the spec")
     checked = CheckedSpec("x", "", (), tuple(map(NotChecked, ("SIT210", "SIT309", "SIT404"), reasons)))
     assert as_text([checked], WHOLE).splitlines()[:2] == [
         "not checked: SIT210, SIT404 (no requirements in the spec for bandwidth, tilt or tilt_error)",

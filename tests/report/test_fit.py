@@ -30,7 +30,7 @@ def test_a_board_that_stands_back_from_the_edge_is_said_to():
     ((4.6e-3, 4.7e-3, 4.95e-3), "at worst 4.95 of 5 mm, 50 um to spare"),
     ((4.6e-3, 4.7e-3, 5.1e-3), "at worst 5.1 of 5 mm, 100 um short"),
     ((4.9e-3, 5.2e-3, 5.4e-3), "at worst 5.4 of 5 mm, 400 um short (200 um by root-sum-square)"),
-])  # fmt: skip
+])
 def test_the_line_says_what_is_to_spare(sizes, words):
     assert all(fit_words([measure(*sizes)], whole)[0].endswith(words) for whole in (False, True))
 

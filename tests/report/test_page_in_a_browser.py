@@ -38,7 +38,7 @@ def page(package):
 
 def _put(page: Browser, name: str, value: float | str) -> None:
     page.run(f"(() => {{ const input = document.querySelector('[data-in={name}]'); input.value = {json.dumps(value)};"
-             " input.dispatchEvent(new Event('input')); })()")  # fmt: skip
+             " input.dispatchEvent(new Event('input')); })()")
 
 
 def _out(page: Browser, name: str) -> str:
@@ -50,7 +50,7 @@ def _drawn(page: Browser) -> bytes:
     page.run("document.querySelector('.stage').scrollIntoView()")
     page.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
     box = page.run("(() => { const b = document.querySelector('.stage').getBoundingClientRect();"
-                   " return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")  # fmt: skip
+                   " return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")
     clip = dict(zip(("x", "y", "width", "height"), box, strict=True)) | {"scale": 1}
     return base64.b64decode(page.call("Page.captureScreenshot", clip=clip)["data"])
 
@@ -121,7 +121,7 @@ def test_a_finding_and_its_mark_lead_to_each_other(page):
     shown = "document.querySelector('figure.board svg svg').getAttribute('viewBox')"
     assert float(page.run(shown).split()[2]) < 1000.0
     page.run("document.querySelector('[data-place]').open = false; document.getElementById('board-finding-1')"
-             ".dispatchEvent(new Event('click'))")  # fmt: skip
+             ".dispatchEvent(new Event('click'))")
     assert page.run("document.querySelector('[data-place]').open && document.activeElement.tagName") == "SUMMARY"
 
 
@@ -131,13 +131,13 @@ def test_layers_and_nets_of_the_board_go_on_and_off(page):
     page.run("document.querySelector('figure.board .bar input').click()")
     assert page.run(hidden) is True
     page.run("(() => { const s = document.querySelector('figure.board select'); s.value = 'C2';"
-             " s.dispatchEvent(new Event('change')); })()")  # fmt: skip
+             " s.dispatchEvent(new Event('change')); })()")
     assert page.run("document.querySelector('figure.board g.net-C1').style.opacity") == "0.12"
 
 
 def test_the_keyboard_alone_reaches_everything(page):
     wanted = page.run("[...document.querySelectorAll('input, select, button, summary, canvas, a[href]')]"
-                      ".filter(e => e.getClientRects().length).length")  # fmt: skip
+                      ".filter(e => e.getClientRects().length).length")
     page.run("window.scrollTo(0, 0); document.activeElement.blur(); window.reached = new Set()")
     for _ in range(wanted + 20):
         page.press("Tab")
@@ -173,13 +173,13 @@ def test_printed_it_has_at_most_ten_pages(page):
 def test_axe_finds_nothing_serious(page):
     page.run(AXE.read_text(encoding="utf-8"))
     found = page.run("axe.run({resultTypes: ['violations']}).then(r => r.violations.map(v => [v.id, v.impact,"
-                     " v.nodes.length, v.nodes[0].html.slice(0, 200)]))")  # fmt: skip
+                     " v.nodes.length, v.nodes[0].html.slice(0, 200)]))")
     assert [one for one in found if one[1] in ("serious", "critical")] == []
 
 
 def test_a_sensor_without_a_target_has_neither_view(tmp_path):
     spec = sitscad.load_text("sitscad: 1\nname: bare\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, "
-                             "trace_width: 100 um, trace_spacing: 100 um}\n")  # fmt: skip
+                             "trace_width: 100 um, trace_spacing: 100 um}\n")
     with Browser() as browser:
         browser.open(build(spec, tmp_path).directory / "report.html")
         assert browser.exceptions == [] and browser.run("document.querySelector('canvas')") is None

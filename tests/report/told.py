@@ -17,7 +17,7 @@ fpc:
 TURNS = Finding(
     "SIT201", "inductance-floor", Severity.ERROR, "too weak: 70 % of it", "more turns", "coil.turns", 3, 30, 1.4e-7,
     2e-7, "H", "TI", sigma=2.5,
-)  # fmt: skip
+)
 AGAIN = Finding("SIT201", "inductance-floor", Severity.WARNING, "and pressed", "", "coil.turns", 3, 30)
 LAYERS = Finding(
     "SIT206",

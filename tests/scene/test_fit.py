@@ -83,7 +83,7 @@ def test_every_glued_piece_has_its_line_and_nothing_else():
         "jaw", "glue under the mount", "mount", "glue under the shield", "shield", "glue under the mount-spacer",
         "mount-spacer", "glue under the board", "board", "glue under the elastomer", "elastomer",
         "glue under the target", "target", "encapsulation", "opposing-jaw",
-    ]  # fmt: skip
+    ]
     assert not [layer for layer in column(handmade.jaw_sensor()) if layer.is_glue]
     assert column(handmade.bench_sensor()) == ()
 

@@ -93,7 +93,7 @@ def test_what_cannot_be_read_says_what_is_allowed(asked, said):
     ("text", "said"),
     [("", "first line"), ("x,q\n1,2\n", "column 'q'"), ("x,x_m\n1,2\n", "each once"), ("x,y\n1\n", "row 2"),
      ("x_N\n1\n", "column 'x_N'"), ("x\nabc\n", "abc"), ("x_m\nnan\n", "finite")],
-)  # fmt: skip
+)
 def test_a_file_that_cannot_be_read_says_where(tmp_path, text, said):
     path = tmp_path / "poses.csv"
     path.write_text(text)

@@ -142,12 +142,12 @@ HOSTILE = st.recursive(
     | st.sampled_from([10**400, -1e308, "1e999 mm", "\ud800", "a: b", "- x", "[", "{a", "#", "&x", "nan"]),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text() | st.integers(), inner, max_size=3),
     max_leaves=6,
-)  # fmt: skip
+)
 KEYS = st.sampled_from([
     "coil", "coil.turns", "coil.turns.0", "coil.layers", "coil.trace_width", "coil.outer_diameter", "coil.start_angle",
     "array", "array.count", "array.centres", "fpc", "fpc.stackup", "fpc.stackup.0.copper", "fpc.rules", "fpc.tail",
     "name", "sitscad", "target.size", "requirements.temperature", "readout.clock", "a.b.c.d", "", ".", "..",
-])  # fmt: skip
+])
 
 
 @given(key=KEYS | st.text(max_size=12), value=HOSTILE)
@@ -198,7 +198,7 @@ def test_what_is_written_is_read_back(data):
 
 
 PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", "requirements", "name", "source")
-          for one in (None, *getattr(getattr(BENCH, part), "__dataclass_fields__", ()))]  # fmt: skip
+          for one in (None, *getattr(getattr(BENCH, part), "__dataclass_fields__", ()))]
 
 
 @given(place=st.sampled_from(PLACES), value=HOSTILE | st.sampled_from([1e30, 1e-30, (1,), (1e3, 1.0)]))

@@ -84,7 +84,7 @@ def test_a_key_called_like_a_tag_of_the_reader_is_named():
         ("array: {pattern: explicit, centres: [[[1]], [2, 3]]}", "array.centres.0", "[[1]]"),
         ("fpc:\n  stackup:\n  - - {copper: 35 um}", "fpc.stackup.0", "- {copper"),
     ],
-)  # fmt: skip
+)
 def test_what_is_written_in_the_wrong_form_is_pointed_at(section, key, at):
     ((_, found, here),) = pointed_at(f"{HEAD}{COIL}{section}\n")
     assert found == key and here.startswith(at)
@@ -111,7 +111,7 @@ readout:
 requirements: {normal_force: 4.8 N}
 """
 BITS = ["[", "]", "{", "}", ": ", ", ", "- ", "? ", "'", " #", "\n", "\n  ", "~", "-3", "x", "[~, 1]", "[[1]]", "[]",
-        "{a: 1}", "turns: 3", "a.b: 1", "coil.turns: 5", "<name>", "'key': 1", ""]  # fmt: skip
+        "{a: 1}", "turns: 3", "a.b: 1", "coil.turns: 5", "<name>", "'key': 1", ""]
 
 
 def mutated(chance):

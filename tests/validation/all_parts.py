@@ -34,7 +34,7 @@ TURNS = {
     "-z": np.eye(3), "+z": np.diag([1.0, -1.0, -1.0]),
     "-x": np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]), "+x": np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
     "-y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), "+y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]),
-}  # fmt: skip
+}
 """What lays a piece on one of its sides."""
 
 

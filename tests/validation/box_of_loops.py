@@ -47,7 +47,7 @@ def box_panels(size, thickness, across, through):
         (x, y, lambda a, b: (a, b, thickness + 0 * a)), (y, x, lambda a, b: (b, a, 0 * a)),
         (y, z, lambda a, b: (x[-1] + 0 * a, a, b)), (z, y, lambda a, b: (x[0] + 0 * a, b, a)),
         (z, x, lambda a, b: (b, y[-1] + 0 * a, a)), (x, z, lambda a, b: (a, y[0] + 0 * a, b)),
-    ):  # fmt: skip
+    ):
         a, b = np.meshgrid(u, v, indexing="ij")
         p = np.stack(place(a, b), axis=-1)
         corners = np.stack([p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]], axis=2)
@@ -98,7 +98,7 @@ def box_change(size, thickness, offset, radii, heights, gap, across=24, through=
         for t in nodes:
             u, v = 0.5 * (1 + s), 0.5 * (1 + t)
             point = (own[:, 0] * (1 - u) * (1 - v) + own[:, 1] * u * (1 - v) + own[:, 2] * u * v
-                     + own[:, 3] * (1 - u) * v)  # fmt: skip
+                     + own[:, 3] * (1 - u) * v)
             flux += 0.25 * (ring_field(radii, heights, point - shift, current) * outward).sum(axis=1)
     return 2.0 * float(np.sum(strength * flux * area[kept]))
 

@@ -57,7 +57,7 @@ class Bricks:
                 words = [str(node + 1) for node in own]
                 deck += [f"{number}, {', '.join(words[:10])},", ", ".join(words[10:])] if of == kind else []
             deck += [f"*MATERIAL, NAME=OF{kind}", "*ELASTIC", f"{young:.9g}, {poisson:.9g}",
-                     f"*SOLID SECTION, ELSET={kind}, MATERIAL=OF{kind}"]  # fmt: skip
+                     f"*SOLID SECTION, ELSET={kind}, MATERIAL=OF{kind}"]
         bottom = np.flatnonzero(self.places[:, 2] < 1e-12)
         deck += ["*NSET, NSET=BOTTOM", *(f"{k + 1}," for k in bottom), "*STEP", "*STATIC", "*BOUNDARY"]
         for mask, axis, way in held:

@@ -52,7 +52,7 @@ Errors = dict[tuple[str, int], list[tuple[float, Array]]]
 """By method and number of points, of every sensor: its error, and on every axis that over the stated one (or 0)."""
 
 COLUMNS = ("template", "method", "points", "rms_percent", "worst_tenth_percent", "sensors", "most_over_stated",
-           "median_stated_over_true", "within_stated_percent")  # fmt: skip
+           "median_stated_over_true", "within_stated_percent")
 
 
 def main() -> None:
@@ -182,7 +182,7 @@ def told(name: str, errors: Errors) -> list[tuple[object, ...]]:
         off, over = (np.array(part) for part in zip(*found, strict=True))
         root, tenth = 100.0 * np.sqrt(np.mean(off**2)), 100.0 * np.quantile(off, 0.9)
         stated = ("", "", "") if not over.any() else (
-            f"{over.max():.2g}", f"{1.0 / np.median(over):.2g}", f"{100.0 * np.mean(over <= 1.0):.0f}")  # fmt: skip
+            f"{over.max():.2g}", f"{1.0 / np.median(over):.2g}", f"{100.0 * np.mean(over <= 1.0):.0f}")
         rows.append((name, method, points, f"{root:.3g}", f"{tenth:.3g}", len(found), *stated))
     return rows
 

@@ -16,7 +16,7 @@ EPSILON0 = 8.8541878128e-12
 def capacitance(
     radii: np.ndarray, heights: np.ndarray, voltages: np.ndarray, width: float, permittivity: float,
     target: tuple[float, float] | None = None, plane: float | None = None, cells: int = 4, target_cells: int = 40,
-) -> float:  # fmt: skip
+) -> float:
     """Twice the electric energy (F) of turns at these radii, heights (m) and voltages.
 
     `target` is the radius and height (m) of a floating disc, `plane` the height (m) of a grounded one.

@@ -166,7 +166,7 @@ def curved(turn, radius, arm=5.0, aspect=0.1):
     onwards = radius * math.tan(0.5 * turn)
     start, end = np.array([-onwards, 0.0]), onwards * np.array([math.cos(turn), math.sin(turn)])
     track = BentTrack(np.array([(-arm, 0.0), start, end]), np.array([start, end, arm / onwards * end]),
-                      np.array([0.0, turn, 0.0]), 1.0, aspect, 0.0)  # fmt: skip
+                      np.array([0.0, turn, 0.0]), 1.0, aspect, 0.0)
     loss = bent_winding_loss([track], 1.0, ModeSet(6, 2, (7, 3)), 4, 4)
     return turn / math.log((radius + 0.5) / (radius - 0.5)), loss.direct_change / MU0
 

@@ -95,18 +95,18 @@ def impedance(corners, width, thickness, conductivity, frequencies, across, alon
         nodes = [tuple(pair) for pair in pairs]
         # half a cell leads from each terminal to the first cells, and from the last ones
         for cells, corner, beyond, terminal in ((net.first, corners[0], corners[1], count),
-                                                (net.last, corners[-1], corners[-2], count + 1)):  # fmt: skip
+                                                (net.last, corners[-1], corners[-2], count + 1)):
             if abs(beyond[axis] - corner[axis]) > abs(beyond[1 - axis] - corner[1 - axis]):
                 for cell in cells:
                     edge = centre[cell].copy()
                     edge[axis] = corner[axis]
                     low = edge[axis] < centre[cell, axis]
                     pieces.append(_piece(axis, *((edge, centre[cell]) if low else (centre[cell], edge)),
-                                         net.cells[cell]))  # fmt: skip
+                                         net.cells[cell]))
                     nodes.append((terminal, cell) if low else (cell, terminal))
         parts.append((np.array(pieces), np.array(nodes)))
     matrices = [(_resistances(p, axis, thickness, conductivity), _inductances(p, axis, thickness, mirror))
-                for axis, (p, _) in enumerate(parts)]  # fmt: skip
+                for axis, (p, _) in enumerate(parts)]
     return np.array([_solved(parts, matrices, 2.0 * math.pi * f, count) for f in frequencies])
 
 

@@ -120,7 +120,7 @@ def _ours(degrees: float, radius: float, aspect: float):
     path = rounded_path(_line(degrees), max(radius, 1e-6) * WIDTH)
     coil = SimpleNamespace(windings=[SimpleNamespace(path=path, thickness=aspect * WIDTH, z=0.0)])
     spec = SimpleNamespace(trace_spacing=1e-3, trace_width=WIDTH, layer_turns=(1,), size=(8.0 * WIDTH, 8.0 * WIDTH),
-                           pitch=2.0 * WIDTH, turns=1, most_turns=1, shape="hexagon")  # fmt: skip
+                           pitch=2.0 * WIDTH, turns=1, most_turns=1, shape="hexagon")
     return winding_losses(spec, coil, (), COPPER, 1e-3)
 
 

@@ -26,7 +26,7 @@ def polygon(sides, turns, apothem, pitch):
     step = 2.0 * math.pi / sides
     lines = [(apothem - pitch * (max(m, 0) // sides), step * m) for m in range(-1, round(sides * turns) + 1)]
     return np.array([np.linalg.solve([[math.cos(a), math.sin(a)], [math.cos(b), math.sin(b)]], [p, q])
-                     for (p, a), (q, b) in pairwise(lines)])  # fmt: skip
+                     for (p, a), (q, b) in pairwise(lines)])
 
 
 def bent(corners, width, thickness, z=0.0):
@@ -52,7 +52,7 @@ def changes_by_mirror(shape, track, turns, size, pitch, mirror, frequencies):
     of direct current, and with the crowding of the round coil of equal length at every frequency (Hz).
     """
     spec = CoilSpec(shape=shape, size=(size, size), turns=float(turns), layers=(1,), trace_width=track.width,
-                    trace_spacing=pitch - track.width)  # fmt: skip
+                    trace_spacing=pitch - track.width)
     geometry = WindingGeometry(spec, (), (), (track,))
     placed = SimpleNamespace(outer_angle=0.0, sense=1, inward=True, z=track.z, thickness=track.thickness)
     spirals = equivalent_spirals(geometry, SimpleNamespace(windings=[placed]))

@@ -64,7 +64,7 @@ def design(family: str, number: int, large: bool = False) -> Design:
     long = size * (random.uniform(1.05, 3.0) if shape in ("rectangle", "racetrack") else 1.0)
     radius = logarithmic(0.5 * width, max(0.6 * width, min(size / 8.0, 12.0 * width))) if family == "rounded" else 0.0
     spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)), trace_width=width,
-                    trace_spacing=pitch - width, start_angle=0.0, clockwise=False, corner_radius=radius)  # fmt: skip
+                    trace_spacing=pitch - width, start_angle=0.0, clockwise=False, corner_radius=radius)
     return built(spec, tuple(-k * apart for k in range(layers)), copper)
 
 
@@ -72,7 +72,7 @@ def built(spec: CoilSpec, heights: tuple[float, ...], copper: float) -> Design:
     """A coil of the spec with copper of one thickness at the given mid-planes."""
     if spec.shape == "circle":
         spirals = tuple(coil(spec.size[1], spec.turns, spec.trace_width, spec.trace_spacing, heights,
-                             [copper] * len(heights)))  # fmt: skip
+                             [copper] * len(heights)))
         return Design(spec, spirals, (), tuple(volume_integral.spiral(layer) for layer in spirals))
     dimensions = SpiralDimensions(spec.size, spec.trace_width, spec.pitch, spec.turns)
     angle, drawn, conductors = spec.outline.start(spec.start_angle, 1), [], []
@@ -108,7 +108,7 @@ def resolution(coil: Design, finer: bool = False) -> volume_integral.Points:
     if not finer:
         return points
     return replace(points, far=8, along=points.along + 6, inner=12, beside=5, across=points.across + 5, through=5,
-                   outline=24, levels=9)  # fmt: skip
+                   outline=24, levels=9)
 
 
 def exact(coil: Design, points: volume_integral.Points | None = None) -> float:

@@ -71,7 +71,7 @@ def _lines(radius, gap, thickness, skin, size, radii, cells):
     above = _growing(first, ratio, widest, 3.0 * size)
     z = np.concatenate([gap - above[:0:-1], through, gap + thickness + above[1:]])
     z = np.concatenate([z[0] - _growing(widest, ratio, math.inf, FAR * size)[:0:-1], z,
-                        z[-1] + _growing(widest, ratio, math.inf, FAR * size)[1:]])  # fmt: skip
+                        z[-1] + _growing(widest, ratio, math.inf, FAR * size)[1:]])
     return np.concatenate([inwards, outwards[1:], further[1:]]), z
 
 
@@ -104,6 +104,6 @@ def _matrices(s, dz, rows, columns, metal):
 
     def stiff(weight):
         return assembled(lambda p, q, u, v: weight * (slope[:, p, q, None] * dz * across[u, v]
-                                                      + radial[:, p, q, None] * upwards[u, v] / dz))  # fmt: skip
+                                                      + radial[:, p, q, None] * upwards[u, v] / dz))
 
     return stiff, assembled(lambda p, q, u, v: metal * radial[:, p, q, None] * dz * across[u, v])

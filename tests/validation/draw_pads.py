@@ -38,7 +38,7 @@ def pads() -> Iterator[tuple[Pad, list[Row]]]:
     """Every pad of the file with its load cases; of two degrees the finer."""
     with FIGURES.open(encoding="utf-8") as lines:
         rows = [{name: float(value) for name, value in row.items()}
-                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]  # fmt: skip
+                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
     by_pad = sorted(rows, key=lambda row: tuple(row[name] for name in MEASURES))
     for measures, of_pad in groupby(by_pad, key=lambda row: tuple(row[name] for name in MEASURES)):
         along, across, is_round, rim, skin, modulus = measures
@@ -93,7 +93,7 @@ def draw() -> None:
     for colour, face in zip(COLOURS[1:3], BLOCKS[1:3], strict=True):
         _sheared(sheared, colour, face, next(p for p in known if _is(p[0], face)))
     sheared.set(xlabel="shear (% of the thickness)", ylabel="shear stress (shear moduli)",
-                title="Blocks sheared, not pressed and by 20 and 30 %")  # fmt: skip
+                title="Blocks sheared, not pressed and by 20 and 30 %")
     count = 0
     for colour, (words, kind) in zip(COLOURS, KINDS.items(), strict=False):
         errors = np.sort(np.concatenate([off(pad, rows) for pad, rows in known if kind(pad)]))
@@ -101,7 +101,7 @@ def draw() -> None:
         shares = 100.0 * np.arange(1, len(errors) + 1) / len(errors)
         whole.plot(100.0 * errors, shares, color=colour, label=f"{words}: {len(errors)} cases")
     whole.set(xlabel="error of the force (%), less than", ylabel="of load cases (%)", xlim=(0.0, 18.0),
-              title=f"All {count} load cases, sheared and tilted ones too")  # fmt: skip
+              title=f"All {count} load cases, sheared and tilted ones too")
     for axes in (pressed, filmed, sheared, whole):
         axes.grid(True, linewidth=0.3)
         axes.legend(fontsize=7)
@@ -123,7 +123,7 @@ def _pressed(axes, colour: str, words: str, known: tuple[Pad, list[Row]]) -> Non
     axes.plot(100.0 * strain, -forces(pad, 0.0 * strain, -strain, 0.0 * strain)[:, 1], color=colour, label=words)
     marks = [row for row in rows if not row["x"] and not row["ry"] and row["z"]]
     axes.plot([-100.0 * row["z"] for row in marks], [-row["force_z"] / pad.face.area for row in marks], "o",
-              color=colour, markersize=4)  # fmt: skip
+              color=colour, markersize=4)
 
 
 def _sheared(axes, colour: str, face: tuple[float, float], known: tuple[Pad, list[Row]]) -> None:
@@ -132,9 +132,9 @@ def _sheared(axes, colour: str, face: tuple[float, float], known: tuple[Pad, lis
     for z, mark in SHEARED:
         marks = [row for row in rows if row["z"] == z and row["x"] and not row["ry"]]
         axes.plot(100.0 * shear, forces(pad, shear, np.full_like(shear, z), 0.0 * shear)[:, 0], color=colour,
-                  linewidth=1.5 + 2.0 * z, label=f"{face[0]:g} wide, pressed by {abs(100.0 * z):.0f} %")  # fmt: skip
+                  linewidth=1.5 + 2.0 * z, label=f"{face[0]:g} wide, pressed by {abs(100.0 * z):.0f} %")
         axes.plot([100.0 * row["x"] for row in marks], [row["force_x"] / pad.face.area for row in marks], mark,
-                  color=colour, markersize=5)  # fmt: skip
+                  color=colour, markersize=5)
 
 
 if __name__ == "__main__":

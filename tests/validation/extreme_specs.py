@@ -64,9 +64,9 @@ def extreme_spec(seed, shapes=SHAPES):
 
     def readout():
         cable = {"length": between(1, 5000), "inductance": f"{between(1e-3, 1e6)} nH",
-                 "capacitance": f"{between(1e-3, 1e6)} pF", "resistance": f"{between(1e-3, 1e3)} ohm"}  # fmt: skip
+                 "capacitance": f"{between(1e-3, 1e6)} pF", "resistance": f"{between(1e-3, 1e3)} ohm"}
         found = {"capacitance": f"{between(1, 1e6)} pF", "scan_rate": f"{between(0.01, 1e6)} Hz", "cable": cable,
-                 "capacitor_at": "coil"}  # fmt: skip
+                 "capacitor_at": "coil"}
         return {key: value for key, value in found.items() if pick.random() < 0.5}
 
     shape = pick.choice(shapes)
@@ -74,7 +74,7 @@ def extreme_spec(seed, shapes=SHAPES):
     across = round(2 * (width + spacing) * turns + between(0.3, 20) + width, 2)
     size = [round(across * pick.uniform(1.2, 4), 2), across] if shape == "racetrack" else across
     coil = {"shape": shape, "outer_diameter": size, "turns": turns, "layers": pick.choice([1, 2, 2]),
-            "trace_width": width, "trace_spacing": spacing}  # fmt: skip
+            "trace_width": width, "trace_spacing": spacing}
     document = {"sitscad": 1, "name": "extreme", "coil": coil}
     maybe(0.2, "array", lambda: array(max(size) if isinstance(size, list) else size))
     maybe(0.9, "target", lambda: plate(metal()))
@@ -82,9 +82,9 @@ def extreme_spec(seed, shapes=SHAPES):
     maybe(0.3, "encapsulation", lambda: {"thickness": between(1e-3, 100)})
     maybe(0.6, "mount", mount)
     maybe(0.3, "shield", lambda: {"material": pick.choice(["copper", "ferrite"]), "thickness": between(1e-3, 100),
-                                  "gap": between(1e-3, 100)})  # fmt: skip
+                                  "gap": between(1e-3, 100)})
     maybe(0.7, "requirements", lambda: {"normal_force": f"{between(1e-3, 1e4)} N",
-                                        "temperature": f"{pick.choice([-60, 20, 200])} degC"})  # fmt: skip
+                                        "temperature": f"{pick.choice([-60, 20, 200])} degC"})
     maybe(0.4, "readout", readout)
     return document
 

@@ -39,7 +39,7 @@ FLOOR = 2e-7
 """Smallest error that is told from the reference's own."""
 
 COLUMNS = ("constant", "inner", "crowded", "fill", "aspect", "size", "turns", "few", "one", "near", "layers", "stacked",
-           "stacked_few", "wide_stacked", "corner")  # fmt: skip
+           "stacked_few", "wide_stacked", "corner")
 MORE = {"one": 1.3, "more": 1.0}
 """Coils of one layer are a quarter of the designs: their margin is larger by this."""
 
@@ -142,7 +142,7 @@ def slack(group: list[Sample], medians: tuple[float, ...] = MEDIANS) -> list[Sla
         # a bound grows with its margin, and nothing else in it changes
         scaled = np.array(unseen) * (median / float(np.median(unseen)))
         found.append(Slack(median, float(np.mean(scaled < 1.0)), 1.0 / float(scaled.min()),
-                           median / float(np.median(inside))))  # fmt: skip
+                           median / float(np.median(inside))))
     return found
 
 
@@ -179,7 +179,7 @@ def main() -> None:
     for family, method in dict.fromkeys((s.family, s.method) for s in every):
         unseen: list[float] = []
         groups = {stack: [s for s in every if (s.family, s.method, s.stack) == (family, method, stack)]
-                  for stack in ("one", "more")}  # fmt: skip
+                  for stack in ("one", "more")}
         powers = {stack: fitted(group, MORE[stack]) for stack, group in groups.items()}
         inside = [ratio for stack, group in groups.items() for ratio in ratios(group, powers[stack])]
         # a bound grows with its margin, and nothing else in it changes

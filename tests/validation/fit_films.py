@@ -40,7 +40,7 @@ def figures() -> Iterator[tuple[Block, list[dict[str, float]]]]:
     """The finite elements' films, a pad each."""
     with FIGURES.open(encoding="utf-8") as lines:
         rows = [{name: float(value) for name, value in row.items()}
-                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]  # fmt: skip
+                for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
     for measures, of_pad in groupby(rows, key=lambda row: tuple(row[name] for name in PADS)):
         if measures[4]:
             yield Block(*measures), list(of_pad)

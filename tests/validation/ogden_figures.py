@@ -40,7 +40,7 @@ def main() -> None:
     lines = csv.writer(sys.stdout, lineterminator="\n")
     for exponent in map(float, asked.exponents.split(",")):
         pad = Pad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1),
-                  exponents=(exponent, asked.skin_exponent))  # fmt: skip
+                  exponents=(exponent, asked.skin_exponent))
         for pose in FILMED if asked.skin else FEW if asked.few else (*POSES, (0, 0.1, 0)):
             try:
                 held = pad.move(pose)
@@ -50,7 +50,7 @@ def main() -> None:
             k = held.stiffness
             found = (held.force_x, held.force_z, held.moment_y, k[0, 0], k[0, 1], k[0, 2], k[1, 1], k[1, 2], k[2, 2])
             lines.writerow([exponent, asked.skin_exponent, *given, *(f"{v:.6g}" for v in pose),
-                            *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in found)])  # fmt: skip
+                            *(f"{v:.5g}" if abs(v) > 1e-9 else "0" for v in found)])
             sys.stdout.flush()
 
 

@@ -19,9 +19,9 @@ from sitscad.mechanics.elements import Pad, Solid, fanned
 
 TILT = math.radians(5.0)
 POSES = ((0, 0, 0), (0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.25, -0.3, 0), (0.4, -0.2, 0),
-         (0.4, -0.2, TILT), (0.25, -0.1, -TILT), (0.25, 0, 0), (0.5, 0, 0))  # fmt: skip
+         (0.4, -0.2, TILT), (0.25, -0.1, -TILT), (0.25, 0, 0), (0.5, 0, 0))
 COLUMNS = ("along", "across", "round", "rim", "skin", "skin_modulus", "degree", "x", "z", "ry", "force_x", "force_z",
-           "moment_y", "k_xx", "k_xz", "k_xr", "k_zz", "k_zr", "k_rr")  # fmt: skip
+           "moment_y", "k_xx", "k_xz", "k_xr", "k_zz", "k_zr", "k_rr")
 
 
 def main() -> None:

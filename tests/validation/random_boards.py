@@ -83,7 +83,7 @@ def board(seed: int) -> Board:
         "shape": shape, "outer_diameter": size, "turns": turns, "layers": layers, "trace_width": f"{width} um",
         "trace_spacing": f"{spacing} um", "start_angle": f"{pick.choice([0, 0, 30, 45, 90, 135, 200, 311])} deg",
         "sense": pick.choice(["counter-clockwise", "clockwise"]),
-    }  # fmt: skip
+    }
     if shape not in ("circle", "racetrack") and pick.random() < 0.3:
         coil["corner_radius"] = round(pick.uniform(0.1, 0.3) * across, 2)
     gap = pick.choice([0.2, 0.5, 0.8, 1.2, 2.0])
@@ -230,7 +230,7 @@ def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:
     faults = "" if found or not deep else "; ".join(faults_of(now))
     coils = len(spec.array.placements)
     return Outcome(seed, spec.coil.shape, spec.array.pattern, len(spec.coil.layers), coils, room, first, steps, last,
-                   round(seconds, 3), faults), now  # fmt: skip
+                   round(seconds, 3), faults), now
 
 
 def faults_of(now: Board) -> list[str]:
@@ -250,7 +250,7 @@ def kicad_violations(now: Board) -> list[str]:
         built = sitscad.build(now.load(), folder, only=("kicad",), force=True)
         report, drawn = Path(folder) / "drc.json", next(built.directory.glob("kicad/*.kicad_pcb"))
         subprocess.run(["kicad-cli", "pcb", "drc", "--format", "json", "--severity-all", "-o", report, drawn],
-                       capture_output=True, check=True)  # fmt: skip
+                       capture_output=True, check=True)
         told = json.loads(report.read_text())
         return [v["description"] for v in told["violations"] + told["unconnected_items"]]
 

@@ -44,7 +44,7 @@ FOUND = ("own", "mutual", "loss", "own_over_stated", "mutual_over_stated", "fine
 
 PAGE, BLOCK = ROOT / "docs" / "accuracy.md", "random_poses.csv"
 HEAD = ("board", "behind it", "poses", "change of L, worst (95 %)", "mutual", "loss", "worst of stated",
-        "finer levels apart", "state 1 % or less")  # fmt: skip
+        "finer levels apart", "state 1 % or less")
 
 
 def boards() -> dict[str, sitscad.Layout]:
@@ -127,7 +127,7 @@ def lines(board: str, number: int, design: Design, found: dict[str, np.ndarray])
     target = design.spec.target
     x, y = (f"{1e3 * length:.2f}" for length in target.size)
     what = [board, str(number), str(int(mirrored(number))), target.shape, x, y, f"{1e6 * target.thickness:.1f}",
-            target.material.name, f"{depths(design):.1f}"]  # fmt: skip
+            target.material.name, f"{depths(design):.1f}"]
     for k in range(len(PLACES) * EACH):
         yield [*what, PLACES[k // EACH], *(f"{found[name][k]:.2g}" for name in FOUND)]
 
@@ -148,7 +148,7 @@ def known() -> list[dict[str, str]]:
 def table(rows: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
     """Worst and 95 % of the figures: a row a board, with a mirror and without, then all."""
     parts = [((board, mirror), [row for row in rows if (row["board"], row["mirror"]) == (board, mirror)])
-             for board in BOARDS for mirror in "01"]  # fmt: skip
+             for board in BOARDS for mirror in "01"]
     thick = [row for row in rows if float(row["skin_depths"]) >= 4.0]
     named = [((f"`{board}`", ("nothing", "mirror")[int(mirror)]), part) for (board, mirror), part in parts if part]
     named += [(("all", "both"), rows), (("targets of four skin depths and more", "both"), thick)]
@@ -158,7 +158,7 @@ def table(rows: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
 def _figures(rows: Sequence[dict[str, str]]) -> list[str]:
     found = {name: np.array([float(row[name]) for row in rows]) for name in FOUND}
     errors = [f"{100 * found[name].max():.2g} ({100 * np.quantile(found[name], 0.95):.2g}) %"
-              for name in ("own", "mutual", "loss")]  # fmt: skip
+              for name in ("own", "mutual", "loss")]
     over = max(found["own_over_stated"].max(), found["mutual_over_stated"].max())
     few = float((found["stated"] <= 0.01).mean())
     return [str(len(rows)), *errors, f"{over:.2f}", f"{100 * found['finer_levels'].max():.2g} %", f"{100 * few:.0f} %"]

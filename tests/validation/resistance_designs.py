@@ -68,7 +68,7 @@ def design(family: str, number: int) -> tuple[CoilSpec, Coil]:
     long = size * (random.uniform(1.05, 3.0) if shape in ("rectangle", "racetrack") else 1.0)
     radius = logarithmic(0.5 * width, max(0.6 * width, min(size / 8.0, 12.0 * width))) if family == "rounded" else 0.0
     spec = CoilSpec(shape=shape, size=(long, size), turns=turns, layers=tuple(range(1, layers + 1)), trace_width=width,
-                    trace_spacing=spacing, start_angle=0.0, clockwise=False, corner_radius=radius)  # fmt: skip
+                    trace_spacing=spacing, start_angle=0.0, clockwise=False, corner_radius=radius)
     stack = tuple(CopperLayer(number=k + 1, z=float(z), thickness=copper) for k, z in enumerate(heights))
     return spec, Coil(CoilPlacement("C1", (0.0, 0.0)), "C1", _wind(spec, stack, 0.0, CHORD_TOLERANCE), (), False)
 

@@ -86,7 +86,7 @@ class Maps:
     ) -> None:
         self.sizes, self.targets = sizes, targets
         self.tables = np.array([tabulated(coil, size, fill, target, across)
-                                for size, fill, across in product(sizes, FILLS, targets)])  # fmt: skip
+                                for size, fill, across in product(sizes, FILLS, targets)])
 
     def between(self, size: float, fill: float, across: float) -> np.ndarray:
         """The table of a geometry."""
@@ -243,11 +243,11 @@ def tell_tilts(folder: str, shapes: tuple[str, str], geometries: dict[str, np.nd
         tell_one(f"{level.name}, mounted askew", level, tilted, pitch, base)
         for unit in others:
             found = min((tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2, 4, 5)) for sense in (1.0, -1.0)),
-                        key=lambda own: missed(unit, tilted, pitch, own))  # fmt: skip
+                        key=lambda own: missed(unit, tilted, pitch, own))
             tell_one(unit.name, unit, tilted, pitch, found)
             more = found - base
             print(f"  turned by {more[4]:+.2f} deg along x, {more[5]:+.2f} along y more than the level one; its middle "
-                  f"went by {more[1]:.2f}, {more[2]:.2f} mm aside and {more[0]:.2f} mm away")  # fmt: skip
+                  f"went by {more[1]:.2f}, {more[2]:.2f} mm aside and {more[0]:.2f} mm away")
             for sense in (1.0, 0.0, -1.0):
                 kept = tilted.fit(unit, pitch, base + sense * AWAY, (0, 1, 2))
                 tell_one(f"{unit.name}, held {sense * TURN:+.1f} deg from the level one", unit, tilted, pitch, kept)
@@ -262,7 +262,7 @@ def missed(unit: Unit, tilted: Tilted, pitch: float, found: np.ndarray) -> float
 def tell_one(name: str, unit: Unit, tilted: Tilted, pitch: float, found: np.ndarray) -> None:
     gone, change = unit.residual(tilted.changes(unit, pitch, found[:-1]), float(np.exp(found[-1])))
     print(f"{name}: gap {found[0]:.2f} mm at z = 4, shift {found[1]:.2f}, {found[2]:.2f} mm, yaw {found[3]:.2f} deg, "
-          f"turned {found[4]:+.2f} deg along x, {found[5]:+.2f} along y")  # fmt: skip
+          f"turned {found[4]:+.2f} deg along x, {found[5]:+.2f} along y")
     heights = unit.places[:, 2]
     for words, some in (("all", heights > -99.0), *((f"z = {z:g}", heights == z) for z in np.unique(heights)[::-1])):
         size = np.sqrt(np.mean(change[some] ** 2))
@@ -283,7 +283,7 @@ def main(folder: str, coil: str = "square", target: str = "circle") -> None:
         print(f"{unit.name}: gap {own[0]:.2f} mm, shift {own[1]:.2f}, {own[2]:.2f} mm, yaw {own[3]:.2f} deg")
         heights = unit.places[:, 2]
         for name, some in (("z >= -3", heights >= -3.0), ("beyond", heights < -3.0),
-                           *((f"z = {z:g}", heights == z) for z in np.unique(heights)[::-1])):  # fmt: skip
+                           *((f"z = {z:g}", heights == z) for z in np.unique(heights)[::-1])):
             size = np.sqrt(np.mean(change[some] ** 2))
             share = np.sqrt(np.mean(gone[some] ** 2)) / size
             print(f"  {name:<8} {100.0 * share:5.2f} % of the change ({100.0 * size:.2f} % of L)")

@@ -82,7 +82,7 @@ def apart(design: Design) -> Iterator[Apart]:
             )
             yield Apart(name, change, abs(found.inductance[number, k] / state.inductance - 1.0), abs(lossy),
                         change / (state.target_change_error + found.target_change_error[number, k, k]),
-                        abs(lossy) / state.resistance_error)  # fmt: skip
+                        abs(lossy) / state.resistance_error)
 
 
 def slopes(design: Design) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ FIGURES = ("change", "inductance", "resistance", "of_stated_change", "of_stated_
 def _row(values: list[float] | np.ndarray) -> str:
     change, inductance, resistance, of_change, of_resistance = values
     return (f"change {100.0 * change:.2f} %, L {100.0 * inductance:.2f} %, R {100.0 * resistance:.2f} %, "
-            f"of what is stated {of_change:.2f} and {of_resistance:.2f}")  # fmt: skip
+            f"of what is stated {of_change:.2f} and {of_resistance:.2f}")
 
 
 if __name__ == "__main__":

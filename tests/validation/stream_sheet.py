@@ -29,7 +29,7 @@ LEVELS = 5
 _A, _B = (6.0 - math.sqrt(15.0)) / 21.0, (6.0 + math.sqrt(15.0)) / 21.0
 _WA, _WB = (155.0 - math.sqrt(15.0)) / 1200.0, (155.0 + math.sqrt(15.0)) / 1200.0
 SEVEN = np.array([(1 / 3, 1 / 3, 1 / 3), *((1 - 2 * a, a, a) for a in (_A, _B)), *((a, 1 - 2 * a, a) for a in (_A, _B)),
-                  *((a, a, 1 - 2 * a) for a in (_A, _B))])  # fmt: skip
+                  *((a, a, 1 - 2 * a) for a in (_A, _B))])
 SEVEN_WEIGHTS = np.array([9 / 40, _WA, _WB, _WA, _WB, _WA, _WB])
 THREE = np.array([(2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6), (1 / 6, 1 / 6, 2 / 3)])
 
@@ -240,7 +240,7 @@ def _levels(t1, t2, height):
         return [(t1 * v**2, c * v * 2.0 * (1.0 - v**2)) for v, c in zip(u, w, strict=True)]
     x, w = np.polynomial.legendre.leggauss(2)
     return [(abs(height + 0.5 * t1 * a + 0.5 * t2 * b), 0.25 * c * d)
-            for a, c in zip(x, w, strict=True) for b, d in zip(x, w, strict=True)]  # fmt: skip
+            for a, c in zip(x, w, strict=True) for b, d in zip(x, w, strict=True)]
 
 
 def _closed(p, q, levels):
@@ -273,7 +273,7 @@ def _potential(points, q, height):
         total = total + out * (np.arcsinh(high / root) - np.arcsinh(low / root))
         if height:
             total = total - height * (np.arctan2(out * high, square + height * far)
-                                      - np.arctan2(out * low, square + height * near))  # fmt: skip
+                                      - np.arctan2(out * low, square + height * near))
     return total
 
 
@@ -303,7 +303,7 @@ def solved(sheets, conductivity, frequencies, mirror=None):
             block = inductance_matrix(one, other)
             if mirror is not None:
                 image = Sheet(other.nodes, other.triangles, other.even, other.fixed, other.thickness,
-                              2.0 * mirror - other.z)  # fmt: skip
+                              2.0 * mirror - other.z)
                 block = block - inductance_matrix(one, image)
             l[rows, columns] = block
             l[columns, rows] = block.T

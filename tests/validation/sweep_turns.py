@@ -35,7 +35,7 @@ def spec_of(turns: float, shape: str) -> sitscad.SensorSpec:
         "target": {"shape": "rectangle", "size": [24, 12], "thickness": 0.2, "material": "copper"},
         "elastomer": {"material": "ecoflex-00-30", "shape": "rectangle", "size": [24, 12], "thickness": 2},
         "requirements": {"normal_force": "3 N"}, "readout": {"capacitance": "100 pF"},
-    }))  # fmt: skip
+    }))
 
 
 def estimated(turns: float, shape: str) -> tuple[float, ...] | None:
@@ -75,7 +75,7 @@ def main() -> None:
         worst = int(np.argmax(size))
         print(f"{name}: largest jump {100 * size[worst]:.2f} % at {table[worst + 1, 0]:.3f} turns; "
               f"{np.count_nonzero(size > 0.01)} over 1 %, {np.count_nonzero(size > 0.02)} over 2 %, "
-              f"median {100 * np.median(size):.3f} %")  # fmt: skip
+              f"median {100 * np.median(size):.3f} %")
     if chosen.output:
         with chosen.output.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")

@@ -25,7 +25,7 @@ POSES = {"dx": (0, -1e-3, 1e-3), "dz": (2, -0.2e-3, 1.5e-3), "ry": (4, -0.08, 0.
 """Number of a pose, and between what it is swept (m, rad)."""
 
 DESIGNS = {"size": ("target.size", 3.0, 6.0), "thickness": ("target.thickness", 0.02, 1.0),
-           "shield": ("shield.gap", 0.1, 0.49)}  # fmt: skip
+           "shield": ("shield.gap", 0.1, 0.49)}
 """Key of the spec, and between what it is swept (mm)."""
 
 
@@ -76,7 +76,7 @@ def main() -> None:
         sweep = by_pose(design, name, asked.steps) if name in POSES else by_design(name, asked.steps, asked.span)
         of_change, of_error = jumps(*sweep)
         print(f"{name}: {asked.steps} steps, second difference {of_change:.2e} of the change, {of_error:.3f} of "
-              f"the stated error, {time.process_time() - began:.0f} CPU s", flush=True)  # fmt: skip
+              f"the stated error, {time.process_time() - began:.0f} CPU s", flush=True)
 
 
 if __name__ == "__main__":

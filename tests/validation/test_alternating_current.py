@@ -177,14 +177,14 @@ def strips_by_filaments(across, height, width, thickness, signs, frequencies, ce
     for i in range(count):
         for j in range(i + 1):
             logs[i, j] = logs[j, i] = log_mean_distance(abs(px[i] - px[j]), abs(pz[i] - pz[j]), (wx[i], wx[j]),
-                                                        (wz[i], wz[j]))  # fmt: skip
+                                                        (wz[i], wz[j]))
     sign = np.asarray(signs)[group]
     inductance = -2e-7 * logs * sign[:, None] * sign
     return series_impedance(1.0 / (COPPER * wx * wz), inductance, group, len(across), frequencies)
 
 
 @pytest.mark.parametrize("case", [((0.0,), (0.0,), (1,)), ((0.0, 0.0), (0.0, 60e-6), (1, -1)),
-                                  ((0.0, 150e-6), (0.0, 0.0), (1, -1))])  # fmt: skip
+                                  ((0.0, 150e-6), (0.0, 0.0), (1, -1))])
 def test_lone_and_paired_straight_tracks(case):
     across, height, signs = case
     width, thickness = 100 * UM, 35 * UM
@@ -245,7 +245,7 @@ def averaged_rings(case, frequencies, across, equal_lengths, azimuths=4):
         radii = radii_at(layers, 2.0 * math.pi * (k + 0.5) / azimuths)
         height = np.repeat([layer.z for layer in layers], [r.size for r in radii])
         found = found + ring_impedance(np.concatenate(radii), height, width * UM, copper * UM, COPPER, frequencies,
-                                       across, 1, equal_lengths) / azimuths  # fmt: skip
+                                       across, 1, equal_lengths) / azimuths
     return layers, found
 
 
@@ -307,7 +307,7 @@ def test_squares_against_segments_with_legs():
     # the rise over 100 kHz: direct current cuts the corners, which the modes leave to `bend_squares`
     corners, width, thickness = square(3, 1 * MM, 250 * UM), 150 * UM, 18 * UM
     filaments = Filaments([SegmentedTrack(divided(corners, 0.4 * MM), width, thickness, 0.0)], cosine_cells(8),
-                          cosine_cells(1))  # fmt: skip
+                          cosine_cells(1))
     z = impedance(filaments, COPPER, [1e5, 1e6, 1e7], 4, legs=True)
     track = BentTrack(corners[:-1], corners[1:], np.zeros(len(corners) - 1), width, thickness, 0.0)
     loss = bent_winding_loss([track], COPPER, ModeSet(6, 2, (6, 3)), 6, 24)

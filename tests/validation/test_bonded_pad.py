@@ -16,7 +16,7 @@ SQUARE = Solid(4e-3, 4e-3, 2e-3)
 
 
 @pytest.mark.parametrize("solid", [SQUARE, Solid(9e-3, 3e-3, 1e-3), Solid(4e-3, 4e-3, 2e-3, rim=1e-3),
-                                   Solid(4e-3, 4e-3, 2e-3, skin=0.1e-3)])  # fmt: skip
+                                   Solid(4e-3, 4e-3, 2e-3, skin=0.1e-3)])
 def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
     mesh = fanned(solid, 2, 1)
     corners = mesh.points[mesh.elements]

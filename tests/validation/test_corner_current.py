@@ -48,7 +48,7 @@ def limit_of(sheets, frequencies, cells):
         found = solved(sheets(n), COPPER, frequencies)
         omega = 2.0 * math.pi * np.asarray(frequencies)
         rows.append(np.array([found.even, found.direct, found.resistance, *(found.impedances.imag / omega),
-                              *found.impedances.real]))  # fmt: skip
+                              *found.impedances.real]))
     return rows[1] + (rows[1] - rows[0]) / ((cells[1] / cells[0]) ** RATE - 1.0)
 
 
@@ -81,7 +81,7 @@ def test_direct_current_cuts_corners(name):
     assert change == approx(direct - even, rel=0.06)
     assert change < -3e-3 * even
     straight = with_corners(bent_winding_loss([bent(corners, width, copper)], COPPER, suited_modes(
-        width, copper, width, 1.0, False), 2, 2), [bent(corners, width, copper)], COPPER)  # fmt: skip
+        width, copper, width, 1.0, False), 2, 2), [bent(corners, width, copper)], COPPER)
     assert straight.direct == approx(resistance, rel=2e-3)
     assert straight.direct_change == approx(change, rel=1e-6)
 
@@ -123,7 +123,7 @@ ALTERNATING = [("one wide square", (4, 7), (2e-3, 1e-3), (0.015, 0.01))] + [
         ("hexagon", (5, 8), (5e-4, 5e-4), (5e-3, 5e-3)),
         ("two octagons", (5, 8), (5e-4, 5e-4), (5e-3, 5e-3)),
         ("three wide squares", (4, 7), (2e-3, 1e-3), (0.01, 5e-3)))
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("name", "cells", "of_l", "of_r"), ALTERNATING)
@@ -160,19 +160,19 @@ def two_layers(*design):
     def sheets(n):
         lines = [np.array([w.path.start, *(s.end for s in w.path)]) for w in coil.windings]
         return [sheet(line, spec.trace_width, w.thickness, n, n, z=w.z)
-                for line, w in zip(lines, coil.windings, strict=True)]  # fmt: skip
+                for line, w in zip(lines, coil.windings, strict=True)]
 
     even = choose_method(geometry).solve(geometry)
     loss = winding_losses(spec, coil, geometry.spirals, COPPER)
     assert corner_inductance([bent_track(w, spec.trace_width) for w in coil.windings]) == approx(
-        loss.direct_change, rel=1e-6)  # fmt: skip
+        loss.direct_change, rel=1e-6)
     assert loss.direct == approx(winding_resistance(spec, coil, COPPER), rel=1e-12)
     return even, loss, limit_of(sheets, FREQUENCIES, (4, 6))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("design", [("square", 3, 3, 100), ("square", 3, 3, 200), ("hexagon", 3, 3, 150),
-                                    ("octagon", 4, 2, 200)])  # fmt: skip
+                                    ("octagon", 4, 2, 200)])
 def test_layers_above_each_other(design):
     even, loss, found = two_layers(*design)
     errors = (loss.inductance_changes(FREQUENCIES) - (found[3:5] - found[0])) / even
@@ -217,7 +217,7 @@ def test_two_references_agree():
 def test_what_a_round_pen_leaves_out_of_a_corner_hardly_carries_current():
     corners, width, copper = 0.3 * MM * np.array([(-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)]), 100 * UM, 10 * UM
     mitred, drawn = (limit_of(lambda n, pen=pen: [sheet(corners, width, copper, n, n, pen=pen)], [], (4, 6))
-                     for pen in (0, 8))  # fmt: skip
+                     for pen in (0, 8))
     assert drawn[1] == approx(mitred[1], rel=1e-3)
     assert drawn[2] == approx(mitred[2], rel=2e-3)
 
@@ -269,7 +269,7 @@ ROUNDED = [("square", 4, 1, 0.68, (4, 6), 3e-4, 6e-4, 5e-3)] + [
         ("hexagon", 6, 1, 1.0, (4, 6), 6e-4, 7e-4, 5e-3), ("square", 4, 3, 0.6, (4, 6), 8e-4, 2.5e-3, 0.02),
         ("square", 4, 3, 0.72, (4, 6), 8e-4, 2.5e-3, 0.02), ("square", 4, 3, 1.0, (4, 6), 6e-4, 1e-3, 0.01),
         ("square", 4, 3, 1.5, (4, 6), 8e-4, 2.5e-3, 0.01))
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("name", "sides", "turns", "radius", "cells", "direct", "alternating", "of_r"), ROUNDED)
@@ -284,11 +284,11 @@ def test_rounded_corners(name, sides, turns, radius, cells, direct, alternating,
     spec = SimpleNamespace(
         shape=name, size=size, turns=turns, pitch=pitch, trace_spacing=pitch - width, trace_width=width,
         layer_turns=(turns,), most_turns=turns, outline=SHAPES[name],
-    )  # fmt: skip
+    )
     loss = winding_losses(spec, coil, (), COPPER, tolerance)
     even, true_direct, resistance, *found = triangles_of_rounded(sides, turns, radius, cells)
     lacking = np.array([loss.direct_change, *loss.inductance_changes(FREQUENCIES)]) - (
-        np.array([true_direct, *found[:2]]) - even)  # fmt: skip
+        np.array([true_direct, *found[:2]]) - even)
     ratios = loss.direct * loss.resistance_ratios(FREQUENCIES) / np.array(found[2:])
     errors = np.round(100 * lacking / even, 3), np.round(100 * ratios - 100, 2)
     print(name, turns, radius, tolerance, "L %", errors[0], "R %", errors[1])

@@ -11,7 +11,7 @@ PAGE = PICTURE.with_name("accuracy.md").read_text(encoding="utf-8")
 def test_the_page_says_what_the_picture_shows():
     known = list(pads())
     errors = {words: np.concatenate([off(pad, rows) for pad, rows in known if kind(pad)])
-              for words, kind in KINDS.items()}  # fmt: skip
+              for words, kind in KINDS.items()}
     count = sum(map(len, errors.values()))
     assert count >= 60 and f"({PICTURE.name})" in PAGE
     assert f"{count} load cases of {len(known)} pads" in PAGE

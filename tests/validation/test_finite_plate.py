@@ -99,7 +99,7 @@ def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
     def receded(by):
         smaller, place = (size[0] - 2 * by, size[1] - 2 * by), gap + by
         box = converged_change(smaller, thickness - 2 * by, offset, radii, heights, place, floor=floor, across=24,
-                               through=8)  # fmt: skip
+                               through=8)
         return box, endless_change(radii, heights, place, floor)
 
     (more, more_endless), (less, less_endless) = receded(-10e-6), receded(10e-6)
@@ -125,7 +125,7 @@ def shares_and_discs(gap, diameter, thickness):
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
     ours = (float(share(plate, rings, np.zeros((1, 2)), gap + depth)[0]) for share in (plate_share, plate_loss_share))
     return tuple(ours), (disc[0] / endless[0], disc[1] / endless[1]), (
-        share_error(plate, rings), loss_share_error(plate, rings))  # fmt: skip
+        share_error(plate, rings), loss_share_error(plate, rings))
 
 
 def check_disc(gap, diameter, thickness):
@@ -136,9 +136,9 @@ def check_disc(gap, diameter, thickness):
 
 # gap, diameter and thickness (m): a coil of 8 mm
 DISCS = [(0.3e-3, 3e-3, 0.2e-3), (0.3e-3, 5e-3, 0.2e-3), (0.3e-3, 6e-3, 0.2e-3), (1e-3, 8e-3, 0.2e-3),
-         (1e-3, 8e-3, 1e-3), (2e-3, 5e-3, 0.05e-3)]  # fmt: skip
+         (1e-3, 8e-3, 1e-3), (2e-3, 5e-3, 0.05e-3)]
 MORE_DISCS = [(g, d, t) for g in (0.3e-3, 1e-3, 2e-3) for d in (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3, 12e-3)
-              for t in (0.05e-3, 0.2e-3, 0.5e-3, 1e-3, 3e-3)]  # fmt: skip
+              for t in (0.05e-3, 0.2e-3, 0.5e-3, 1e-3, 3e-3)]
 
 
 @pytest.mark.needs("scipy")
@@ -169,7 +169,7 @@ def test_a_thin_box_is_the_sheet():
     radii, heights = JAW
     box = converged_change((4.5e-3, 4.2e-3), 20e-6, BETWEEN, radii, heights, 1e-3, across=24, through=2)
     sheet = plate_share(Plate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
-                        np.array([[BETWEEN, 0.0]]), 1e-3)[0]  # fmt: skip
+                        np.array([[BETWEEN, 0.0]]), 1e-3)[0]
     assert sheet == approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
 
 
@@ -180,7 +180,7 @@ MAGNETS = [
     (BENCH, (1.0, 2.0), 0.1, 0.5, 0.4), (BENCH, (1.0, 2.0), 0.2, 0.0, 0.15), (BENCH, (0.25, 0.25), 0.03, 0.0, 0.15),
     (BENCH, (0.25, 0.25), 0.5, 0.0, 0.4), (BENCH, (0.5, 0.5), 2.5, 0.3, 0.15), (BENCH, (0.13, 0.13), 0.06, 0.0, 0.4),
     (JAW, (0.13, 0.13), 2.5, 0.0, 0.4), (BENCH, (2.0, 2.0), 1.0, 0.0, 0.4),
-]  # fmt: skip
+]
 
 
 @pytest.mark.needs("scipy")

@@ -247,7 +247,7 @@ def main() -> None:
     for about, theirs in enumerate(((0.012, 0.008), (0.030, 0.185))):
         normal, shear = tilted(about)
         print(f"| 8 mm square, +-5 deg about {'xy'[about]}, normal and shear (uH) | {theirs[0]}, {theirs[1]} | "
-              f"{normal:.3f}, {shear:.3f} |", flush=True)  # fmt: skip
+              f"{normal:.3f}, {shear:.3f} |", flush=True)
     for coil, theirs in (("square", (-1.7, 2.3)), ("circle", (-1.6, 2.6))):
         near, usual, far = (apart(coil, pitch) for pitch in (7.1, 8.0, 10.0))
         for where, one, other in (("0.1", theirs[0], near), ("3", theirs[1], far)):
@@ -257,7 +257,7 @@ def main() -> None:
     for width, theirs in WIDTHS.items():
         horizontal, vertical = in_the_plane(width)
         print(f"| in the plane, {width} mm wide: horizontal, vertical (%) | {theirs[0]}, {theirs[1]} | "
-              f"{horizontal:.1f}, {vertical:.1f} |")  # fmt: skip
+              f"{horizontal:.1f}, {vertical:.1f} |")
 
 
 if __name__ == "__main__":

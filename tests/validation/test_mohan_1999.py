@@ -21,7 +21,7 @@ with (Path(__file__).parent / "mohan_1999_table_iv.csv").open(encoding="utf-8", 
 )
 def test_closed_formulas_reproduce_the_errors_printed_in_the_paper(row):
     outline = SpiralOutline(float(row["turns"]), float(row["outer_diameter_mm"]) * MM, float(row["width_mm"]) * MM,
-                            float(row["spacing_mm"]) * MM)  # fmt: skip
+                            float(row["spacing_mm"]) * MM)
     measured = float(row["measured_uH"]) * 1e-6
     for formula, name in ((modified_wheeler, "wheeler"), (current_sheet, "sheet"), (monomial, "monomial")):
         ours = 100.0 * (measured - formula(SHAPES[row["shape"]].sides, outline)) / measured

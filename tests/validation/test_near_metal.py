@@ -190,7 +190,7 @@ def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
 # bend of wide tracks (0.4 %).
 FRACTIONAL = [(1, 0.5, 100, 0.016), (1, 1.5, 100, 4e-3), (1, 2.25, 400, 3e-3), (1, 6.5, 400, 1e-3),
               (2, 2.25, 400, 1e-3), (3, 0.5, 100, 4e-3), (3, 1.5, 400, 1e-3), (3, 6.5, 100, 5e-4),
-              (1, 12.0, 100, 1e-3)]  # fmt: skip
+              (1, 12.0, 100, 1e-3)]
 
 
 @pytest.mark.parametrize("gap", [0.1e-3, 0.5e-3, 2e-3])
@@ -248,6 +248,6 @@ def test_one_subspace_serves_metal_about_there(gap, metal):
     around = Reflector(gap, (metal,))
     shared = crowding.changes(frequencies, around, None)
     own = tuple(near_metal._reduced(cut, near_metal._Waves(*middle), True, crowding.steps) for cut in crowding.cuts
-                for middle in [[w[0] for w in crowding._waves(np.array([3e6]), around, None)]])  # fmt: skip
+                for middle in [[w[0] for w in crowding._waves(np.array([3e6]), around, None)]])
     waves = [np.concatenate([w.real, w.imag]) for w in crowding._waves(frequencies, around, None)]
     assert shared == approx(sum(part.changes(frequencies, waves) for part in own), rel=5e-4)

@@ -96,14 +96,14 @@ def over_mirror(name, mirror):
 
 # Design, distance of the mirror, and what R (of R) and L (of L in free air) may differ by.
 MIRRORS = [("one wide turn", 0.1 * MM, 0.03, 5e-3), ("one wide turn", 0.5 * MM, 0.03, 3e-3),
-           ("small", 0.06 * MM, 0.015, 3.5e-3)]  # fmt: skip
+           ("small", 0.06 * MM, 0.015, 3.5e-3)]
 
 
 @pytest.mark.parametrize(
     ("name", "mirror", "of_r", "of_l"),
     [MIRRORS[0], *(pytest.param(*row, marks=pytest.mark.slow) for row in MIRRORS[1:]),
      pytest.param("three", 0.1 * MM, 0.03, 3e-3, marks=pytest.mark.slow)],
-)  # fmt: skip
+)
 def test_polygons_over_a_mirror(name, mirror, of_r, of_l):
     cells = (5, 5) if name == "one wide turn" else (6, 6)
     alone, over = by_cells(name, cells), by_cells(name, cells, mirror)

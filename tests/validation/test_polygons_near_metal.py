@@ -62,7 +62,7 @@ SLOW = [("one wide square", 0.1, 1.5e-3, 2e-3, 0.01, (6, 9)), ("one wide square"
         ("octagon", 0.33, 4e-4, 3e-3, 0.02, (4, 6)), ("rounded square", 0.33, 8e-4, 2e-3, 0.02, (4, 6)),
         ("rounded square", 1.0, 5e-4, 2e-3, 0.02, (4, 6)), ("two turns", 0.3, 3e-4, 1e-3, 5e-3, (4, 6)),
         ("two turns", 1.0, 2e-4, 1e-3, 5e-3, (4, 6)), ("three turns", 0.4, 3e-4, 2e-3, 0.02, (4, 6)),
-        ("three wide turns", 0.33, 6e-4, 2e-3, 0.015, (4, 6))]  # fmt: skip
+        ("three wide turns", 0.33, 6e-4, 2e-3, 0.015, (4, 6))]
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ OMEGA = 2.0 * math.pi * finite_target.FREQUENCY
 COPPER = 5.8e7
 EIGHT = (8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5)
 METALS = {"copper": (COPPER, 1.0), "brass": (15.9e6, 1.0), "304": (1.39e6, 1.02), "titanium": (0.585e6, 1.0),
-          "17-4": (1.3e6, 95.0), "weak": (1.3e6, 20.0), "iron": (6e6, 400.0)}  # fmt: skip
+          "17-4": (1.3e6, 95.0), "weak": (1.3e6, 20.0), "iron": (6e6, 400.0)}
 
 
 def by_elements(gap, diameter, thickness, metal="copper", cells=1.0):
@@ -61,9 +61,9 @@ def check(metal, gap, diameter, thickness):
 
 
 QUICK = [("304", 1e-3, 3e-3, 0.1e-3), ("titanium", 1e-3, 5e-3, 0.1e-3), ("17-4", 1e-3, 5e-3, 0.2e-3),
-         ("copper", 2e-3, 6e-3, 0.035e-3)]  # fmt: skip
+         ("copper", 2e-3, 6e-3, 0.035e-3)]
 MANY = [(metal, gap, diameter, thickness) for metal in METALS for gap in (0.5e-3, 1.5e-3)
-        for diameter in (3e-3, 5e-3, 6.5e-3, 8e-3, 10e-3) for thickness in (0.03e-3, 0.1e-3, 0.3e-3)]  # fmt: skip
+        for diameter in (3e-3, 5e-3, 6.5e-3, 8e-3, 10e-3) for thickness in (0.03e-3, 0.1e-3, 0.3e-3)]
 
 
 @pytest.mark.parametrize("case", [*QUICK, *(pytest.param(case, marks=pytest.mark.slow) for case in MANY)], ids=str)
@@ -78,7 +78,7 @@ def test_two_discretisations_agree(thickness, loss):
     from disc_of_rings import disc_change
 
     elements, rings = by_elements(1e-3, 8e-3, thickness), disc_change(EIGHT, 1e-3, 8e-3, thickness, first=4e-6,
-                                                                      growth=1.25)  # fmt: skip
+                                                                      growth=1.25)
     assert elements[0] == approx(rings[0], rel=3e-3)
     assert elements[1] == approx(rings[1], rel=5e-3)
     assert elements[1] == approx(loss, rel=3e-3) and rings[1] == approx(loss, rel=3e-3)

@@ -37,7 +37,7 @@ def named() -> set[str]:
         name for name in re.findall(r"tests/[\w/]+\.py", pages)
         if f"python {name}" in (ROOT / name).read_text(encoding="utf-8").partition("from __future__")[0]
         and name in CHEAPLY
-    }  # fmt: skip
+    }
 
 
 def test_every_script_that_a_page_names_is_run_here():
@@ -61,5 +61,5 @@ def test_a_script_that_a_page_names_runs(tree, script):
     """One ended in an AttributeError: what it calls had changed its arguments."""
     environment = {**os.environ, "PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, script, *CHEAPLY[script]], cwd=tree, env=environment, capture_output=True,
-                          text=True, timeout=900)  # fmt: skip
+                          text=True, timeout=900)
     assert done.returncode == 0, done.stderr[-2000:]

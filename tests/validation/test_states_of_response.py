@@ -50,7 +50,7 @@ CASES = {
         COIL.format("circle", 7, 8) + "\narray: {pattern: line, count: 2, pitch: 7.5}",
         "square, size: 5, thickness: 2, material: copper", 6,
     ),
-}  # fmt: skip
+}
 """Coil, target and pad (mm): shares of an endless one were off by 2 to 190 % of the change, R by up to half."""
 
 
@@ -94,7 +94,7 @@ def large(size, thickness, metal, shield=""):
         "sitscad: 1\nname: large\ncoil: {shape: circle, outer_diameter: 20, turns: 12, layers: 2, trace_width: 150 um, "
         f"trace_spacing: 150 um}}\ntarget: {{shape: square, size: {size}, thickness: {thickness}, material: {metal}}}\n"
         f"elastomer: {{shape: square, size: 20, thickness: 0.6, material: ecoflex-00-30}}\n{shield}"
-    ))  # fmt: skip
+    ))
 
 
 @pytest.mark.parametrize("size, thickness, metal", [(46, 0.05, "stainless-304"), (40, 0.2, "stainless-17-4ph")])

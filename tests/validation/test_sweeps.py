@@ -37,7 +37,7 @@ def test_states_have_no_step_where_shares_give_way_to_the_solver():
         found = sitscad.Design(spec.replace("target.thickness", float(value))).estimates
         states.append([(one.inductance, one.parallel_resistance, one.resistance, one.resistance_error,
                         one.target_change_error) for one in (coil.states["rest"] for coil in found.coils)]
-                      )  # fmt: skip
+                      )
         parts.append(found.solved)
     assert parts[0] == 0.0 and parts[-1] == 1.0 and np.all(np.diff(parts) >= 0.0)
     told = np.array(states)[:, 0]

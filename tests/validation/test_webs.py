@@ -18,7 +18,7 @@ SHEAR, POISSON, PLATE, PRESS = 60e3, 0.4995, 0.2e-3, 1e-6
 PAIRS = [
     (10e-3, 10e-3, 1.5e-3, 6e-3, 2e-3), (10e-3, 10e-3, 1.5e-3, 6e-3, 9.9e-3), (10e-3, 10e-3, 2.5e-3, 1.7e-3, 1e-3),
     (10e-3, 10e-3, 1e-3, 0.7e-3, 2e-3), (4e-3, 10e-3, 1.5e-3, 2e-3, 2e-3),
-]  # fmt: skip
+]
 """Sides of the pads along and across, thickness, gap, width of the web (m)."""
 
 

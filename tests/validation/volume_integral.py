@@ -103,11 +103,11 @@ def spiral(layer, pieces=4):
         if layer.inward:
             theta = k * step
             segments.append(("arc", (0.0, 0.0), layer.radius - fall * theta, layer.angle + layer.sense * theta,
-                             layer.sense, step, fall))  # fmt: skip
+                             layer.sense, step, fall))
         else:
             theta = layer.span - k * step
             segments.append(("arc", (0.0, 0.0), layer.radius - fall * theta, layer.angle + layer.sense * theta,
-                             -layer.sense, step, -fall))  # fmt: skip
+                             -layer.sense, step, -fall))
     return conductor(segments, layer.width, layer.thickness, layer.z)
 
 
@@ -425,7 +425,7 @@ def mutual(a: Conductor, b: Conductor, n: Points = Points()) -> float:
     if a is not b:
         return MU0_4PI * _pairs(a, b, every, flat, longest, n)
     return MU0_4PI * (2.0 * _pairs(a, a, np.triu(every, 1), flat, longest, n)
-                      + _pairs(a, a, np.eye(len(flat), dtype=bool), flat, longest, n))  # fmt: skip
+                      + _pairs(a, a, np.eye(len(flat), dtype=bool), flat, longest, n))
 
 
 def _pairs(a, b, chosen, flat, longest, n):

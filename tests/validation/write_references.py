@@ -22,7 +22,7 @@ import designs  # noqa: E402
 
 FILE = HERE / "random_designs.csv"
 COLUMNS = ("family", "series", "number", "size_x_mm", "size_y_mm", "turns", "layers", "width_um", "pitch_um",
-           "copper_um", "layer_distance_um", "corner_radius_um", "inductance_H", "error")  # fmt: skip
+           "copper_um", "layer_distance_um", "corner_radius_um", "inductance_H", "error")
 BLOCK = 20
 AGAIN = 15.0
 """Turns times the kinds of pairs of layers up to which a large design is integrated again."""
@@ -33,7 +33,7 @@ def dimensions(coil: designs.Design) -> dict[str, str]:
     spec, layers = coil.spec, coil.conductors
     apart = layers[0].z - layers[1].z if len(layers) > 1 else 0.0
     values = (1e3 * spec.size[0], 1e3 * spec.size[1], spec.turns, len(layers), 1e6 * spec.trace_width,
-              1e6 * spec.pitch, 1e6 * layers[0].thickness, 1e6 * apart, 1e6 * spec.corner_radius)  # fmt: skip
+              1e6 * spec.pitch, 1e6 * layers[0].thickness, 1e6 * apart, 1e6 * spec.corner_radius)
     return dict(zip(COLUMNS[3:12], (f"{v:.7g}" for v in values), strict=True))
 
 

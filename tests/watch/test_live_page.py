@@ -46,7 +46,7 @@ def test_the_page_follows_saves_and_keeps_the_camera(tmp_path):
             assert browser.run("document.querySelector('canvas') !== null"), "the last good page is still there"
             save(SPEC.replace("bench-7mm", "bench-8mm"), 3)
             wait("document.title.startsWith('bench-8mm') && !document.querySelector('main').classList.contains('stale')"
-                 " && !document.querySelector('.stale')")  # fmt: skip
+                 " && !document.querySelector('.stale')")
             assert browser.run("sitscad.kept.solids.turn[0]") == turned and browser.run("scrollY") == 700
             assert float(browser.run("document.querySelector('[data-in=normal_N]').value")) > 0.4
             assert browser.run("document.documentElement.dataset.sitscadError") is None and browser.exceptions == []

@@ -38,7 +38,7 @@ def test_only_what_has_changed_is_said():
     then = _verdict(_finding("SIT103", 5, "narrow"), _finding("SIT217", 7, "small"))
     found = changes(then, first)
     assert [[each["rule"] for each in found[kind]] for kind in ("new", "gone", "moved")] == [
-        ["SIT217"], ["SIT215"], ["SIT103"]]  # fmt: skip
+        ["SIT217"], ["SIT215"], ["SIT103"]]
     said = words(then, first)
     assert said[0] == "ok: 2 warnings" and said[1].startswith("+ line 7") and said[2].startswith("- line 6")
     assert said[3].startswith("~ line 5") and said[3].endswith("(was line 4)")

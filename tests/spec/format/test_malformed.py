@@ -434,7 +434,7 @@ def test_the_most_turns_are_named():
         ("target: {shape: square, size: 4, thickness: 0.2, material: stainless}",
          "stainless-17-4ph, stainless-304, stainless-316l"),
     ],
-)  # fmt: skip
+)
 def test_a_family_of_materials_is_named_and_none_of_it_is_guessed(section, named):
     coil = "{shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"
     (finding,) = findings_of(f"sitscad: 1\nname: a\ncoil: {coil}\n{section}\n")

@@ -560,7 +560,7 @@ def test_tables_that_contradict_themselves_are_told_at_their_line(folder, text, 
 @given(st.dictionaries(st.sampled_from([*RulesDocument.keys, "trace_width_9um", "coil_trace_spacing_18um"]), st.one_of(
     st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=8),
     st.dictionaries(st.sampled_from(["value", "source", "status", "x"]), st.one_of(st.floats(), st.text(max_size=5))),
-), max_size=5))  # fmt: skip
+), max_size=5))
 def test_any_values_give_rules_or_findings(folder, values):
     spec = write(folder, "ours.yaml", ours=json.dumps(values))
     try:

@@ -72,7 +72,7 @@ def test_rotations_are_read_in_the_order_of_the_centres():
         (TURNED.replace("[-4, 0]", "[-2, 0]").replace("[4, 0]", "[2, 0]").replace("ROTATIONS", "[0 deg, 90 deg]"),
          "overlap by"),
     ],
-)  # fmt: skip
+)
 def test_rotations_that_do_not_fit_are_findings(array, told):
     with pytest.raises(SpecError) as error:
         load_text(array)
