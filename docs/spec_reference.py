@@ -12,6 +12,7 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import (
     Choice,
     Either,
+    FileName,
     Kind,
     Layers,
     Number,
@@ -204,11 +205,11 @@ def _value(kind: Kind, places: Places) -> str:
         return f"a count from the top, or a list like `[1, 2]`, up to {kind.most}"
     if isinstance(kind, Either):
         return f"`{kind.word}`, or {_value(kind.other, places)}"
+    if isinstance(kind, FileName):
+        return "the name of a file in the spec's folder or below"
     if isinstance(kind, Special):
-        constant, told = kind.schema().get("const"), kind.schema()
-        if told.get("type") == "string":
-            return "the name of a file in the spec's folder or below"
-        if any("maxLength" in each for each in told.get("anyOf", ())):
+        constant = kind.schema().get("const")
+        if any("maxLength" in each for each in kind.schema().get("anyOf", ())):
             return "`[x, y, z]`, or a name"
         if kind.schema().get("type") == "array":
             return "`[columns, rows]`" if "number" not in str(kind.schema()) else "`[lowest, highest]`"

@@ -72,6 +72,13 @@ class Forces:
             return {}
         return dict(zip(self.map.axes, self.map(counts[None], self.tare)[0].tolist(), strict=True))
 
+    def is_beyond(self, board: Board, scan: Scan) -> bool:
+        """Whether a scan lies beyond what the map was made for: its forces are those where the map ends."""
+        counts = _good(board, scan)
+        if self.map is None or self.tare is None or counts is None:
+            return False
+        return not self.map.holds(counts[None], self.tare)[0]
+
 
 def _good(board: Board, scan: Scan) -> Array | None:
     """The counts (coils) of a scan; none where a coil has no good reading."""
@@ -103,6 +110,7 @@ def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
             for k, one in sorted(scan.items())
         ]
         told += [f"{axis} {force:+.4f} N" for axis, force in newtons(board, scan).items()]
+        told += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
         yield "  ".join(told)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +22,7 @@ from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
 AXES = ("normal", "shear_x", "shear_y")
+LOAD = re.compile(rf"({'|'.join(AXES)}):(-?\d+\.?\d*)(?::(-?\d+\.?\d*))?")
 RAMP = 33
 """Loads of a ramp that are solved; readings between are straight."""
 
@@ -197,10 +199,13 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     loads[:, 0] = np.linspace(before, before + seconds, RAMP)
     for name, value in pairs:
         if name == "load":
-            axis, *ends = value.split(":")
-            if axis not in AXES or len(ends) not in (1, 2):
-                raise ValueError(f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, not {value!r}")
-            loads[:, 1 + AXES.index(axis)] = np.linspace(float(ends[0]), float(ends[-1]), RAMP)
+            found = LOAD.fullmatch(value)
+            if found is None:
+                raise ValueError(
+                    f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, one load= an axis, not {value!r}"
+                )
+            axis, first, last = found.groups()
+            loads[:, 1 + AXES.index(axis)] = np.linspace(float(first), float(last or first), RAMP)
     if before:
         loads = np.vstack([[0.0] * 4, [before - 1e-6, 0.0, 0.0, 0.0], loads])
     number = design.converter.needed(len(design.estimates.coils))

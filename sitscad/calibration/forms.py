@@ -190,13 +190,19 @@ def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
+def _learnt_and_asked(sensors: Sensors) -> tuple[Array, Array]:
+    """The loads that a map is fitted to, those at the edge of the range among them, where a map would else end before
+    the required load; and others on which it is tried.
+    """
+    scope = sensors.range
+    return np.vstack([scope.inside(LEARNT), scope.rim]), scope.inside(ASKED, LEARNT)
+
+
 def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
     """The form that serves sensors with the scatter of manufacture best, each with a map of its own; and all tried."""
     generator, parts = np.random.default_rng(SEED), []
     for errors in units(sensors.known, SENSORS, SEED):
-        learnt, asked = (
-            samples(sensors, errors, sensors.range.inside(n, skip)) for n, skip in ((LEARNT, 0), (ASKED, LEARNT))
-        )
+        learnt, asked = (samples(sensors, errors, each) for each in _learnt_and_asked(sensors))
         read = sensors.read(asked.readings, generator, 1)
         parts.append((learnt, Samples(read, asked.rest, asked.forces)))
     tried = compared(parts, gain(sensors), sensors.noise)
@@ -206,7 +212,7 @@ def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
 def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
     """The map of the sensor as it is drawn; its error is that on other sensors of the design, after their own tare."""
     none = np.zeros(len(sensors.known))
-    found = _map(sensors, form, samples(sensors, none, sensors.range.inside(LEARNT)), none)
+    found = _map(sensors, form, samples(sensors, none, _learnt_and_asked(sensors)[0]), none)
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
     for errors in units(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
@@ -219,14 +225,15 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
     leaves of loads that it was not fitted to, the converter's noise in it, and what the chart is off by at those loads,
     each as if it had not set the chart right, where a chart that ends before this sensor does shows.
     """
-    loads = sensors.range.inside(LEARNT + ASKED)
+    learnt, asked = _learnt_and_asked(sensors)
+    loads, count = np.vstack([learnt, asked]), len(learnt)
     whole = samples(sensors, errors, loads)
     solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
     right, left = _set_right(sensors, errors, loads, solved)
     readings = whole.readings * right
-    found = _map(sensors, form, Samples(readings[:LEARNT], whole.rest, whole.forces[:LEARNT]), errors)
-    noisy = sensors.read(readings[LEARNT:], np.random.default_rng(SEED), 1)
-    by_form = found(noisy, whole.rest) - whole.forces[LEARNT:] * sensors.range.full_scales
+    found = _map(sensors, form, Samples(readings[:count], whole.rest, whole.forces[:count]), errors)
+    noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
+    by_form = found(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
     by_chart = found(solved[1:] * left, solved[0]) - found(readings[:SOLVED], whole.rest)
     return replace(found, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))
 

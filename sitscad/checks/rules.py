@@ -91,12 +91,12 @@ def rule_of(
     the sources of converters' figures by the names of these.
     """
     row = RULE_TEXTS[number]
-    texts = {field: row[field] for field in ("summary", "why", "mend", "source")}
+    texts = {field: row[field] for field in ("summary", "why", "mend", "source", "severities")}
     for field, text in texts.items() if "{" in "".join(texts.values()) else ():
         named = {name for _, name, _, _ in Formatter().parse(text) if name}
         texts[field] = text.format_map(values | {name: source_in_all(name) for name in named - values.keys()})
-    severity, cases = Severity(row["severity"]), row["severities"]
-    return Rule(number, row["name"], severity, **texts, needs=needs, apply=apply, cases=cases)
+    cases = texts.pop("severities")
+    return Rule(number, row["name"], Severity(row["severity"]), **texts, needs=needs, apply=apply, cases=cases)
 
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),

@@ -203,7 +203,8 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
     cache, store = os.environ.get("SITSCAD_CACHE", default), store or solutions.Solutions()
     path, has_place = Path(cache) / f"{name}.solved", os.path.isabs(cache)
     if has_place and not store.known:
-        with suppress(OSError, ValueError, LookupError, TypeError, AttributeError), path.open("rb") as stream:
+        wrong = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+        with suppress(*wrong), open(path if path.is_file() else os.devnull, "rb") as stream:  # a pipe would wait
             store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
     before = set(store.known)
     with solutions.keeping(store):
@@ -216,7 +217,8 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, store.as_bytes(code()))
         left = MOST_CACHED
-        for old in sorted(path.parent.glob("*.solved*"), key=lambda each: each.stat().st_mtime, reverse=True):
+        kept = [each for each in path.parent.glob("*.solved") if each.is_file()]
+        for old in sorted(kept, key=lambda each: each.stat().st_mtime, reverse=True):
             left -= old.stat().st_size
             if left < 0:
                 old.unlink()

@@ -9,6 +9,7 @@ limit lies within what a figure may be off by, it is not known what they would s
 
 from __future__ import annotations
 
+import gc
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -286,12 +287,21 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
     return [next(made) if one is None else one for one in found], time.perf_counter() - started
 
 
+def tidily(made: Iterable[Made]) -> Iterator[Made]:
+    """What is made, the memory of each given back before the next: designs are rings of a few objects that hold tens of
+    megabytes, and Python looks for rings by the number of objects.
+    """
+    for one in made:
+        yield one
+        gc.collect()
+
+
 def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
     """The evaluations of specs; a computation that fails refuses its design alone."""
     try:
         if chunk.level != FULL:
             return screened(specs, chunk.measures)
-        return [judged(spec, chunk.measures) for spec in specs]
+        return list(tidily(judged(spec, chunk.measures) for spec in specs))
     except Exception as error:
         if len(specs) > 1:
             return [one for spec in specs for one in _evaluated([spec], chunk)]
@@ -311,8 +321,11 @@ class Workers:
     def __enter__(self) -> Workers:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._given is None and self._pool is not None:
+            # processes that hear no Ctrl-C would finish their chunk, and the program wait for them
+            for each in list(self._pool._processes.values()) if kind else ():
+                each.terminate()
             self._pool.shutdown(wait=False, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:

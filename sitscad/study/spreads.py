@@ -25,7 +25,7 @@ from sitscad.record import record
 from sitscad.scene.column import placement
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
-from sitscad.study.evaluating import figures
+from sitscad.study.evaluating import figures, tidily
 from sitscad.study.space import Base, Changes
 
 DRAWS, SEED = 256, 20261124
@@ -183,8 +183,8 @@ def judge_units(
     if spec.readout.capacitance is None:  # the part that is chosen for the design is soldered to every unit
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
-    return [_judged(Design(made, replace(nominal.layout, spec=made)), measures)
-            for made in (unit(spec, row, own) for row in rows)]
+    made = (unit(spec, row, own) for row in rows)
+    return list(tidily(_judged(Design(one, replace(nominal.layout, spec=one)), measures) for one in made))
 
 
 def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:

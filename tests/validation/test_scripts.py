@@ -16,7 +16,10 @@ PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 
 CHEAPLY = {
     "tests/benchmarks/command_times.py": ("--repeat", "1", "--only", "fpc"),
+    "tests/benchmarks/many_designs.py": ("--designs", "40"),
     "tests/benchmarks/run.py": ("--quick",),
+    "tests/benchmarks/scaling.py": ("--designs", "4"),
+    "tests/benchmarks/watch_latency.py": ("bench_7mm", "--saves", "1"),
     "tests/validation/accuracy.py": ("--only", "no comparison of that name"),
     "tests/validation/calibration_points.py": ("--sensors", "1", "--templates", "grasper_4layer", "--jobs", "1"),
     "tests/validation/draw_pads.py": (),

@@ -59,10 +59,18 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         pairs = combinations(bodies, 2)
         gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
         what = bodies[0].role.value
+        kerf = spec.elastomer.kerf if spec.elastomer is not None and what == "elastomer" else 0.0
         if gap <= 0.0:
+            how = f"overlap by {show(-gap, 'm', 3)}" if gap < -1e-9 else "touch"
             yield Violation(
-                f"the {what}s of cells {one} and {other} overlap by {show(-gap, 'm', 3)}", "", design.distance_key, gap,
+                f"the {what}s of cells {one} and {other} {how}", "", design.distance_key, gap,
                 0.0, "m", severity=Severity.ERROR,
+            )
+        elif gap <= kerf and joints(spec):
+            yield Violation(
+                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart, where a beam of "
+                f"{show(kerf, 'm', 3)} does not pass: joined by webs they would be cut as one plate",
+                "", design.distance_key, gap, kerf, "m", severity=Severity.ERROR,
             )
         elif gap < least:
             yield Violation(

@@ -20,6 +20,7 @@ from sitscad.spec.coil import ArraySpec
 from sitscad.spec.sensor import SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
+DIRECTIONS = 16  # Directions of the full shear at the edge of a range in which both shears are told apart
 USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is required
 
 @record
@@ -66,6 +67,19 @@ class WorkingRange:
         ends = [(0.0, self.normal), *(((-self.shear, 0.0, self.shear)) if name in self.axes else (0.0,)
                                       for name in AXES[1:])]
         return np.array(list(product(*ends)))
+
+    @property
+    def rim(self) -> Array:
+        """The loads at its edge, (n, 3): the full shear in `DIRECTIONS`, or both ways where one is told, with the full
+        normal force and without.
+        """
+        shears = [k for k in self.columns if k]
+        angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+        ways = np.stack([np.cos(angles), np.sin(angles)], 1) if len(shears) > 1 else np.array([[1.0], [-1.0]])
+        found = np.zeros((2, len(ways), 3))
+        found[1, :, 0] = self.normal
+        found[:, :, shears] = self.shear * ways[:, : len(shears)]
+        return found.reshape(-1, 3) if shears else found[1, :1]
 
     def inside(self, count: int, skip: int = 0) -> Array:
         """Loads (count, 3) that fill it evenly, always the same."""
