@@ -293,6 +293,7 @@ def tidily(made: Iterable[Made]) -> Iterator[Made]:
     """
     for one in made:
         yield one
+        del one
         gc.collect()
 
 

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.bench.board import Board, CoilReading
+from sitscad.bench.board import GOOD, Board, CoilReading
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, _noise, diagnosis
 from sitscad.bench.readings import Forces, scans
@@ -99,6 +99,21 @@ def test_a_single_wrong_result_makes_no_force_and_a_step_comes_one_scan_late(des
     assert len(quiet) - len(good) == 4 and np.ptp(good) < 8.0 * design.estimates.readout.conversion.noise(9e6)
     step = [one.status for one in rows if one.time >= 1.1]
     assert 1 <= step.count("stale") <= 2 and step[-1] == "good"
+
+
+@pytest.mark.parametrize("load", ["normal=5", "normal:5,shear_x:1", "normal:nan", "tilt:1", "normal:1:2:3"])
+def test_a_load_that_is_none_is_refused_with_its_form(load):
+    with pytest.raises(ValueError, match=r"load is AXIS:NEWTONS or AXIS:FIRST:LAST with normal, .* one load= an axis"):
+        source_of(f"sim:{SPEC}?load={load}", None)
+
+
+def test_readings_beyond_the_map_are_said_to_be(design):
+    found = sitscad.calibrate(design).map
+    forces, board = Forces(found), Board(design, ())
+    low, high = (
+        {k: CoilReading(0.0, int(counts * way), GOOD) for k, counts in enumerate(found.rest)} for way in (1.0, 1.2)
+    )
+    assert not forces.is_beyond(board, low) and forces.is_beyond(board, high)
 
 
 def test_exchanged_coils_are_not_evaluated(design):

@@ -23,6 +23,7 @@ from sitscad.data import json_file
 from sitscad.package.contents import calibration_files
 from sitscad.physics.polynomials import exponents, monomials, spread
 from sitscad.scene.motions import read_motions
+from sitscad.spec import templates
 from tests.oracles.bench import simulated
 
 
@@ -265,3 +266,14 @@ def test_steps_that_an_edge_makes_small_are_not_settled():
 
     found = levenberg_marquardt(residuals, np.zeros(1))
     assert found.values[0] < 1.0 and not found.settled
+
+
+def test_a_map_reaches_the_edge_of_its_range():
+    """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
+    found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
+    sensors, edge = found.sensors, found.sensors.range.rim
+    assert len(edge) == 32
+    read = sensors.under(np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), edge]))
+    assert np.all(found.map.holds(read[1:], read[0]))
+    off = np.abs(found.map(read[1:], read[0]) - edge) / sensors.range.full_scales
+    assert off.max() < 0.005

@@ -109,6 +109,16 @@ def test_cells_that_overlap_or_nearly_touch_are_told():
         return [f.severity.value for f in sitscad.check(wanted.spec, hints="none").findings if f.rule == "SIT328"]
 
     assert said(12.5) == ["error", "error"] and said(11.8) == ["warning", "warning"] and said(10) == []
+    assert said(12) == ["error", "error"], "plates that touch are one"
+
+
+def test_joined_pads_that_the_beam_would_not_part_are_refused():
+    """They were cut as one plate, and the notes spoke of webs."""
+    webs = design("{pattern: line, count: 2, pitch: 10.3}", "cells: {web: 2 mm}")
+    wide = replace(webs.spec, elastomer=replace(webs.spec.elastomer, kerf=0.4e-3))
+    said = [[f.severity.value for f in sitscad.check(spec, hints="none").findings if "a beam of" in f.message]
+            for spec in (webs.spec, wide)]
+    assert said == [[], ["error"]]
 
 
 @pytest.mark.parametrize(("array", "cells", "rule"), [

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -109,20 +112,23 @@ def test_a_store_is_never_larger_than_stated_and_drops_what_was_not_asked_for(mo
     assert len(store.known) == 3 and sum(answer[0][0] for answer in store.known.values()) == 1.0
 
 
-@pytest.mark.parametrize("harm", ["damaged", "a folder", "no folder may be made", "relative"])
+@pytest.mark.parametrize("harm", ["damaged", "a folder", "a pipe", "no folder may be made", "relative"])
 def test_a_file_that_cannot_be_used_is_as_if_there_were_none(cache, harm, tmp_path, monkeypatch):
     cache.parent.mkdir()
     if harm == "damaged":
         cache.write_bytes(b"[]\n[]\n")
     elif harm == "a folder":
         cache.mkdir()
+    elif harm == "a pipe":  # nobody writes into it: who opens it waits
+        os.mkfifo(cache)
     else:
         (tmp_path / "file").touch()
         monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "file") if harm.startswith("no") else "cache")
         monkeypatch.chdir(cache.parent)
     with building.known_solutions("bench-7mm"):
         assert asked_for_one() == 1.0
-    assert cache.is_file() == (harm == "damaged") and (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
+    assert cache.is_file() == (harm in ("damaged", "a pipe"))
+    assert (tmp_path / "file").is_file() == (harm[:2] in ("no", "re"))
     if harm == "damaged":
         with building.known_solutions("bench-7mm"):
             assert solved(lambda: ("one",), lambda: ())[0] == 1.0
@@ -141,6 +147,17 @@ def test_two_builds_at_once_and_a_full_cache_cost_time_alone(cache, monkeypatch)
     with building.known_solutions("bench-7mm", writes=False):
         assert asked_for_one() == 1.0 and solved(lambda: ("two",), lambda: ()) == (), "the last one's file is whole"
     monkeypatch.setattr(building, "MOST_CACHED", cache.stat().st_size + 10)
+    (cache.parent / "mine.solved.txt").write_bytes(bytes(100))
+    (cache.parent / "nowhere.solved").symlink_to(cache.parent / "gone")
     with building.known_solutions("other"):
         asked_for_one()
-    assert [path.name for path in cache.parent.iterdir()] == ["other.solved"]
+    assert {path.name for path in cache.parent.iterdir()} == {"other.solved", "mine.solved.txt", "nowhere.solved"}
+
+
+@pytest.mark.parametrize("parts", ['[["<f8", -1]]', '[["<f8", 10, 10]]', "[" * 5000, '[["", 1]]'])
+def test_a_file_of_somebody_else_s_with_the_right_hash_is_as_if_there_were_none(cache, parts):
+    cache.parent.mkdir()
+    head = f'{{"by": {json.dumps(solutions._setting(building.code()))}, "solutions": {{"one": {parts}}}}}\n'.encode()
+    cache.write_bytes(hashlib.sha256(head).hexdigest().encode() + b"\n" + head)
+    with building.known_solutions("bench-7mm"):
+        assert asked_for_one() == 1.0
