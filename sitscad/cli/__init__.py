@@ -69,7 +69,7 @@ def run(arguments: Sequence[str] | None) -> int:
         error.show()
         return 2
     except (KeyboardInterrupt, click.Abort):
-        say("interrupted; finished packages were left as they were")
+        say("interrupted; what was finished is kept")
         return 130
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
