@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 import sitscad.layout
+from sitscad.finding import Edit
+from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.watch.server import Showing, server
 from sitscad.watch.watching import changes, stamp, words
 from sitscad.watch.work import Before, Event, worked_out
@@ -66,7 +68,8 @@ def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
 @pytest.mark.cad
 def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monkeypatch):
     path = tmp_path / "bench.yaml"
-    path.write_text(BENCH, encoding="utf-8")
+    own = rewritten(BENCH, [Edit("elastomer.thickness", "1.93")])  # of another test's pad the process knows the shear
+    path.write_text(own, encoding="utf-8")
     before = Before()
     first = list(worked_out(str(path), before, serves=True))
     assert "board" in [event.stage for event in first] and b"<svg" in first[1].page
@@ -79,9 +82,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
     monkeypatch.setattr("sitscad.mechanics.pad.Pad._posed", drawn)
     monkeypatch.setattr("sitscad.estimates.response.plate.solve", drawn)
     monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
-    assert "scan_rate: " in BENCH
-    rate = BENCH.split("scan_rate: ")[1].split()[0]
-    path.write_text(BENCH.replace(f"scan_rate: {rate}", f"scan_rate: {int(rate) // 2}"), encoding="utf-8")
+    path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")
     second = list(worked_out(str(path), before, serves=True))
     assert [event.stage for event in second] == [event.stage for event in first]
     assert before.files["solids"] is solids
