@@ -204,8 +204,10 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
     path, has_place = Path(cache) / f"{name}.solved", os.path.isabs(cache)
     if has_place and not store.known:
         wrong = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
-        with suppress(*wrong), open(path if path.is_file() else os.devnull, "rb") as stream:  # a pipe would wait
-            store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
+        with suppress(*wrong):
+            if path.is_file():  # a pipe would wait
+                with path.open("rb") as stream:
+                    store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
     before = set(store.known)
     with solutions.keeping(store):
         yield

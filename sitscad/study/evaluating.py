@@ -325,7 +325,7 @@ class Workers:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._given is None and self._pool is not None:
             # processes that hear no Ctrl-C would finish their chunk, and the program wait for them
-            for each in list(self._pool._processes.values()) if kind else ():
+            for each in list((self._pool._processes or {}).values()) if kind else ():
                 each.terminate()
             self._pool.shutdown(wait=False, cancel_futures=True)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import field
 from functools import cache
 from pathlib import Path
@@ -158,12 +159,10 @@ class Archive:
         if start is None:
             return None
         self._stream.seek(start)
-        try:
+        with suppress(ValueError, TypeError, KeyError):  # a line that is no longer one of ours
             found = json.loads(self._stream.readline())
             if found["key"] == key:
                 return dict(found)
-        except (ValueError, TypeError, KeyError):
-            pass
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], said: Mapping[str, Any]) -> None:
