@@ -40,6 +40,7 @@ AT_THE_TOP = {
 }
 
 
+@pytest.mark.clients("git")
 def test_a_trial_leaves_nothing_at_the_top():
     """Specs and tables that a trial wrote there were committed with it."""
     if not (PACKAGE.parent / ".git").exists():

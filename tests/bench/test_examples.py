@@ -175,6 +175,7 @@ def micropython(pad, monkeypatch):
         sys.modules.pop(name, None)
 
 
+@pytest.mark.clients("gcc")
 def test_the_micropython_module_sets_up_and_reads_alike(pad, micropython):
     from sitscad.bench.converter import SimulatedConverter
 
@@ -193,6 +194,7 @@ def test_the_micropython_module_sets_up_and_reads_alike(pad, micropython):
     assert one.restarts == 1
 
 
+@pytest.mark.clients("gcc")
 def test_the_micropython_module_tells_faults(pad, micropython):
     from sitscad.bench.converter import SimulatedConverter
 
@@ -252,6 +254,7 @@ def _checked(*cells: object) -> bytes:
     return f"{text}*{_crc(text):04X}\r\n".encode()
 
 
+@pytest.mark.clients("gcc")
 def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
     one, received, sent, said = node
     head = _checked("id", "sequence", "C1_counts", "C1_status", "normal_N", "shear_x_N")
