@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 import threading
 import webbrowser
@@ -26,11 +27,12 @@ if TYPE_CHECKING:
 @click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json",
               type=click.Choice(["text", "json"]))
-def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name: str) -> int:
+@click.option("-v", "--verbose", is_flag=True, help="All that changed, in full.")
+def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name: str, verbose: bool) -> int:
     """Say what every save of SPEC changes, until Ctrl-C.
 
-    First the verdict with findings that are new (+), gone (-) or moved (~), then numbers that are others, old -> new,
-    and what the sensor feels. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
+    In a dozen lines findings that are new (+), gone (-) or others (~), of every quantity the number that moved most,
+    old -> new, what the sensor feels, and last the verdict. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
     and the assembly in 3-D, each as soon as it is ready. A save ends the work in progress.
 
     Of a study (docs/studies.md) the designs with which its search begins are looked at, and what they show is told
@@ -49,7 +51,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
         if format_name == "json":
             print_result(json.dumps({"stage": event.stage, "revision": revision, **event.data}))
         else:
-            for line in words(event, before):
+            for line in words(revision, event, before, shutil.get_terminal_size().columns, verbose):
                 print_result(line)
         sys.stdout.flush()
         showing.tell(revision, event, before)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import textwrap
 import time
 from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from sitscad.finding import Severity
 from sitscad.record import record
+from sitscad.units import counted
 from sitscad.watch.work import Event, work
 
 PAUSE, SETTLE = 0.1, 0.02
@@ -142,17 +145,71 @@ def _key(finding: Mapping[str, Any]) -> tuple[str, ...]:
     return finding["rule"], finding["key"], finding["message"]
 
 
-def words(event: Event, before: Event | None) -> list[str]:
-    """The lines of a terminal for an event: of every save the verdict, and what has changed."""
+def words(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
+    """The lines of a terminal for an event: of every save its number, what has changed in about a dozen lines of a
+    width, and the verdict last; all that has changed, unfolded, if `verbose`.
+    """
+    found = changes(event, before)
     if event.stage == "failed":
         return [event.data["message"]]
-    found = changes(event, before)
-    if "new" in found:
-        lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
-        return lines if event.data.get("last") else [verdict(event.data), *lines]
-    if before is None:
-        return [f"{name}: {value}" for name, (_, value) in found.get("numbers", {}).items()]
-    return [f"{name}: {old or 'nothing'} -> {value}" for name, (old, value) in found.get("numbers", {}).items()]
+    if event.stage != "findings":
+        return _all_numbers(found["numbers"]) if verbose or event.stage == "sweep" else _numbers(found["numbers"])
+    head = [] if event.data.get("last") else [f"save {revision}"]
+    ends = event.data.get("last") or event.data.get("unreadable")
+    if event.data.get("unreadable"):
+        found["gone"] = []  # nobody knows
+    lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
+    return [*head, *(lines if verbose else _few(found, width)), *([verdict(event.data)] if ends else [])]
+
+
+ROWS = 5
+"""Rows of a terminal that findings of a save take, beside one that counts the rest and one for those that moved."""
+
+
+def _few(found: Mapping[str, Any], width: int) -> list[str]:
+    """New findings, the gravest first and errors in two rows, then those that are gone: one that says something else
+    than before of the same key is another (~), not new and gone.
+    """
+    was, now = ({(each["rule"], each["key"]) for each in found[kind]} for kind in ("gone", "new"))
+    told = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
+    told.sort(key=lambda each: list(Severity).index(each[1]["severity"]))
+    told += [("-", each) for each in found["gone"] if (each["rule"], each["key"]) not in now]
+    rows: list[str] = []
+    for k, (sign, each) in enumerate(told):
+        most = 2 if sign != "-" and each["severity"] == Severity.ERROR else 1
+        fold = textwrap.TextWrapper(max(width, 40), subsequent_indent="    ", max_lines=most, placeholder=" ...")
+        folded = fold.wrap(f"{sign} {_line(each)}")
+        if len(rows) + len(folded) > ROWS:
+            rows.append(f"{len(told) - k} findings more: -v, or sitscad check")
+            break
+        rows += folded
+    moved = len(found["moved"])
+    return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
+
+
+def _numbers(found: Mapping[str, list[Any]]) -> list[str]:
+    """A line a quantity: of all that are others the one that moved most, and how many more there are."""
+    groups: dict[str, list[str]] = {}
+    for name in found:
+        groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
+    lines = []
+    for names in groups.values():
+        (line,) = _all_numbers({name: found[name] for name in [max(names, key=lambda name: _moved(*found[name]))]})
+        lines.append(line + (f" ({len(names) - 1} more)" if len(names) > 1 else ""))
+    return lines
+
+
+def _all_numbers(found: Mapping[str, list[Any]]) -> list[str]:
+    return [f"{name}: {value if old is None else f'{old} -> {value}'}" for name, (old, value) in found.items()]
+
+
+def _moved(old: str | None, new: str) -> float:
+    """By what share of itself a number with a unit moved; 0 where that cannot be read off, as across a prefix."""
+    (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
+    try:
+        return abs(float(now) / float(was) - 1.0) if unit == other else 0.0
+    except (ValueError, ZeroDivisionError):
+        return 0.0
 
 
 def verdict(data: Mapping[str, Any]) -> str:

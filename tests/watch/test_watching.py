@@ -41,13 +41,29 @@ def test_only_what_has_changed_is_said():
     found = changes(then, first)
     assert [[each["rule"] for each in found[kind]] for kind in ("new", "gone", "moved")] == [
         ["SIT217"], ["SIT215"], ["SIT103"]]
-    said = words(then, first)
-    assert said[0] == "ok: 2 warnings" and said[1].startswith("+ line 7") and said[2].startswith("- line 6")
-    assert said[3].startswith("~ line 5") and said[3].endswith("(was line 4)")
-    assert words(then, then) == ["ok: 2 warnings"]
-    numbers = Event("estimate", {"numbers": {"f": "1 MHz", "L": "2 uH"}})
-    later = Event("estimate", {"numbers": {"f": "1.1 MHz", "L": "2 uH"}})
-    assert words(later, numbers) == ["f: 1 MHz -> 1.1 MHz"] and words(numbers, None) == ["f: 1 MHz", "L: 2 uH"]
+    said = words(2, Event("findings", then.data | {"last": True}), first, verbose=True)
+    assert said[0].startswith("+ line 7") and said[1].startswith("- line 6") and said[-1] == "ok: 2 warnings"
+    assert said[2].startswith("~ line 5") and said[2].endswith("(was line 4)")
+    assert words(2, then, then) == ["save 2"]
+    numbers = Event("estimate", {"numbers": {"L of C1": "2 uH", "L of C2": "3 uH", "f of C1": "1 MHz"}})
+    later = Event("estimate", {"numbers": {"L of C1": "2.1 uH", "L of C2": "4 uH", "f of C1": "1 MHz"}})
+    assert words(2, later, numbers) == ["L of C2: 3 uH -> 4 uH (1 more)"]
+    assert words(2, later, numbers, verbose=True) == ["L of C1: 2 uH -> 2.1 uH", "L of C2: 3 uH -> 4 uH"]
+
+
+def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
+    first = _verdict(_finding("SIT204", 3, "1.4 V; it keeps its limit by little"), *(
+        _finding(f"SIT1{k:02}", k, "gone") for k in range(3)))
+    new = [_finding("SIT204", 3, "1.3 V"), *(_finding(f"SIT3{k:02}", k, "narrow " * 40) for k in range(9))]
+    error = _finding("SIT112", 9, "no room " * 40) | {"severity": "error"}
+    then = _verdict(*new, error)
+    then = Event("findings", then.data | {"last": True, "counts": {"error": 1, "warning": 10, "note": 0}})
+    said = words(2, then, first)
+    assert len(said) == 7 and all(len(line) <= 80 for line in said) and said[-1] == "refused: 1 error, 10 warnings"
+    assert said[0].startswith("+ line 9: error SIT112") and said[1].startswith("    no room")
+    assert said[2] == "~ line 3: warning SIT204: 1.3 V" and said[5] == "10 findings more: -v, or sitscad check"
+    unread = words(3, Event("findings", _verdict(error).data | {"unreadable": True}), first)
+    assert unread[-1].startswith("unreadable") and not [line for line in unread if line.startswith("-")]
 
 
 def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
