@@ -32,8 +32,9 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     """Say what every save of SPEC changes, until Ctrl-C.
 
     In a dozen lines findings that are new (+), gone (-) or others (~), of every quantity the number that moved most,
-    old -> new, what the sensor feels, and last the verdict. With --serve the same as a page: findings, board, numbers, the sensor that can be pushed
-    and the assembly in 3-D, each as soon as it is ready. A save ends the work in progress.
+    old -> new, what the sensor feels, and last the verdict. With --serve the same as a page: findings, board, numbers,
+    the sensor that can be pushed and the assembly in 3-D, each as soon as it is ready. A save ends the work in
+    progress.
 
     Of a study (docs/studies.md) the designs with which its search begins are looked at, and what they show is told
     while they fill up.

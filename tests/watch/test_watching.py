@@ -52,7 +52,7 @@ def test_only_what_has_changed_is_said():
 
 
 def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
-    first = _verdict(_finding("SIT204", 3, "1.4 V; it keeps its limit by little"), *(
+    first = _verdict(_finding("SIT204", 3, "1.4 V"), *(
         _finding(f"SIT1{k:02}", k, "gone") for k in range(3)))
     new = [_finding("SIT204", 3, "1.3 V"), *(_finding(f"SIT3{k:02}", k, "narrow " * 40) for k in range(9))]
     error = _finding("SIT112", 9, "no room " * 40) | {"severity": "error"}

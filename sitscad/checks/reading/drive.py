@@ -101,7 +101,7 @@ def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) 
         )
         return
     if largest is not None:
-        near += near_limit(largest, high, "V", "amplitude", _other_code(_code(design, largest) - 1, "weaker"), CODE_KEY)
+        near += near_limit(largest, high, "V", "amplitude", _other_code(design, largest, -1), CODE_KEY)
     cold = design.at_room_temperature
     if cold is design:
         return
@@ -126,7 +126,7 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -
         return
     code = _code(design, smallest)
     if smallest.value >= optimum:
-        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(code + 1, "stronger"), CODE_KEY)
+        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(design, smallest, 1), CODE_KEY)
         return
     name, severity = "amplitude_stable_min", None
     window = f"below {show(limit(name), 'V')} the oscillation may stop"
@@ -170,9 +170,11 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _other_code(code: int, how: str) -> str:
-    """Which drive code lies next to one, or that there is none."""
-    return f"drive code {code} is the next {how}" if 0 <= code <= 31 else f"there is no {how} drive"
+def _other_code(design: Design, reading: Reading, step: int) -> str:
+    """Which drive code lies next to a reading's, and of which coil where each has its own; or that there is none."""
+    code, how = _code(design, reading) + step, "stronger" if step > 0 else "weaker"
+    whose = f" for coil {reading.coil}" if design.estimates.readout.drive_codes else ""
+    return f"drive code {code} is the next {how}{whose}" if 0 <= code <= 31 else f"there is no {how} drive{whose}"
 
 
 def _weak_advice(design: Design, smallest: Reading) -> str:
@@ -193,9 +195,9 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
             f"{show(min(own), 'ohm', 3)}): {distance}"
         )
     return (
-        f"the coils differ: R_P is {show(most.value, 'ohm', 3)} in coil {most.coil} and at most "
-        f"{show(max(own), 'ohm', 3)} in {smallest.coil}, and a drive code for each channel does not bring all of them "
-        f"into the window either; place the coils alike under the target, or {distance}"
+        f"R_P is {show(most.value, 'ohm', 3)} in coil {most.coil} and at most {show(max(own), 'ohm', 3)} in "
+        f"{smallest.coil}: one drive current does not suit both, and with a current of its own for each coil (which "
+        f"the converter can) some would still swing too little; place the coils alike under the target, or {distance}"
     )
 
 

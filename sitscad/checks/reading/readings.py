@@ -96,8 +96,9 @@ def near_limit(
     count = sigmas_between(reading, limit)
     if count is not None and count < NEAR:
         yield Violation(
-            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}; it keeps its limit by little", hint,
-            key, reading.value, limit, unit, severity=Severity.WARNING if count < AT_RISK else Severity.NOTE,
+            f"the {words} of {where(reading)} is {show(reading.value, unit, 3)}, within "
+            f"{'one' if count < AT_RISK else 'two'} sigma of manufacture of its limit, {show(limit, unit)}", hint, key,
+            reading.value, limit, unit, severity=Severity.WARNING if count < AT_RISK else Severity.NOTE,
             sigma=count, keeps_limit=True, detail=in_sigmas(reading, limit, unit),
         )
 
