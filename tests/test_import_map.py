@@ -70,8 +70,8 @@ MAY_IMPORT = {
         "policy", "parts",
     },
     "watch": {
-        "finding", "scene", "parts", "design", "spec", "inspection", "opening", "policy", "checks", "package", "report",
-        "papers", "formats", "drawing", "estimates", "layout", "study",
+        "units", "finding", "scene", "parts", "design", "spec", "inspection", "opening", "policy", "checks", "package",
+        "report", "papers", "formats", "drawing", "estimates", "layout", "study",
     },
     "cli": {
         "", "watch", "units", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates",
