@@ -90,15 +90,15 @@ def check(
     return judged(Design(spec, layout, estimates), hints)
 
 
-def judged(design: Design, hints: str = DECISIVE) -> CheckResult:
+def judged(design: Design, hints: str | None = DECISIVE) -> CheckResult:
     """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
-    otherwise.
+    otherwise, but that findings have no hint of their own where `hints` is None.
     """
-    budget = Budget.of(hints, design.spec)
+    budget = Budget.of(HINTS[0] if hints is None else hints, design.spec)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():
-        found, undecided = outcomes(rule, design)
+        found, undecided = outcomes(rule, design, hints is not None)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     if not any(outcome.finding.severity is Severity.ERROR for outcome in said):

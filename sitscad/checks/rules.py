@@ -23,8 +23,8 @@ from sitscad.spec.sensor import SensorSpec
 class Violation:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``advice``
     writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where none are
-    tried, and where it finds nothing to say (an empty text). ``keeps_limit`` is set where ``measured`` lies on the
-    right side of the limit, by little.
+    tried, and where it finds nothing to say (an empty text); ``finds_hint`` writes that one where it takes a search.
+    ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little.
     """
 
     message: str
@@ -40,6 +40,7 @@ class Violation:
     advice: Advice | None = None
     keeps_limit: bool = False
     detail: str = ""
+    finds_hint: Callable[[], str] | None = None
 
 
 @record
@@ -143,16 +144,18 @@ is tried for their hints, for what is tried is a whole sensor.
 """
 
 
-def apply_rule(rule: Rule, design: Design) -> tuple[list[Finding], list[NotChecked]]:
-    """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints."""
-    found, undecided = outcomes(rule, design)
+def apply_rule(rule: Rule, design: Design, hints: bool = True) -> tuple[list[Finding], list[NotChecked]]:
+    """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints,
+    and without `hints` none is looked for.
+    """
+    found, undecided = outcomes(rule, design, hints)
     return [located(outcome.finding, design.spec) for outcome in found], undecided
 
 
-def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked]]:
-    """What one rule finds, and what it could not check."""
+def outcomes(rule: Rule, design: Design, hints: bool = True) -> tuple[list[Outcome], list[NotChecked]]:
+    """What one rule finds, and what it could not check; without `hints` none is looked for."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        said, unsaid = outcomes(rule, design.one)
+        said, unsaid = outcomes(rule, design.one, hints)
         named_so = (replace(one.finding, message=f"cell {design.weakest_cell}: {one.finding.message}") for one in said)
         return [Outcome(each) for each in named_so], unsaid
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
@@ -166,7 +169,7 @@ def outcomes(rule: Rule, design: Design) -> tuple[list[Outcome], list[NotChecked
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(named(rule, verdict, design.converter), verdict.advice))
+            found.append(Outcome(named(rule, verdict, design.converter, hints), verdict.advice))
     return found, undecided
 
 
@@ -176,11 +179,12 @@ JAW_BY_FILE_ALONE = (
 )
 
 
-def named(rule: Rule, complaint: Violation, converter: Converter) -> Finding:
+def named(rule: Rule, complaint: Violation, converter: Converter, hints: bool = True) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
+    hint = complaint.finds_hint() if hints and complaint.finds_hint is not None else complaint.hint
     return Finding(
         rule=rule.id, name=rule.name, severity=complaint.severity or rule.severity, message=complaint.message,
-        hint=complaint.hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
+        hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
         unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
         sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=complaint.detail,
     )

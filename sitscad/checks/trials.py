@@ -151,7 +151,7 @@ class Trials:
             if asking and not self.budget.spend(estimate_work(spec, same, self._design.estimates.is_solved)):
                 tried, asking = None, []
             for rule in asking:
-                if tried is None or tried.has_new_errors(*outcomes(rule, design)):
+                if tried is None or tried.has_new_errors(*outcomes(rule, design, hints=False)):
                     break
         self._known.append((changed, tried))
         return tried
@@ -163,7 +163,7 @@ class Trials:
         asking = []
         for rule in self._rules:
             try:
-                said = outcomes(rule, unestimated)
+                said = outcomes(rule, unestimated, hints=False)
             except _Asked:
                 asking.append(rule)
                 continue

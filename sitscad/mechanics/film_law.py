@@ -129,11 +129,10 @@ def films(
     if not skin * modulus:
         return Film(), Film(), Film()
     plain, parts = units(along, across, shape, skin * modulus), terms(skin, modulus, shape, oblong, circular)
+    fitted = (np.array([*parts.values()]) @ _rows(tuple(parts))).tolist()
     pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
     found = {}
-    for name in COURSES:
-        rest, quick, one, two, three = (
-            sum(row[k] * parts[term] for term, row in table()[name].items()) for k in range(5))
+    for name, (rest, quick, one, two, three) in zip(COURSES, fitted, strict=True):
         found[name] = Film(faded * plain[name] * math.exp(rest), (quick, one, two, three), pulled[name])
     # the least shares at `GRID` with which force, share times Lindley's strain, never falls
     left = 1.0 - GRID[1:]
@@ -141,6 +140,12 @@ def films(
     most = np.maximum.accumulate(_shares(found["press"].course, GRID[1:]) * strain)
     floor = (1.0, *(float(value) for value in most / strain))
     return replace(found["press"], floor=floor), found["shear"], found["tilt"]
+
+
+@cache
+def _rows(names: tuple[str, ...]) -> Array:
+    """The rows of `table` of these terms as one array: (courses, terms, 5)."""
+    return np.array([[table()[course].get(name, (0.0,) * 5) for name in names] for course in COURSES])
 
 
 @cache

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -143,7 +144,7 @@ class Block:
         """The same face, looked at along the other axis; no unit."""
         return replace(self, along=self.across, across=self.along)
 
-    @property
+    @cached_property
     def films(self) -> tuple[Film, Film, Film]:
         """What the film adds to pressure, shear and tilt (shear moduli, no unit); less where it stands beyond a rim."""
         faded = math.exp(-self.rim / RIM_HIDES)

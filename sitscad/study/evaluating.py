@@ -22,8 +22,7 @@ from typing import Any, Protocol, TypeVar
 from sitscad.check_values import RequirementResult
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks import judged as checked
-from sitscad.checks.assembly.fit import weight_of
-from sitscad.checks.rules import NEEDS, Rule, Violation, apply_rule, located, named
+from sitscad.checks.rules import NEEDS, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.estimates import Estimates, estimated
@@ -36,7 +35,6 @@ from sitscad.layout.routes import in_line
 from sitscad.opening import processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.record import record
-from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
@@ -54,7 +52,7 @@ BY_BUILD = "by sitscad build"
 def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
     """What every rule says of a design, and these of its figures; configuration and comments count as in `check`."""
     design = Design(spec)
-    found = as_configured(spec, checked(design, "none"))
+    found = as_configured(spec, checked(design, None))
     values, absent = figures(design, measures)
     return Evaluation(values, absent, breaches(found.findings, Severity.ERROR),
                       breaches(found.findings, Severity.WARNING), _undecided(found.not_checked), level)
@@ -97,9 +95,7 @@ BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT304", "SIT305",
            "SIT314", "SIT327")
 """Rules that ask for figures of the spec and of its parts alone."""
 
-STACK_HEIGHT = "SIT303"
-
-BY_BODY = ("SIT301", "SIT302", "SIT307", "SIT315")
+BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
 """Those that ask how large the board is, which is known of coils in line."""
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
@@ -170,29 +166,16 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
 
 def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding] | None:
     """What a rule finds; None where that is not known."""
-    if rule.id == STACK_HEIGHT and in_line(design.spec):
-        return _stack_height(rule, design)
     asked = {*BY_SPEC, *BY_TANK, *BY_FEELING, *(BY_BODY if in_line(design.spec) else ())}
     if rule.id not in asked:
         return None
-    found, undecided = apply_rule(rule, design)
+    found, undecided = apply_rule(rule, design, hints=False)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
         return None
-    if rule.id in BY_TANK and any(_grave(apply_rule(rule, corner)[0]) != _grave(found) for corner in corners):
+    others = (apply_rule(rule, corner, hints=False)[0] for corner in corners if rule.id in BY_TANK)
+    if any(_grave(other) != _grave(found) for other in others):
         return None
     return found
-
-
-def _stack_height(rule: Rule, design: Design) -> list[Finding] | None:
-    """What the rule of that name finds, without looking for what would mend it."""
-    pair = next((one for one in design.fit if one.name == CLOSED_PAIR), None)
-    if pair is None:
-        return None
-    severity = weight_of(pair)
-    if severity is None:
-        return apply_rule(rule, design)[0]
-    too_high = Violation("", measured=pair.measured, limit=pair.limit, unit="m", severity=severity)
-    return [located(named(rule, too_high, design.converter), design.spec)]
 
 
 def _grave(findings: Sequence[Finding]) -> list[Severity]:

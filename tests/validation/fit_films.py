@@ -147,3 +147,4 @@ def written() -> str:
 if __name__ == "__main__":
     DATA.write_text(written(), encoding="utf-8")
     film_law.table.cache_clear()
+    film_law._rows.cache_clear()

@@ -58,9 +58,10 @@ def overhang(design: Design) -> Iterator[Verdict]:
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
         # an error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it
         beside = beyond(carrier, low.footprint.centre) > 0.0
-        hint = design.once("plates on the board as it is drawn", lambda: _remedy(design, None))
-        return Violation(message, f"{why}: {hint}", key, over, 0.0, "m",
-                         severity=Severity.ERROR if beside else Severity.WARNING, advice=lambda left: f"{why}: " +
+        return Violation(message, "", key, over, 0.0, "m", severity=Severity.ERROR if beside else Severity.WARNING,
+                         finds_hint=lambda: f"{why}: " +
+                         design.once("plates on the board as it is drawn", lambda: _remedy(design, None)),
+                         advice=lambda left: f"{why}: " +
                          design.once("plates on the board drawn anew", lambda: _remedy(design, left)))
 
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
@@ -168,7 +169,7 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
 def _other_complaints(design: Design) -> Counter[str]:
     """How often those rules complain that look at plates or body and need no electrical numbers."""
     asked = (rule for rule in (*room_in_jaw.RULES, *transduction.RULES) if rule.id in QUICK)
-    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design)[0])
+    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design, hints=False)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 
 from sitscad.check_values import Measure
@@ -243,29 +244,42 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
                         for key, height in sorted(heights, key=lambda e: (-e[1], e[0])) if height > 0.0)
     widest = sorted(pair.parts, key=lambda share: (-share.tolerance, share.part))[:3]
     loose = [f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest]
-    otherwise = (
-        f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {thinner}; or narrower tolerances: "
-        f"{', '.join(loose)} (assembly.tolerances, where yours are measured)"
-    )
-    by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
     plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
-    narrower_by = f"a board narrower by {show(by, 'm', 3)}:" if by else ""
+
+    @cache
+    def otherwise() -> str:
+        return (
+            f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {thinner}; or narrower tolerances: "
+            f"{', '.join(loose)} (assembly.tolerances, where yours are measured)"
+        )
+
+    @cache
+    def narrower_by() -> tuple[float, str]:
+        by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
+        return (by, f"a board narrower by {show(by, 'm', 3)}:") if by else (0.0, "")
+
+    def hint() -> str:
+        by, words = narrower_by()
+        return f"{words} {NARROWER}; or {otherwise()}" if by else plates + otherwise()
 
     def advice(left: Left) -> str:
         # less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port
-        margin = _less_margin(spec, 1, by or 0.0)
+        by, words = narrower_by()
+        if not by:
+            return ""
+        margin = _less_margin(spec, 1, by)
         led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
-        fixes = [margin] if margin else [*led, *narrower(spec, by or 0.0)]
-        found = first_or_vain(fixes, left, ("", otherwise, f"{NARROWER}; or {otherwise}"))
-        return f"{narrower_by} {found}" if found else ""
+        fixes = [margin] if margin else [*led, *narrower(spec, by)]
+        found = first_or_vain(fixes, left, ("", otherwise(), f"{NARROWER}; or {otherwise()}"))
+        return f"{words} {found}" if found else ""
 
     glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
     passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
     return Violation(
         f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
         f"{with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
-        f"{narrower_by} {NARROWER}; or {otherwise}" if by else plates + otherwise, "mount.standoff", pair.measured,
-        jaw.port_diameter, "m", severity=weight_of(pair), advice=advice if by else None,
+        "", "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=weight_of(pair),
+        advice=advice if pair.decided_by == BOARD else None, finds_hint=hint,
         detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
                       "" if pair.measured > wider + ROUNDING else passes),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 from sitscad.checks.assembly.fit import ROUNDING, pad_of
 from sitscad.checks.assembly.plates import lies
@@ -64,7 +65,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {rubber.name} pad by {100.0 * nominal.strain:.0f} "
         f"% ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
         f"{show(rubber.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to {show(nominal.gap, 'm', 3)}",
-        _stiffer(design, force) + otherwise, "elastomer.material", strain, limit,
+        "", "elastomer.material", strain, limit, finds_hint=lambda: _stiffer(design, force) + otherwise,
         severity=Severity.ERROR if is_error else Severity.WARNING,
         advice=(lambda left: _stiffer(design, force, left) + otherwise) if is_error else None,
         detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
@@ -176,25 +177,32 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
             )
         return
     material, area = pad_of(design).material, loaded_face(spec)[0].area
-    stiffer = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
-    most, enough = strain if strain > limit else usual, _softest_for_shear(spec, force, limit)
-    hint = (
-        f"a shear modulus of {show(_rounded_up(material.shear_modulus * stiffer), 'Pa', 3)} or more known as well as "
-        f"this one{_larger_area(design, area, area * stiffer)} keeps the softest case within it{_named_preset(enough)}"
-        "; a thinner pad shortens the travel, not this share"
-    )
+    most = strain if strain > limit else usual
+
+    @cache
+    def enough() -> ElastomerMaterial | None:
+        return _softest_for_shear(spec, force, limit)
+
+    @cache
+    def hint() -> str:
+        stiffer = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
+        return (
+            f"a shear modulus of {show(_rounded_up(material.shear_modulus * stiffer), 'Pa', 3)} or more known as well "
+            f"as this one{_larger_area(design, area, area * stiffer)} keeps the softest case within it"
+            f"{_named_preset(enough())}; a thinner pad shortens the travel, not this share"
+        )
 
     def advice(left: Left) -> str:
         # the softest silicone that is stiff enough where trying finds that it mends, before what else would
-        fix = None if enough is None else _of(spec, enough)
-        return hint if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint}"
+        fix = None if (soft := enough()) is None else _of(spec, soft)
+        return hint() if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint()}"
 
     moved, softer = (f"by {100.0 * one:.0f} % of its thickness" if math.isfinite(one) else
                      "out of its place: it gives way" for one in (strain, usual))
     yield Violation(
         f"{show(force, 'N')} of shear, with the required normal force or without, move the target on the "
-        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", hint, "elastomer.material",
-        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, advice=advice,
+        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", "", "elastomer.material",
+        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, advice=advice, finds_hint=hint,
         severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
         detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
         "and edges of the pad may peel",

@@ -184,9 +184,10 @@ def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Vio
     if value < least - ROUNDING:
         yield Violation(
             f"{asked.format(show(value, 'm'))}; {house(design, field)} makes {show(least, 'm')} and {more}",
-            f"widen tracks and gaps and wind fewer turns, or choose {_finer(list(finer_fabricators(design.spec)))}",
-            f"coil.{field}", value, least, "m", source=source_of(design, field),
+            "", f"coil.{field}", value, least, "m", source=source_of(design, field),
             advice=lambda left: _widened(design, field, left),
+            finds_hint=lambda: "widen tracks and gaps and wind fewer turns, or choose "
+            + _finer(list(finer_fabricators(design.spec))),
         )
 
 

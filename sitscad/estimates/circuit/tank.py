@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -48,7 +48,7 @@ class CoilCircuit:
     reflections: Mapping[str, Reflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
-    curves: dict[tuple[str, int], Callable[[float], tuple[float, float]]] = field(default_factory=dict)
+    curves: dict[tuple[str, int], SmoothPair] = field(default_factory=dict)
     known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
@@ -88,34 +88,58 @@ class CoilCircuit:
 
     def terminal(self, state: str, frequency: float) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
-        band = math.floor(math.log(frequency / LOWEST) / math.log(BAND))
+        return self._curve(state, math.floor(math.log(frequency / LOWEST) / math.log(BAND)))(frequency)
+
+    def terminals(self, state: str, frequencies: Array) -> Array:
+        """The same at (n,) frequencies (Hz): (2, n)."""
+        bands = np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
+        found = np.empty((2, frequencies.size))
+        for band in np.unique(bands).tolist():
+            found[:, bands == band] = self._curve(state, band).at(frequencies[bands == band])
+        return found
+
+    def _curve(self, state: str, band: int) -> SmoothPair:
         if (state, band) not in self.curves:
             low = LOWEST * BAND**band
             self.curves[state, band] = smooth_curve(lambda at: self.exactly(state, at), low, BAND * low)
-        return self.curves[state, band](frequency)
+        return self.curves[state, band]
 
 
-def smooth_curve(exact: Circuit, low: float, high: float) -> Callable[[float], tuple[float, float]]:
-    """A pair of smooth functions of frequency, known at `POINTS` Chebyshev points of ln f over a band (Hz), at any
-    frequency there by barycentric interpolation.
+@record(eq=False)
+class SmoothPair:
+    """A pair of smooth functions of frequency, known at `POINTS` Chebyshev points of ln f over a band, at any frequency
+    (Hz) there by barycentric interpolation.
     """
-    angles = [math.pi * (k + 0.5) / POINTS for k in range(POINTS)]
-    middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
-    places = [middle + half * math.cos(angle) for angle in angles]
-    weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
-    values = list(zip(*(each.tolist() for each in exact(np.exp(places))), strict=True))
 
-    def at(frequency: float) -> tuple[float, float]:
+    points: tuple[tuple[float, float, float, float], ...]
+    """Ln f, the weight, and both functions' values at every point."""
+
+    def __call__(self, frequency: float) -> tuple[float, float]:
+        """Both at a frequency (Hz)."""
         place = math.log(frequency)
         first = second = total = 0.0
-        for near, weight, (one, other) in zip(places, weights, values, strict=True):
+        for near, weight, one, other in self.points:
             if abs(place - near) < 1e-12:
                 return one, other
             share = weight / (place - near)
             first, second, total = first + share * one, second + share * other, total + share
         return first / total, second / total
 
-    return at
+    def at(self, frequencies: Array) -> Array:
+        """The same at (n,) frequencies (Hz): (2, n)."""
+        near, weight, *values = np.array(self.points).T
+        away = np.log(frequencies)[:, None] - near
+        share = weight / np.where(np.abs(away) < 1e-12, 1e-300, away)
+        return np.asarray(np.array(values) @ share.T / share.sum(axis=1))
+
+
+def smooth_curve(exact: Circuit, low: float, high: float) -> SmoothPair:
+    """The pair of a circuit over a band (Hz)."""
+    angles = [math.pi * (k + 0.5) / POINTS for k in range(POINTS)]
+    middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
+    places = [middle + half * math.cos(angle) for angle in angles]
+    weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
+    return SmoothPair(tuple(zip(places, weights, *(each.tolist() for each in exact(np.exp(places))), strict=True)))
 
 
 POINTS = 6
@@ -186,22 +210,6 @@ class Tank:
         circuit.oscillations[key] = found
         return found
 
-    def simple_oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
-        """The same without a cable by SNOSCY9A's formula (see `oscillate`), for choosing among many capacitors."""
-        if self.readout.cable is not None:
-            return self.oscillation(circuit, state)
-        capacitance, delay = self.capacitance(circuit), self.converter.limit("drive_delay")
-        plain = resonance_frequency(circuit.inductance + circuit.leads.inductance, capacitance)
-        inductance, resistance = circuit.terminal(state, plain)
-        omega = 1.0 / math.sqrt(inductance * capacitance)
-        quality = omega * inductance / (resistance + self.converter.limit("capacitor_resistance"))
-        square = 1.0 - quality**-2 - delay * omega / quality
-        if square <= 0.0:
-            return Oscillation(math.nan, math.nan, quality, math.nan, False)
-        omega *= math.sqrt(square)
-        impedance = resistance + (omega * inductance) ** 2 / resistance
-        return Oscillation(omega / (2.0 * math.pi), impedance, quality, 1.0)
-
 
 def working_states(circuit: CoilCircuit) -> list[str]:
     """The states in which the sensor works: all but free when it is assembled."""
@@ -227,6 +235,28 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     return found
 
 
+def oscillations(circuit: CoilCircuit, state: str, tanks: Sequence[Tank], is_rough: bool) -> list[Oscillation]:
+    """Where tanks run that differ by their capacitors alone; roughly by SNOSCY9A's formula (see `oscillate`), which has
+    no cable.
+    """
+    converter, readout = tanks[0].converter, tanks[0].readout
+    if not is_rough or readout.cable is not None:
+        return [tank.oscillation(circuit, state) for tank in tanks]
+    capacitance = np.array([tank.capacitance(circuit) for tank in tanks])
+    plain = 0.5 / (math.pi * np.sqrt((circuit.inductance + circuit.leads.inductance) * capacitance))
+    inductance, resistance = circuit.terminals(state, plain)
+    omega = 1.0 / np.sqrt(inductance * capacitance)
+    quality = omega * inductance / (resistance + converter.limit("capacitor_resistance"))
+    square = 1.0 - quality**-2 - converter.limit("drive_delay") * omega / quality
+    omega *= np.sqrt(np.maximum(square, 0.0))
+    impedance = resistance + (omega * inductance) ** 2 / resistance
+    rows = np.array([0.5 * omega / math.pi, impedance, quality, square]).T.tolist()
+    return [
+        Oscillation(frequency, parallel, q, 1.0) if left > 0.0 else Oscillation(math.nan, math.nan, q, math.nan, False)
+        for frequency, parallel, q, left in rows
+    ]
+
+
 def choose_capacitor(
     circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float, is_rough: bool = False
 ) -> tuple[float, str]:
@@ -240,9 +270,13 @@ def choose_capacitor(
         return readout.capacitance, "given in the spec"
     if not any(circuit.reflections for circuit in circuits):
         return math.nan, "none chosen: no state of the coils could be estimated"
-    distinct, converter = _distinct(circuits), readout.device
+    converter = readout.device
     values = preferred_values(converter)
-    scored = [(_trespass(distinct, Tank(value, readout), self_resonance, is_rough), value) for value in values]
+    tanks = [Tank(value, readout) for value in values]
+    every = [(oscillations(circuit, state, tanks, is_rough), state in working_states(circuit))
+             for circuit in _distinct(circuits) for state in circuit.reflections]
+    scored = [(_trespass([(each[k], works) for each, works in every], tanks[k], self_resonance), value)
+              for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
     return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
 
@@ -266,23 +300,17 @@ OVERDAMPED = 1e3  # Trespass of a state in which the tank does not oscillate: mo
 
 
 def _trespass(
-    circuits: Sequence[CoilCircuit], tank: Tank, self_resonance: float, is_rough: bool
+    found: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
 ) -> tuple[tuple[float, bool], tuple[float, float] | None]:
     """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to:
-    the highest frequency (Hz) and the least parallel resistance (ohm).
+    the highest frequency (Hz) and the least parallel resistance (ohm). `found` are its oscillations, each with whether
+    the sensor works in that state.
     """
-    frequencies, resistances, working = [], [], []
-    damped = 0
-    for circuit in circuits:
-        for state in circuit.reflections:
-            found = tank.simple_oscillation(circuit, state) if is_rough else tank.oscillation(circuit, state)
-            if not found.exists:
-                damped += 1
-                continue
-            frequencies.append(found.frequency)
-            if state in working_states(circuit):
-                working.append(found.parallel_resistance)
-            resistances.append(found.parallel_resistance)
+    running = [(each, works) for each, works in found if each.exists]
+    damped = len(found) - len(running)
+    frequencies = [each.frequency for each, _ in running]
+    resistances = [each.parallel_resistance for each, _ in running]
+    working = [each.parallel_resistance for each, works in running if works]
     if not working:
         return (OVERDAMPED * damped, True), None
     converter = tank.converter

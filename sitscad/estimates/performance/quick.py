@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import product
+from itertools import compress, product
 
 import numpy as np
 
@@ -123,11 +123,19 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
         places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
     heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, count)
     sides = chebyshev_points(-reach * pad.thickness, reach * pad.thickness, places)
-    moves = [(0.0, 0.0), *((float(x), float(y)) for x, y in product(sides, repeat=2))]
+    # of a rough chart nothing is asked that lies aside of both axes: what both make is added there
+    middle, rough = places // 2, estimates.is_rough
+    asked = [not rough or middle in point for point in product(range(places), repeat=2)]
+    moves = [(0.0, 0.0), *compress(product(map(float, sides), repeat=2), asked)]
     law, pressed = tank_law(spec, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
-    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, estimates.is_rough)
-    change = (effect[-count:, 1:] - effect[0, 0]).reshape(count, places, places, -1).transpose(1, 2, 0, 3)
+    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, rough)
+    change = np.zeros((count, places * places, effect.shape[-1]), dtype=complex)
+    change[:, asked] = effect[-count:, 1:] - effect[0, 0]
+    change = change.reshape(count, places, places, -1).transpose(1, 2, 0, 3)
+    if rough:
+        along, across = change[:, middle, None], change[None, middle]
+        change = along + across - change[middle, middle]
     if estimates.is_solved:
         values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
     else:

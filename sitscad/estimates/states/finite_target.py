@@ -35,6 +35,9 @@ from sitscad.spec.materials import Target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
+Move = tuple[float, float]
+"""How far (m) along x and y a target has moved from rest."""
+
 FREQUENCY = 5e6
 """The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
 
@@ -143,7 +146,7 @@ def target_shares(
         return TargetShares({}, {}, ())
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
     shares, losses = {}, {}
-    found = _of_gaps(target, rings, distinct, covered, is_rough)
+    found = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
     for (name, _, _), one in zip(covered, found, strict=True):
         for placement, row in zip(spec.array.placements, member, strict=True):
             shares[placement.name, name] = float(one.shares[row])
@@ -165,15 +168,14 @@ is said to be there as of inductance."""
 
 
 def _of_gaps(
-    target: Target, rings: CoaxialRings, places: Array, covered: Sequence[tuple[str, float, float]], is_rough: bool
+    target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
 ) -> list[SheetShares]:
-    """The shares at every gap and floor of `_covered`."""
-    gaps = [gap for _, gap, _ in covered]
+    """The shares at every gap, with a mirror at a height `floor` (m; -inf: none)."""
     if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
-        return [shares_of_sheet(target, rings, places, gap, floor) for _, gap, floor in covered]
+        return [shares_of_sheet(target, rings, places, gap, floor) for gap in gaps]
     plate, depth = _plate(target)
     resisted, unsure = _resisted(target, rings)
-    shares = sheet_shares(plate, rings, places, np.array(gaps) + depth, covered[0][2]) / resisted
+    shares = sheet_shares(plate, rings, places, np.array(gaps) + depth, floor) / resisted
     error, loss_error = share_error(plate, rings) + unsure, loss_share_error(plate, rings) + unsure
     return [SheetShares(one, one, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for one in shares]
 
@@ -232,23 +234,20 @@ def _uncovered(spec: SensorSpec, target: Target) -> float:
 
 
 def shares_of_change(
-    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
-) -> dict[tuple[str, str], float]:
-    """The shares of the change of inductance alone, as in `target_shares`: for a conductor half of its work."""
+    spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move],
+    is_rough: bool = False,
+) -> Array:
+    """The shares of the change of inductance alone, as in `target_shares` (for a conductor half of its work), at gaps
+    and over a mirror at a height `floor` (m) of a target that has moved by (x, y) (m): (gaps, moves, coils).
+    """
+    assert spec.target is not None
+    rings, target, (distinct, member) = _shortened(spec, spec.target, heights, moves)
     if is_rough:
-        return dict(target_shares(spec, heights, states, is_rough).shares)
-    if spec.target is None:
-        return {}
-    rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
-    shares = {}
-    for name, gap, floor in _covered(states):
-        if _is_conductor(spec.target, rings, gap):
-            found = _kept(target, rings, distinct, gap, floor)
-        else:
-            found = shares_of_sheet(target, rings, distinct, gap, floor).shares
-        for placement, row in zip(spec.array.placements, member, strict=True):
-            shares[placement.name, name] = float(found[row])
-    return shares
+        found = [one.shares for one in _of_gaps(target, rings, distinct, gaps, floor, is_rough)]
+    else:
+        found = [_kept(target, rings, distinct, gap, floor) if _is_conductor(spec.target, rings, gap)
+                 else shares_of_sheet(target, rings, distinct, gap, floor).shares for gap in gaps]
+    return np.array(found)[:, member].reshape(len(gaps), len(moves), -1)
 
 
 def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
@@ -362,20 +361,22 @@ def like_a_conductor(target: Target, distance: float) -> float:
 
 
 def _shortened(
-    spec: SensorSpec, target: Target, heights: Sequence[float]
+    spec: SensorSpec, target: Target, heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),)
 ) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
     """Rings and target that stand for an elongated coil: one as long as it is wide, the target shorter by what the coil
     is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all along; as
-    they are for other coils. The distinct places (n, 2; m) of coils seen from the target, and which is each coil's.
+    they are for other coils. The distinct places (n, 2; m) of coils seen from the target, and which is each coil's at
+    each of its moves (m) from rest, all coils of the first move first.
     """
-    coil, (x, y) = spec.coil, spec.coil.size
-    long, short = max(x, y), min(x, y)
+    coil, (wide, high) = spec.coil, spec.coil.size
+    long, short = max(wide, high), min(wide, high)
     plate, turn = footprint(spec, target), target.rotation - spec.array.placements[0].rotation
     # mirrored ones as one
-    seen = np.abs(np.array([plate.place_of(Point(*placement.centre)) for placement in spec.array.placements]))
+    centres = [placement.centre for placement in spec.array.placements]
+    seen = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
     distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
     places = distinct, member.ravel()
-    side = (int(y > x) + round(2.0 * turn / math.pi)) % 2
+    side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2
     if long - short < 1e-9 or target.outline.is_round:
         return equivalent_rings(coil, heights), target, places
     size = list(target.size)

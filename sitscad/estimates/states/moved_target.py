@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -9,16 +10,13 @@ import numpy as np
 
 from sitscad.arrays import ComplexArray
 from sitscad.estimates.states.assembly import at_rest, warmed
-from sitscad.estimates.states.finite_target import shares_of_change
+from sitscad.estimates.states.finite_target import Move, shares_of_change
 from sitscad.estimates.states.window import through_window
 from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
-from sitscad.physics.metal.half_spaces import reflected_inductances
-from sitscad.spec.places import footprint, gathered
-from sitscad.spec.sensor import SensorSpec
-
-Move = tuple[float, float]
+from sitscad.physics.metal.half_spaces import raised_inductances, reflected_inductances
+from sitscad.spec.places import gathered
 
 
 def moved_changes(
@@ -57,12 +55,9 @@ def target_effects(
     assert rest is not None
     over = rest.above
     assert over is not None
-    raised = [
-        replace(rest, state=replace(rest.state, name=str(k)), above=replace(over, distance=over.distance + z))
-        for k, z in enumerate(heights)
-    ]
     layers = [winding.z for winding in layout.coils[0].windings]
-    shares = shares_of_change(_seen_from(spec, moves), layers, raised, is_rough)
+    gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
+    shares = shares_of_change(spec, layers, gaps, floor, moves, is_rough)
     nearest = over.distance + min(heights) - max(layers)
     if rest.below is not None:
         nearest = min(nearest, rest.below.distance + min(layers))
@@ -71,29 +66,8 @@ def target_effects(
     )
     at = np.array([frequency])
     bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
-    found = np.empty((len(heights), len(moves), len(spec.array.placements)), dtype=complex)
-    for k, around in enumerate(raised):
-        whole = reflected_inductances(spectrum, at, around.above, rest.below, (0.0,))[0, 0].real - bare
-        for m in range(len(moves)):
-            found[k, m] = [whole * shares[f"{p.name} {m}", str(k)] for p in spec.array.placements]
+    whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - bare
+    found = (whole[:, None, None] * shares).astype(complex)
     for place, p in enumerate(spec.array.placements):
         found[:, :, place] = through_window(layout, p.name, found[:, :, place].real)
     return found
-
-
-def _seen_from(spec: SensorSpec, moves: Sequence[Move]) -> SensorSpec:
-    """The spec with each of its coils as often as there are moves, as far back as the target has moved: so that the
-    shares at all places are solved at once.
-    """
-    target = spec.target
-    assert target is not None
-    array = replace(
-        spec.array,
-        placements=tuple(
-            replace(p, name=f"{p.name} {k}", centre=(p.centre[0] - dx, p.centre[1] - dy))
-            for k, (dx, dy) in enumerate(moves)
-            for p in spec.array.placements
-        ),
-    )
-    centre, (x, y) = footprint(spec, target).centre, array.middle
-    return replace(spec, array=array, target=replace(target, offset=(centre.x - x, centre.y - y)))

@@ -132,7 +132,8 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
         # of a rectangular plate at every place, by projection of the field on Chebyshev's functions
         counts = _modes(half[0], detail), _modes(half[1], detail)
         k, weights, spectrum = source
-        changes = _sheet_energy(half, counts, room, _fluxes(half, offsets, (k, weights, spectrum[None]), counts)[:, 0])
+        flux = _fluxes(half, offsets, (k, weights, spectrum[None]), counts)
+        changes = _sheet_energies(half, counts, np.array([room]), flux)[0]
     excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), front
 
@@ -289,7 +290,7 @@ def _modes(half: float, detail: float) -> int:
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
-    # Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (places, s,
+    # Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (s, places,
     # functions along x, along y).
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
@@ -301,28 +302,27 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     y = half[1] * v[0] - offsets[:, 1, None]
     away = np.sqrt(x[:, :, None] ** 2 + y[:, None, :] ** 2)
     field = _cubic(away, radii[1], table)
-    across = np.einsum("mi,pijs->psmj", u[1], field, optimize=True)
-    return np.asarray(half[0] * half[1] * (across @ v[1].T))
+    return np.asarray(half[0] * half[1] * (u[1] @ field.transpose(3, 0, 1, 2) @ v[1].T))
 
 
-def _sheet_energy(half: Array, counts: tuple[int, int], room: float, flux: Array) -> Array:
-    # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (places, functions, functions)
-    # through it. What of a rectangle's energies neither side has alone, at nodes along both:
-    # k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
+def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array) -> Array:
+    # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
+    # functions) through it, in planes so far (m) from a mirror: (planes, places). What of a rectangle's energies
+    # neither side has alone, at nodes along both: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
     # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
     q, weights, transforms = _transforms(max(counts))
     kx, ky = q[:, None] / half[0], q / half[1]
     k = np.hypot(kx, ky)
     rest = -2.0 * kx * ky / (k + kx + ky)
-    if math.isfinite(room):
-        rest = rest - k * np.exp(-2.0 * k * room)
-    total, mixed = np.zeros(len(flux)), (rest * (weights[:, None] * weights), transforms)
+    if math.isfinite(rooms[0]):
+        rest = rest - k * np.exp(-2.0 * k * rooms[:, None, None])
+    total, mixed = np.zeros(flux.shape[:2]), (rest * (weights[:, None] * weights), transforms)
     for px in (0, 1):
         for py in (0, 1):
-            b = flux[:, px::2, py::2].reshape(len(flux), -1)
+            b = flux[:, :, px::2, py::2].reshape(*flux.shape[:2], -1)
             if np.abs(b).max() > 1e-12 * np.abs(flux).max():
                 energy = _rectangle_energy(half, np.arange(px, counts[0], 2.0), np.arange(py, counts[1], 2.0), mixed)
-                total += np.einsum("pm,mp->p", b, np.linalg.solve(energy, b.T))
+                total += np.sum(b * np.linalg.solve(energy, b.transpose(0, 2, 1)).transpose(0, 2, 1), axis=2)
     return total / (2.0 * math.pi)
 
 
@@ -363,8 +363,7 @@ def sheet_shares(plate: Plate, coil: CoaxialRings, offsets: Array, gaps: Array, 
         return np.minimum(np.array(found) / whole[:, None], 1.0)
     counts = min(_modes(half[0], detail), ROUGH_MODES), min(_modes(half[1], detail), ROUGH_MODES)
     flux = _fluxes(half, offsets, (k, weights, spectra), counts)
-    energies = [_sheet_energy(half, counts, z - floor, flux[:, g]) for g, z in enumerate(middles)]
-    return np.minimum(np.array(energies) / whole[:, None], 1.0)
+    return np.minimum(_sheet_energies(half, counts, middles - floor, flux) / whole[:, None], 1.0)
 
 
 ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES = 7.0, 5, 8
@@ -372,17 +371,19 @@ ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES = 7.0, 5, 8
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
-    """Energies of products of Chebyshev's functions of orders `x` and `y`, closed but for `_mixed`."""
+    """Energies of products of Chebyshev's functions of orders `x` and `y`, closed but for `mixed`, of one plane or
+    several: (planes, products, products).
+    """
     rest, transforms = mixed
     fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
-    inner = np.einsum("aq,bq->abq", fx, fx).reshape(-1, len(rest)) @ rest
-    outer = np.einsum("aq,bq->abq", fy, fy).reshape(-1, len(rest))
-    energy = (inner @ outer.T).reshape(x.size, x.size, y.size, y.size)
+    inner, outer = ((one[:, None] * one).reshape(-1, rest.shape[-1]) for one in (fx, fy))
+    energy = (inner @ rest @ outer.T).reshape(-1, x.size, x.size, y.size, y.size)
     for row, (one, other) in enumerate(((x, y), (y, x))):
         slope = np.diag(0.5 * (one + 1.0)) / half[row]
-        product = np.einsum("ab,cd->abcd", slope, _overlap(other))
+        product = slope[:, :, None, None] * _overlap(other)
         energy = energy + (product if row == 0 else product.transpose(2, 3, 0, 1))
-    return math.pi**2 * half[0] * half[1] * energy.transpose(0, 2, 1, 3).reshape(x.size * y.size, -1)
+    return math.pi**2 * half[0] * half[1] * energy.transpose(0, 1, 3, 2, 4).reshape(
+        -1, x.size * y.size, x.size * y.size)
 
 
 def _overlap(orders: Array) -> Array:

@@ -73,12 +73,13 @@ def _reflection(
 
 def returned_waves(
     wave_numbers: Array, frequencies: Array, above: Reflector | None, below: Reflector | None,
-    levels: tuple[float, float]
+    levels: tuple[float, float], raised: Array | float = 0.0
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
     summed exactly: (frequencies, wave numbers). `levels` (m) are the lowest and the highest height of the current. A
     wave that decays as exp(-k (highest - z)), or as exp(-k (z - lowest)), is reflected into such ones: coefficients up
-    to up, up to down, and down to down.
+    to up, up to down, and down to down. What is above may be farther by `raised` (m), or at one frequency by each of
+    (n, 1) and then (n, wave numbers).
     """
     k, (low, high) = wave_numbers, levels
     top, bottom = (
@@ -87,7 +88,7 @@ def returned_waves(
         else reflection(k, frequencies[:, None], side.plates)
         for side in (above, below)
     )
-    to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high))
+    to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high + raised))
     to_floor = np.exp(-k * (low + (below.distance if below is not None else 1.0 - low)))
     across = np.exp(-k * (high - low))
     again = 1.0 / (1.0 - top * bottom * (to_roof * to_floor * across) ** 2)
@@ -122,6 +123,18 @@ def reflected_inductances(
         shift = np.array([spectrum.shift(distance) for distance in distances])
         spectrum.returned[key] = np.asarray(MU0 * math.pi * (waves @ shift.T))
     return spectrum.returned[key].copy()
+
+
+def raised_inductances(
+    spectrum: CurrentSpectrum, frequency: float, above: Reflector, below: Reflector | None, raised: Array
+) -> ComplexArray:
+    """What the reflectors add to a coil's inductance (H, complex) at a frequency (Hz), that above being farther by each
+    of (n,) lengths (m).
+    """
+    k, z, (up, cross, down) = spectrum.wave_numbers, spectrum.heights, spectrum.sums
+    levels = float(z.min()), float(z.max())
+    both, mixed, other = returned_waves(k, np.array([frequency]), above, below, levels, raised[:, None])
+    return np.asarray(MU0 * math.pi * ((both * up + 2.0 * mixed * cross + other * down) @ spectrum.weights))
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
