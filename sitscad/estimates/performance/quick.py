@@ -126,13 +126,13 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     # of a rough chart nothing is asked that lies aside of both axes: what both make is added there
     middle, rough = places // 2, estimates.is_rough
     asked = [not rough or middle in point for point in product(range(places), repeat=2)]
-    moves = [(0.0, 0.0), *compress(product(map(float, sides), repeat=2), asked)]
+    moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), asked)]
     law, pressed = tank_law(spec, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
     effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, rough)
-    change = np.zeros((count, places * places, effect.shape[-1]), dtype=complex)
-    change[:, asked] = effect[-count:, 1:] - effect[0, 0]
-    change = change.reshape(count, places, places, -1).transpose(1, 2, 0, 3)
+    since_rest = np.zeros((count, places * places, effect.shape[-1]), dtype=complex)
+    since_rest[:, asked] = effect[-count:, 1:] - effect[0, 0]
+    change = since_rest.reshape(count, places, places, -1).transpose(1, 2, 0, 3)
     if rough:
         along, across = change[:, middle, None], change[None, middle]
         change = along + across - change[middle, middle]

@@ -308,8 +308,9 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array) -> Array:
     # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
     # functions) through it, in planes so far (m) from a mirror: (planes, places). What of a rectangle's energies
-    # neither side has alone, at nodes along both: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms separate into closed integrals, the last
-    # falls off fast enough for plain quadrature. Then the mirror's echo, k exp(-2 k room), where there is one.
+    # neither side has alone, at nodes along both: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms
+    # separate into closed integrals, the last falls off fast enough for plain quadrature. Then the mirror's echo,
+    # k exp(-2 k room), where there is one.
     q, weights, transforms = _transforms(max(counts))
     kx, ky = q[:, None] / half[0], q / half[1]
     k = np.hypot(kx, ky)
