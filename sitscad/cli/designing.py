@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import sys
 import time
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import click
@@ -17,6 +19,7 @@ from sitscad.units import counted
 if TYPE_CHECKING:
     from sitscad.study.running import Progress as StudyProgress
     from sitscad.study.running import StudyState
+    from sitscad.study.study import StudyAnswer
 
 
 @click.command(cls=Example, example="sitscad measures")
@@ -97,14 +100,17 @@ def sweep(
 @click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
 @click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, whose workers evaluate instead: tcp://...")
 @click.option("--again", is_flag=True, help="Evaluate everything anew, whatever the archive has.")
+@click.option("--no-yield", is_flag=True, help="Leave the yields of kept designs out, which take most of the time.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def design(
-    study: str, output: str | None, jobs: int | None, scheduler: str | None, again: bool, format_name: str
+    study: str, output: str | None, jobs: int | None, scheduler: str | None, again: bool, no_yield: bool,
+    format_name: str,
 ) -> int:
     """Find the designs that meet STUDY best.
 
     STUDY is a file beside a spec that says what of it varies, what is to be small or large, and what is required
-    (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` holds.
+    (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` holds. The answer is told
+    once the search is through, and the yields of its designs when they are worked out.
 
     \b
     Files:
@@ -118,9 +124,8 @@ def design(
     Exit code: 0 a design keeps everything, 1 none was found, 2 the study cannot be read.
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.inspection import unreadable
-    from sitscad.package import write_file
-    from sitscad.study.answer_text import answer_json, answer_text
-    from sitscad.study.page import answer_files
+    from sitscad.study.answer_text import answer_json, answer_text, found_text, yields_text
+    from sitscad.study.spreads import DRAWS
 
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:
@@ -130,13 +135,46 @@ def design(
         return 2
     folder = output or os.path.join("outputs", f"{asked.name}-study")
     executor = None
+    told: list[StudyAnswer] = []
     if scheduler is not None:
         from sitscad.study.evaluating import cluster
 
         executor, jobs = cluster(scheduler)
-    answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress())
+
+    def before_yields(said: StudyAnswer) -> None:
+        _write(said, folder)
+        told.append(said)
+        if format_name == "text":
+            print_result(found_text(said))
+        say(f"wrote {folder}; now the yield of {counted(len(said.kept), 'design')}, {DRAWS} units each (--no-yield "
+            "leaves it out)")
+
+    try:
+        answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
+                           draws=0 if no_yield else DRAWS, before_yields=before_yields)
+    except KeyboardInterrupt:
+        options = {"-o": output, "--scheduler": scheduler, "--jobs": jobs if scheduler is None else None,
+                   "--format": format_name if format_name != "text" else None}
+        given = [str(word) for option, value in options.items() if value is not None for word in (option, value)]
+        command = shlex.join(["sitscad", "design", study, *given, *(["--no-yield"] if no_yield else [])])
+        say(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
+        return 130
+    _write(answer, folder)
     if answer.found.reused:
         say(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
+    say(f"wrote {folder}")
+    if format_name == "json":
+        print_result(answer_json(answer))
+    else:
+        print_result(f"\n{yields_text(answer, folder, told[0])}" if told else answer_text(answer, folder))
+    return 0 if answer.is_met else 1
+
+
+def _write(answer: StudyAnswer, folder: str) -> None:
+    """The files of an answer, in place of those of an earlier one."""
+    from sitscad.package import write_file
+    from sitscad.study.page import answer_files
+
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
     for name in files:
@@ -144,25 +182,37 @@ def design(
     for name in os.listdir(os.path.join(folder, "designs")):
         if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
             os.unlink(os.path.join(folder, "designs", name))  # that an earlier answer kept and this one does not
-    say(f"wrote {folder}")
-    print_result(answer_json(answer) if format_name == "json" else answer_text(answer, folder))
-    return 0 if answer.is_met else 1
 
 
-def _study_progress() -> StudyProgress | None:
-    """What shows on a terminal how far a study is: designs a second, those that keep all, the best, time left."""
-    if not sys.stderr.isatty():
-        return None
+TOLD_EVERY = 30.0
+"""Seconds between two lines that say how far a study is, where no terminal shows it on one."""
+
+
+def _study_progress() -> StudyProgress:
+    """What tells how far a study is: designs a second, those that keep all, the best, time left."""
     from sitscad.study.sweeping import shown
 
-    started: dict[str, float] = {}
+    on_terminal, spent = sys.stderr.isatty(), defaultdict[str, float](float)
+    last = told = time.monotonic()
 
     def show(state: StudyState) -> None:
-        first = started.setdefault(f"{state.stage}{state.of if state.done == 1 else ''}", time.monotonic())
-        rate = state.done / max(time.monotonic() - first, 1e-3)
-        best = ", ".join(f"{name} {shown(name, value)}" for name, value in state.best.items())
-        left = (state.of - state.done) / max(rate, 1e-9)
-        words = f"{state.stage}: {state.done} of {state.of}, {rate:.3g} a second, {state.feasible} keep all"
-        click.echo(f"\r\033[K  {words}{f', best {best}' if best else ''}, {left:.0f} s left", err=True, nl=False)
+        nonlocal last, told
+        now = time.monotonic()
+        spent[state.stage] += now - last  # stages take turns
+        last = now
+        if not on_terminal and now - told < TOLD_EVERY:
+            return
+        told, rate = now, state.made / max(spent[state.stage], 1e-3)
+        best = "".join(f", best {name} {shown(name, value)}" for name, value in state.best.items())
+        of = f" of {state.of}, {_minutes((state.of - state.done) / rate)} left" if state.of > state.done else ""
+        words = f"{state.stage}: {state.done}{of}, {rate:.3g} a second, {state.feasible} keep all{best}"
+        if on_terminal:
+            click.echo(f"\r\033[K  {words}", err=True, nl=False)
+        else:
+            say(words)
 
     return show
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from sitscad.report.findings import to_json
@@ -26,8 +26,23 @@ MOST_BINDING = 6
 
 
 def answer_text(said: StudyAnswer, folder: str = "") -> str:
-    """The answer for people: whether it can be met, what binds, the designs, how it goes on."""
-    parts = [verdict_lines(said), _binding(said), _designs(said), trust_lines(said), onward(said, folder)]
+    """The answer for people: whether it can be met, what binds, the designs, their yields, how it goes on."""
+    return f"{found_text(said)}\n{yields_text(said, folder)}"
+
+
+def found_text(said: StudyAnswer) -> str:
+    """That part of it which is known before yields are worked out."""
+    return _joined(verdict_lines(said), _binding(said), _designs(said), trust_lines(said))
+
+
+def yields_text(said: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
+    """The rest of it; the designs once more where others are kept than `before` yields were known."""
+    others = before is not None and [one.point for one in before.kept] != [one.point for one in said.kept]
+    again = (verdict_lines(said), _designs(said)) if others else ()
+    return _joined(*again, _yields(said), onward(said, folder))
+
+
+def _joined(*parts: Iterable[str]) -> str:
     return "\n\n".join("\n".join(lines) for part in parts if (lines := list(part))) + "\n"
 
 
@@ -38,16 +53,20 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
     count += f"{len(found.full)} in full"
     good = len(said.front)
     if said.is_met:
-        yield f"It can be met: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
+        but = f" but for the yield that is asked ({_least_yield(said)}), which is not known" if said.lacks_yield else ""
+        yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
     elif good:
-        limit = next(one.written for one in asked.require if one.measure == "yield")
-        yield f"No design has the yield that is asked ({limit}): {count}; {good} keep everything else."
+        yield f"No design has the yield that is asked ({_least_yield(said)}): {count}; {good} keep everything else."
     else:
         yield f"No design was found that keeps everything: {count}."
     if asked.space.size > len(found.screened) and not said.is_met:
         yield "That is a search and no proof: what was not looked at may do."
     for goal in said.alike:
         yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
+
+
+def _least_yield(said: StudyAnswer) -> str:
+    return next(one.written for one in said.asked.require if one.measure == "yield")
 
 
 def breach_words(name: str, breach: Breach | None) -> str:
@@ -97,11 +116,17 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
     for number, one in enumerate(said.kept, 1):
         yield f"  {number}     {_figures(said, one.evaluation)}"
         yield f"        {keys_words(one.changed)}"
-        if one.units is not None:
-            yield f"        {yield_words(one.units)}"
-            yield from (f"        {words}" for words in sigma_words(one))
     if said.fallen:
         yield f"  dropped, for their units have too small a yield: {said.fallen}"
+
+
+def _yields(said: StudyAnswer) -> Iterator[str]:
+    if any(one.units is not None for one in said.kept):
+        yield "Yields, the share of units as they are made that keep all:"
+    for number, one in enumerate(said.kept, 1):
+        if one.units is not None:
+            yield f"  {number}     {yield_words(one.units)}"
+            yield from (f"        {words}" for words in sigma_words(one))
 
 
 def _figures(said: StudyAnswer, one: Evaluation) -> str:
@@ -157,7 +182,8 @@ def answer_json(said: StudyAnswer) -> str:
     """The answer for programs; it depends on study, seed and version alone."""
     asked, found = said.asked, said.found
     return to_json({
-        "sitscad": __version__, "code": code_version(), "study": said.name, "met": said.is_met,
+        "sitscad": __version__, "code": code_version(), "study": said.name,
+        "met": None if said.lacks_yield else said.is_met,
         "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
         "full": len(found.full), "goals": [goal.words for goal in asked.goals],
         "require": {one.measure: one.written for one in asked.require},

@@ -135,6 +135,8 @@ class StudyPage:
         """The whole file."""
         words = [goal.words for goal in self.asked.goals]
         verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
+        if self.said.lacks_yield:
+            verdict = "good", "It can be met but for the yield, which is not known"
         script = (files("sitscad.report") / "assets" / "study.js").read_text(encoding="utf-8")
         parts = [
             f"<style>{STYLE}</style>",
@@ -241,7 +243,8 @@ class StudyPage:
 
     def yields(self) -> str:
         """The yield of each kept design with its interval, and bars of what decides it."""
-        body = ""
+        is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
+        body = "<p>Not worked out.</p>" if is_unknown else ""
         for k, one in enumerate(self.said.kept, 1):
             if one.units is None:
                 continue

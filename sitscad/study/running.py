@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import nsmallest
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 
@@ -39,13 +38,16 @@ MOST_ROUNDS = 4
 
 @record
 class StudyState:
-    """How far a study is: what it does, designs done of all, those that keep everything, and the best of each goal."""
+    """How far a study is: what it does, designs (or units) done of all, as far as it is known how many there will be,
+    those that keep everything, and the best of each goal; how many this run `made` and did not find in its archive.
+    """
 
     stage: str
     done: int
     of: int
     feasible: int
     best: Mapping[str, float]
+    made: int
 
 
 Progress = Callable[[StudyState], None]
@@ -113,7 +115,7 @@ NOT_MADE = 10.0
 
 @dataclass
 class LevelTally:
-    """Counts the evaluations of a level, and tells how far it is after each."""
+    """Counts the evaluations of a level, and tells how far it is after each that is made."""
 
     asked: Asked
     level: str
@@ -121,9 +123,10 @@ class LevelTally:
     progress: Progress
     done: int = 0
     good: int = 0
+    made: int = 0
     best: dict[str, float] = field(default_factory=dict)
 
-    def note(self, one: Evaluation) -> None:
+    def note(self, one: Evaluation, is_made: bool) -> None:
         """Count one."""
         self.done += 1
         if not violations(self.asked, one):
@@ -131,7 +134,10 @@ class LevelTally:
             for goal in (goal for goal in self.asked.goals if goal.measure in one.values):
                 value = one.values[goal.measure][0]
                 self.best[goal.measure] = min(self.best.get(goal.measure, value), value, key=goal.cost)
-        self.progress(StudyState(self.level, self.done, max(self.of, self.done), self.good, dict(self.best)))
+        self.made += is_made
+        if is_made:
+            of = max(self.of, self.done)
+            self.progress(StudyState(self.level, self.done, of, self.good, dict(self.best), self.made))
 
 
 class StudyRun:
@@ -164,13 +170,13 @@ class StudyRun:
         missing = [point for point, one in found.items() if one is None]
         self.found.reused += sum(keys[point] not in self._made for point in found) - len(missing)
         for one in filter(None, found.values()):
-            self._told[level].note(one)
+            self._told[level].note(one, is_made=False)
         made = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, one in zip(missing, made, strict=True):
             self._archive.add(keys[point], changes[point], one.as_json())
             self._made.add(keys[point])
             found[point] = self._archive.evaluation(keys[point], measures)  # as it is read by a run that goes on
-            self._told[level].note(one)
+            self._told[level].note(one, is_made=True)
         return {point: one for point, one in found.items() if one is not None}
 
     def search(self) -> None:
@@ -186,6 +192,7 @@ class StudyRun:
             wanted = [point for point in self.best(count) if point not in self.found.full]
             if not wanted:
                 break
+            self._told[FULL].of = self._told[FULL].done + len(wanted)
             self.evaluate(wanted, FULL)
 
     def _good(self) -> list[Point]:
@@ -215,25 +222,28 @@ class StudyRun:
         left = max(0, count - len(order))
         return [*order[:count], *nsmallest(left, bad, key=lambda point: self._costs[point].violation)]
 
-    def units(self, point: Point, count: int = DRAWS) -> list[UnitJudged]:
-        """Units of a design as manufacture makes them, each judged."""
-        base, changes, own = self._asked.base, self._asked.space.changes(point), dict(self._asked.spread)
+    def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
+        """Units of designs as manufacture makes them, each judged; parts of all designs are worked out side by side."""
+        base, own, rows = self._asked.base, dict(self._asked.spread), draws(count)
         names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
-        rows, found, good = draws(count), list[Any](), 0
-        keys = [base.key((*changes, ("units", [count, k, sorted(own.items()), list(names)])), "units")
-                for k in range(0, count, PART)]
-        missing = [k for k, key in enumerate(keys) if self._archive.said(key) is None]
-        parts = [(base, changes, own, names, rows[PART * k : PART * (k + 1)]) for k in missing]
-        for k, part in zip(missing, self._workers.each(judge_units, parts), strict=True):
+        changes = {point: self._asked.space.changes(point) for point in points}
+        keys = {(point, k): base.key((*made, ("units", [count, k, sorted(own.items()), list(names)])), "units")
+                for point, made in changes.items() for k in range(0, count, PART)}
+        missing = [at for at, key in keys.items() if self._archive.said(key) is None]
+        given = [(base, changes[point], own, names, rows[k : k + PART]) for point, k in missing]
+        done, of, good = 0, sum(len(one[-1]) for one in given), 0
+        for at, part in zip(missing, self._workers.each(judge_units, given), strict=True):
             units = [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
-            self._archive.add(keys[k], changes, {"units": units})
-            good += sum(one.is_good for one in part)
-            self._progress(StudyState("units", min(count, PART * (k + 1)), count, good, {}))
-        for key in keys:
+            self._archive.add(keys[at], changes[at[0]], {"units": units})
+            done, good = done + len(part), good + sum(one.is_good for one in part)
+            self._progress(StudyState("units", done, of, good, {}, done))
+        found: dict[Point, list[UnitJudged]] = {point: [] for point in points}
+        for (point, _), key in keys.items():
             said = self._archive.said(key)
             assert said is not None
-            found += said["units"]
-        return [UnitJudged(good, tuple(broken), computed, values) for good, broken, computed, values in found]
+            found[point] += [UnitJudged(good, tuple(broken), computed, values)
+                             for good, broken, computed, values in said["units"]]
+        return found
 
 
 PART = 8

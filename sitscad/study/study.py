@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +35,7 @@ from sitscad.study.evaluating import Executor, Workers, judged
 from sitscad.study.evaluation import ARCHIVE, Archive, Evaluation
 from sitscad.study.running import IN_VAIN, Found, Progress, StudyRun
 from sitscad.study.space import Base, Changes, Point
-from sitscad.study.spreads import DRAWS, yield_of
+from sitscad.study.spreads import DRAWS, Yield, yield_of
 
 
 @record(eq=False)
@@ -65,6 +67,11 @@ class StudyAnswer:
     def is_met(self) -> bool:
         """Whether a design keeps everything that is asked."""
         return bool(self.kept)
+
+    @property
+    def lacks_yield(self) -> bool:
+        """Whether a yield is asked that was not worked out."""
+        return self.asked.least_yield is not None and any(one.units is None for one in self.kept)
 
 
 @record(eq=False)
@@ -99,10 +106,12 @@ class Study:
         again: bool = False,
         progress: Progress | None = None,
         draws: int = DRAWS,
+        before_yields: Callable[[StudyAnswer], None] | None = None,
     ) -> StudyAnswer:
         """Evaluate designs and answer: by `executor`, whatever has `submit`, else by `jobs` processes (all processors
         if None). With a `folder` what was evaluated is kept in its archive, and taken from there where it still fits,
-        unless `again`. `draws` are the units of every kept design: a power of two, 0 for no yield.
+        unless `again`. `draws` are the units of every kept design: a power of two, 0 for no yield. `before_yields` is
+        told the answer before they are worked out, which takes minutes.
 
         The answer depends on study, seed and version alone.
         """
@@ -111,17 +120,30 @@ class Study:
         with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
             run = StudyRun(asked, workers, archive, progress)
             run.search()
-            kept, fallen = _all_kept(asked, run, draws)
-            least = answer.relaxation(asked, run.found)
-            chosen = kept[0].point if kept else least.point if least is not None else None
-            slices = _slices(asked, run, chosen)
-        found = run.found
+            said = _keeping(self._found(run.found), run, answer.kept_points(asked, run.found), {})
+            if not said.kept or not draws:
+                return said
+            if before_yields is not None:
+                before_yields(said)
+            return _with_yields(said, run, draws)
+
+    def _found(self, found: Found) -> StudyAnswer:
+        """The answer before designs are kept."""
+        asked = self.asked
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
-            least, answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
-            tuple(answer.front(asked, found)), kept,
-            tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)), fallen, chosen, slices,
+            answer.relaxation(asked, found), answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
+            tuple(answer.front(asked, found)), (), (),
         )
+
+
+def _keeping(said: StudyAnswer, run: StudyRun, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
+    """An answer with the designs that are kept, and what goes with them."""
+    asked, full = said.asked, said.found.full
+    kept = tuple(Kept(point, answer.changed(asked, point), full[point], yields.get(point)) for point in points)
+    chosen = points[0] if points else said.relaxation.point if said.relaxation is not None else None
+    texts = tuple(_text(asked, one, k) for k, one in enumerate(kept, 1))
+    return replace(said, kept=kept, texts=texts, chosen=chosen, slices=_slices(asked, run, chosen))
 
 
 def _slices(asked: Asked, run: StudyRun, through: Point | None) -> tuple[KeySlice, ...]:
@@ -132,32 +154,27 @@ def _slices(asked: Asked, run: StudyRun, through: Point | None) -> tuple[KeySlic
     return tuple(KeySlice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
 
 
-def _all_kept(asked: Asked, run: StudyRun, draws: int) -> tuple[tuple[Kept, ...], int]:
-    """The designs that are kept; where the units of one have too small a yield, the next one is looked at, until as
-    many fell as there are to be kept; and how many fell.
+def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
+    """An answer with the yields of its designs; where one has too small a yield, the next one is looked at, until as
+    many fell as there are to be kept.
     """
-    fallen: set[Point] = set()
-    while True:
-        found = [_kept(asked, run, point, draws) for point in answer.kept_points(asked, run.found, fallen)]
-        kept = tuple(one for one in found if _is_kept(asked, one))
-        is_last = len(kept) == len(found) or len(fallen) >= asked.keep
-        fallen |= {one.point for one in found if not _is_kept(asked, one)}
-        if is_last:
-            return kept, len(fallen)
-
-
-def _kept(asked: Asked, run: StudyRun, point: Point, draws: int) -> Kept:
-    def broken(values: Mapping[str, float]) -> tuple[str, ...]:
-        return answer.limits_broken(asked, values)
-
-    units = yield_of(run.units(point, draws), broken) if draws else None
-    return Kept(point, answer.changed(asked, point), run.found.full[point], units)
-
-
-def _is_kept(asked: Asked, one: Kept) -> bool:
-    """Whether a design has the yield that is required."""
+    asked, fallen = said.asked, set[Point]()
+    yields: dict[Point, Yield] = {}
     limits = [each for each in asked.require if each.measure == "yield"]
-    return one.units is None or all(each.holds(one.units.share) for each in limits)
+    points = [one.point for one in said.kept]
+    while True:
+        units = run.units([point for point in points if point not in yields], draws)
+        yields |= {point: yield_of(judged, partial(answer.limits_broken, asked)) for point, judged in units.items()}
+        low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
+        is_last = not low or len(fallen) >= asked.keep
+        fallen |= low
+        if is_last:
+            break
+        points = answer.kept_points(asked, run.found, fallen)
+    if not fallen:
+        return replace(said, kept=tuple(replace(one, units=yields[one.point]) for one in said.kept))
+    kept = [point for point in points if point not in low]
+    return _keeping(replace(said, fallen=len(fallen)), run, kept, yields)
 
 
 def _text(asked: Asked, one: Kept, number: int) -> str:

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import random
+import shlex
 import signal
 import subprocess
 import sys
@@ -23,7 +24,7 @@ import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
-from sitscad.study.answer_text import answer_json, answer_text, yield_words
+from sitscad.study.answer_text import answer_json, answer_text, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
@@ -116,14 +117,19 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
 
     first = []
 
-    def units(run, point, count):
-        first.append(point)
-        return [Unit(point != first[0], () if point != first[0] else ("SIT202",), True, {"inductance": 3e-6})] * count
+    def units(run, points, count):
+        first.extend(points)
+        return {point: [Unit(point != first[0], () if point != first[0] else ("SIT202",), True, {"inductance": 3e-6})]
+                * count for point in points}
 
     monkeypatch.setattr(StudyRun, "units", units)
     text = STUDY.replace('">= 2.5 uH"}', '">= 2.5 uH", yield: ">= 95 %"}')
     (folder / "study.yaml").write_text(text)
-    answer = sitscad.Study.load(folder / "study.yaml").run(draws=16)
+    early = []
+    answer = sitscad.Study.load(folder / "study.yaml").run(draws=16, before_yields=early.append)
+    assert "It can be met but for the yield that is asked (>= 95 %), which is not known" in answer_text(early[0])
+    assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
+    assert "best of maximize" in yields_text(answer, "x", early[0]) and "best of maximize" not in yields_text(answer, "x", answer)
     assert answer.fallen == 1 and answer.kept and first[0] not in {one.point for one in answer.kept}
     assert "too small a yield: 1" in answer_text(answer)
 
@@ -147,6 +153,29 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
     assert said["relaxation"]["lets_go"]["inductance"]["measured"] == approx(best, rel=1e-12)
     told = capsys.readouterr().out
     assert "No design was found" in told and "1 mH is asked" in told and "let go of inductance" in told
+
+
+def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
+    folder, capsys, monkeypatch
+):
+    from sitscad.study.running import StudyRun
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(folder)
+    (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 11.5,"))
+    with monkeypatch.context() as patch:
+        patch.setattr(StudyRun, "units", interrupted)
+        assert run(["design", "study.yaml", "--jobs", "1", "-o", "the out", "--again"]) == 130
+    early = capsys.readouterr()
+    assert early.out.startswith("It can be met: 8 of 8 designs") and "Next:" not in early.out
+    command = "sitscad design study.yaml -o 'the out' --jobs 1"
+    assert f"goes on from there: {command}\n" in early.err and (folder / "the out/designs/1.yaml").exists()
+    assert run([*shlex.split(command)[1:], "--no-yield"]) == 0
+    whole = capsys.readouterr()
+    assert whole.out.startswith(early.out) and "sitscad build 'the out'" not in early.out
+    assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
 def _lines(folder):
