@@ -6,10 +6,14 @@ import math
 from collections.abc import Iterable, Iterator
 from xml.sax.saxutils import escape
 
-from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet
+from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet, text_width
 from sitscad.geometry.path import TWO_PI, Arc, Path, Point
 from sitscad.units import decimal
 
+LINE = 30
+"""Characters from which on a text keeps the width in which it was broken, whatever font a machine takes for Helvetica:
+in a wider one a drawing's notes ran over its frame.
+"""
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 
 
@@ -99,6 +103,8 @@ class _Paper:
             look += f" stroke='#ffffff' stroke-width='{self.number(label.halo)}' paint-order='stroke'"
         if label.bold:
             look += " font-weight='bold'"
+        elif len(label.text) > LINE:
+            look += f" textLength='{self.number(text_width(label.text, label.size))}' lengthAdjust='spacingAndGlyphs'"
         return (
             f"<text transform='translate({self.xy(label.at)}){turn}' font-size='{self.number(label.size)}' "
             f"text-anchor='{label.anchor}' fill='{label.colour}'{look}>{escape(label.text)}</text>"

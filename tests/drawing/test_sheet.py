@@ -10,9 +10,10 @@ import xml.etree.ElementTree as ET
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tolerance import approx
 
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.sheet import Pen, Sheet, flattened
+from sitscad.drawing.sheet import Pen, Sheet, flattened, text_width
 from sitscad.drawing.svg import path_data, svg
 from sitscad.geometry.path import Arc, Path, Point, circle, closed_polygon, polar, polyline, rectangle
 
@@ -55,6 +56,14 @@ def test_full_circles_are_circles_and_dashed_ones_begin_where_they_were_drawn():
     half = Sheet("half", (40.0, 30.0))
     half.draw(Path(circle(Point(10.0, 12.0), 3.0).segments[:1]), Pen())
     assert "<circle" not in svg(half)
+
+
+def test_a_long_line_keeps_its_width_in_every_font():
+    """In DejaVu, which machines without Arial take, notes ran over a drawing's frame."""
+    sheet = Sheet("notes", (140.0, 30.0))
+    line = "7. Finish on bare contacts: nickel and immersion gold"
+    sheet.text(5.0, 5.0, line, 2.0)
+    assert float(element(sheet, "text").get("textLength")) == approx(text_width(line, 2.0), rel=1e-3)
 
 
 @settings(deadline=None)  # the first example imports svgpathtools
