@@ -141,6 +141,8 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
     """
     if text.startswith(SIMULATED):
         path, _, query = text.removeprefix(SIMULATED).partition("?")
+        if not path:
+            raise ValueError("sim: names no spec: sim:sensor.yaml, or sim: and the folder of a package")
         own = design_of(path)
         if design is not None and own.spec == design.spec:
             own = design  # what is worked out of it is worked out once

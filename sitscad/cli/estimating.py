@@ -250,7 +250,7 @@ MANY = 200
 
 
 @click.command(cls=Example, example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
-@click.argument("spec", type=click.Path())
+@click.argument("spec", required=False, metavar="SPEC", type=click.Path())
 @click.argument("data", required=False, type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
 @click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
@@ -263,7 +263,7 @@ MANY = 200
               help="How long the pad rests under a load before it is read (--from).  [default: 10; sim: 0]")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
 def calibrate(
-    spec: str, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None,
+    spec: str | None, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None,
     creep: float | None, cell: int | None,
 ) -> int:
     """Plan a calibration, or fit the points of DATA.
@@ -302,6 +302,9 @@ def calibrate(
     from sitscad.inspection import as_configured
     from sitscad.report.calibration import calibration_text
 
+    if spec is None:
+        like = f", as in `sitscad calibrate sensor.yaml --from {source}`" if source else ""
+        raise click.UsageError(f"SPEC, the sensor that is calibrated, is missing{like}.")
     if data is not None and source is not None:
         raise click.UsageError("DATA was taken before, --from takes points now: one of both")
     if rotation not in (None, "held", "free"):

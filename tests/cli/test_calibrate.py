@@ -31,6 +31,13 @@ def test_wrong_usage(run, pair, arguments, words):
     assert done.code == 2 and words in done.err
 
 
+def test_a_source_is_not_the_spec_that_is_calibrated(run):
+    done = run("calibrate", "--from", "sim:pair.yaml")
+    assert done.code == 2 and "SPEC, the sensor that is calibrated, is missing" in done.err
+    done = run("read", "sim:?seconds=2")
+    assert done.code == 2 and "sim: names no spec" in done.err
+
+
 def test_a_coil_alone_has_nothing_to_calibrate(run, pair, tmp_path):
     (tmp_path / "alone.yaml").write_text("\n".join((tmp_path / pair).read_text().splitlines()[:5]) + "\n")
     done = run("calibrate", "alone.yaml")
