@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Protocol
 
 from sitscad.calibration.unknowns import usual
@@ -13,6 +13,9 @@ from sitscad.readout import ldc_registers as at
 from sitscad.record import record
 
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
+
+NOTHING_NEW = 4
+"""Polls without anything new after which a converter is asked for its settings, as the driver in C does."""
 
 
 class Chip(Protocol):
@@ -52,6 +55,8 @@ class Board:
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
+        self.places = design.converter.places(len(self.bands))
+        self.idle = [0] * len(chips)
         self.past: dict[int, tuple[int, int, int | None]] = {}
 
     @property
@@ -80,10 +85,14 @@ class Board:
             if (chip.read(register.address) ^ register.value) & kept
         ]
 
-    def keep_settings(self) -> None:
-        """Set up again what lost its settings, and count it."""
+    def keep_settings(self, new: Collection[int]) -> None:
+        """After a poll that found these coils new: ask a converter that had nothing new for so many polls for its
+        settings, set up again one that lost them, and count it.
+        """
+        heard = {place.converter for k, place in enumerate(self.places) if k in new}
         for number in range(len(self.chips)):
-            if not self.is_set(number):
+            self.idle[number] = 0 if number in heard else self.idle[number] % NOTHING_NEW + 1
+            if self.idle[number] == NOTHING_NEW and not self.is_set(number):
                 self._set_up(number)
                 self.restarts += 1
 
@@ -93,10 +102,10 @@ class Board:
 
     def poll(self, time: float) -> dict[int, CoilReading]:
         """The coils that are new, by their place in the design."""
-        found, places = {}, self.design.converter.places(len(self.bands))
+        found = {}
         for number, chip in enumerate(self.chips):
             status = chip.read(at.STATUS)
-            for coil, place in enumerate(places):
+            for coil, place in enumerate(self.places):
                 if place.converter == number and status & at.UNREAD >> place.number:
                     upper, lower = chip.read(2 * place.number), chip.read(2 * place.number + 1)
                     counts = (upper & at.DATA_MASK) << 16 | lower

@@ -20,29 +20,25 @@ from sitscad.version import __version__
 Scan = dict[int, CoilReading]
 """The newest result of every coil, by its place in the design."""
 
-NOTHING_NEW = 4
-"""Polls without anything new after which the converters are asked for their settings, as the driver in C does."""
+LATE = 3.0
+"""Times as long as a scan takes after which nobody waits for a coil any more."""
 
 
 def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
-    """Scans until the time of the source is over; converters that lost their settings are set up again. Raises OSError
-    where one does not answer.
+    """Scans until the time of the source is over: whole ones, of a converter with fewer coils than another, which is
+    faster, its newest results; one that lacks a coil for `LATE` times as long as a scan takes comes without it.
+    Converters that lost their settings are set up again. Raises OSError where one does not answer.
     """
-    idle, scan, pause = 0, Scan(), 0.25 / board.design.estimates.readout.scan_rate
+    scan, rate, began = Scan(), board.design.estimates.readout.scan_rate, 0.0
     while source.now() < seconds:
         new = board.poll(source.now())
-        idle = 0 if new else idle + 1
-        if idle == NOTHING_NEW:
-            idle = 0
-            board.keep_settings()
-        for coil, reading in new.items():
-            if coil in scan:
-                yield scan
-                scan = Scan()
-            scan[coil] = reading
-        source.wait(pause)
-    if scan:
-        yield scan
+        board.keep_settings(new)
+        began = began if scan else source.now()
+        scan |= new
+        if len(scan) == len(board.bands) or (scan and source.now() - began > LATE / rate):
+            yield scan
+            scan = Scan()
+        source.wait(0.25 / rate)
 
 
 TARES = 16

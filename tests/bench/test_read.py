@@ -43,6 +43,23 @@ def _diagnosed(design: sitscad.Design, seconds: float = 0.5, **given: object) ->
     return {one.name: (one.verdict, one.said) for one in found}
 
 
+def test_scans_are_whole_though_one_converter_is_faster_than_another():
+    """Four coils on one and two on the other: half of the scans lacked coils, and the log called these stale."""
+    design = sitscad.Design(sitscad.load(TEMPLATES / "skin_strip_6.yaml"))
+    simulated, _ = source_of(f"sim:{TEMPLATES}/skin_strip_6.yaml", design)
+    board = Board(design, simulated.chips)
+    board.set_up()
+    found = list(scans(board, simulated, 0.1))
+    assert {len(scan) for scan in found} == {6}
+    assert len(found) == approx(0.1 * design.estimates.readout.scan_rate, rel=0.1)
+    simulated.chips[1].reset()  # while the other goes on
+    found = list(scans(board, simulated, 0.2))
+    assert board.restarts == 1 and len(found[-1]) == 6
+    board.keep_settings = lambda new: None
+    simulated.chips[1].reset()
+    assert [set(scan) for scan in scans(board, simulated, 0.3)][1:3] == [{0, 1, 2, 3}] * 2
+
+
 def test_a_sound_board_does_all_that_it_must(design):
     found = _diagnosed(design)
     assert {name for name, (verdict, _) in found.items() if verdict != MET} == {"order of coils"}
