@@ -132,8 +132,10 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         f"{second}."
     )
     yield (
-        "In this folder build the example, or open it as an Arduino sketch (firmware.ino), or build zephyr/. The "
-        "second line is for trying it without a board:\n"
+        "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
+        "built in the package foreign to it. There build the example, or open it as an Arduino sketch (firmware.ino), "
+        "or build zephyr/. The last line is for trying it without a board:\n"
+        f"cp -r .. ../../{spec.name}-bench && cd ../../{spec.name}-bench/firmware\n"
         "cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm\n"
         "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
     )

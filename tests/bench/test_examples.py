@@ -286,6 +286,7 @@ def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
     assert re.findall(r"^ ?(\d+)\. ", text, re.M) == [str(k) for k in range(1, 11)]
     for coil, metered in zip(design.estimates.coils, design.bench_estimates.metered, strict=True):
         assert f"  {coil.name}    L {metered.inductance * 1e6:.4g} uH" in text
+    assert "      cp -r .. ../../" in text  # nothing is put into the package, which `verify` would refuse
     for command in re.findall(r"^      (cc .*)$", text, re.M):  # as they stand: the last is that without a board
         _made(["sh", "-c", command.replace("-o sensor", f"-o {tmp_path}/sensor")], pad.folder)
     assert len(_made([tmp_path / "sensor", "-", "1"], tmp_path).splitlines()) == 7
