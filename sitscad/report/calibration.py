@@ -45,9 +45,10 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
     head = ["point", *(f"{name} N" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
     rows = []
+    numbers = np.cumsum(~points.at_rest)  # as in the figure and in the plan: tares are not counted
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
         foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in alone]
-        rows.append(["tare" if points.at_rest[k] else str(k), *(f"{one:.3f}" for one in load),
+        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in load),
                      *(f"{off:+.3f}" for off in force - load), *foretold])
     return head, rows
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +24,7 @@ from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
 from sitscad.package.contents import calibration_files
 from sitscad.physics.polynomials import exponents, monomials, spread
+from sitscad.report.calibration import calibration_page
 from sitscad.scene.motions import read_motions
 from sitscad.spec import templates
 from tests.oracles.bench import simulated
@@ -165,6 +168,17 @@ def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
     assert b"NOT calibrated" in calibration_files(foretold)["calibration.h"]
     with pytest.raises(ValueError, match="no map"):
         map_of({"map": {"axes": ["normal"]}})
+
+
+def test_table_and_figure_of_the_page_number_the_points_alike(calibrated):
+    """Where a tare stood between the points the table counted it, the figure did not."""
+    rows = np.array([0, 1, 2, 0, *range(3, len(calibrated.points))])
+    fit = replace(calibrated.fit, force_errors=calibrated.fit.force_errors[rows])
+    page = calibration_page(replace(calibrated, points=calibrated.points.part(rows), fit=fit)).decode()
+    figure, _, table = page.partition("<h2>Points</h2>")[2].partition("</figure>")
+    counted = list(map(str, range(1, len(rows) - 1)))
+    assert re.findall(r">(\d+)</text>", figure)[-len(counted):] == counted
+    assert re.findall(r"<td>(\d+|tare)</td>", table) == ["tare", "1", "2", "tare", *counted[2:]]
 
 
 def test_the_document_keeps_to_its_published_schema(foretold, calibrated):
