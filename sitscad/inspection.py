@@ -50,19 +50,22 @@ ALL = CheckOptions()
 
 
 def inspect(
-    path: str, hints: str = DECISIVE, options: CheckOptions = ALL, draws: bool = False, draws_fit: bool = False
+    path: str, hints: str = DECISIVE, options: CheckOptions = ALL, draws: bool = False, draws_fit: bool = False,
+    least: Severity = Severity.NOTE,
 ) -> Inspection:
     """Load, check and judge one spec (``-`` is standard input); what keeps it from being read is a finding too.
 
     `hints` is what is tried for hints, as in `check`; `draws` asks for the board in letters, `draws_fit` for the
-    drawing of what does not fit. Raises `PolicyError` for a configuration that cannot be used.
+    drawing of what does not fit; nothing is tried for findings milder than the `least`, whose hints nobody reads.
+    Raises `PolicyError` for a configuration that cannot be used.
     """
     policy = policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
-    return _inspected(spec, hints, policy, options, draws, draws_fit)
+    # where a configuration gives rules other weights, a note may be shown as an error
+    return _inspected(spec, hints, policy, options, draws, draws_fit, Severity.NOTE if policy.severity else least)
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
@@ -77,11 +80,12 @@ def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOpti
 
 
 def _inspected(
-    spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False
+    spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False,
+    least: Severity = Severity.NOTE,
 ) -> Inspection:
     """One spec checked under a policy, with its pictures where they are wanted."""
     design = Design(spec)
-    checked = _checked(spec, reviewed(design, hints))
+    checked = _checked(spec, reviewed(design, hints, least))
     wanted = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked

@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import os
 import shutil
+import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -15,6 +16,10 @@ import pytest
 
 # Two threads of linear algebra in each of two test processes wait for each other more than they work
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Programs that a test interrupts listen to Ctrl-C even where these tests themselves run in the background, which do not
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).parents[1]
 TEMPLATES = ROOT / "templates"

@@ -90,20 +90,20 @@ def check(
     return judged(Design(spec, layout, estimates), hints)
 
 
-def judged(design: Design, hints: str | None = DECISIVE) -> CheckResult:
+def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE) -> CheckResult:
     """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
-    otherwise, but that findings have no hint of their own where `hints` is None.
+    otherwise, but that no hint is searched for where a finding is milder than the `least`, for none where that is None.
     """
-    budget = Budget.of(HINTS[0] if hints is None else hints, design.spec)
+    budget = Budget.of(hints, design.spec)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():
-        found, undecided = outcomes(rule, design, hints is not None)
+        found, undecided = outcomes(rule, design, least)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
     if not any(outcome.finding.severity is Severity.ERROR for outcome in said):
         budget = budget.for_warnings()
-    findings = Trials(design, all_rules(), said, not_checked, budget).advised()
+    findings = Trials(design, all_rules(), said, not_checked, budget).advised(least)
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     x0, y0, x1, y1 = bounding_box([design.layout.outline])

@@ -142,7 +142,7 @@ class _Search:
         wrong = tuple(
             rule.id
             for rule in self._rules
-            if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, design, hints=False)[0])
+            if any(finding.severity is Severity.ERROR for finding in apply_rule(rule, design, least=None)[0])
         )
         return f"(it was tried; {fail(wrong)} then, for other reasons)" if wrong else "(it was tried)"
 

@@ -144,18 +144,20 @@ is tried for their hints, for what is tried is a whole sensor.
 """
 
 
-def apply_rule(rule: Rule, design: Design, hints: bool = True) -> tuple[list[Finding], list[NotChecked]]:
+def apply_rule(rule: Rule, design: Design, least: Severity | None = Severity.NOTE) -> tuple[list[Finding], list[NotChecked]]:
     """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints,
-    and without `hints` none is looked for.
+    and none is looked for where a finding is milder than the `least`, of all where that is None.
     """
-    found, undecided = outcomes(rule, design, hints)
+    found, undecided = outcomes(rule, design, least)
     return [located(outcome.finding, design.spec) for outcome in found], undecided
 
 
-def outcomes(rule: Rule, design: Design, hints: bool = True) -> tuple[list[Outcome], list[NotChecked]]:
-    """What one rule finds, and what it could not check; without `hints` none is looked for."""
+def outcomes(
+    rule: Rule, design: Design, least: Severity | None = Severity.NOTE
+) -> tuple[list[Outcome], list[NotChecked]]:
+    """What one rule finds, and what it could not check; hints are looked for as in `apply_rule`."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        said, unsaid = outcomes(rule, design.one, hints)
+        said, unsaid = outcomes(rule, design.one, least)
         named_so = (replace(one.finding, message=f"cell {design.weakest_cell}: {one.finding.message}") for one in said)
         return [Outcome(each) for each in named_so], unsaid
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
@@ -169,7 +171,7 @@ def outcomes(rule: Rule, design: Design, hints: bool = True) -> tuple[list[Outco
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(named(rule, verdict, design.converter, hints), verdict.advice))
+            found.append(Outcome(named(rule, verdict, design.converter, least), verdict.advice))
     return found, undecided
 
 
@@ -179,11 +181,15 @@ JAW_BY_FILE_ALONE = (
 )
 
 
-def named(rule: Rule, complaint: Violation, converter: Converter, hints: bool = True) -> Finding:
+def named(
+    rule: Rule, complaint: Violation, converter: Converter, least: Severity | None = Severity.NOTE
+) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
-    hint = complaint.finds_hint() if hints and complaint.finds_hint is not None else complaint.hint
+    severity, hint = complaint.severity or rule.severity, complaint.hint
+    if complaint.finds_hint is not None and least is not None and severity.weighs(least):
+        hint = complaint.finds_hint()
     return Finding(
-        rule=rule.id, name=rule.name, severity=complaint.severity or rule.severity, message=complaint.message,
+        rule=rule.id, name=rule.name, severity=severity, message=complaint.message,
         hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,
         unit=complaint.unit, source=complaint.source or converter.cited_alone(rule.source), place=complaint.place,
         sigma=complaint.sigma, keeps_limit=complaint.keeps_limit, detail=complaint.detail,

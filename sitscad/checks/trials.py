@@ -44,16 +44,18 @@ class Trials:
         self._looks = Budget(LOOKS)
         self._drawn: list[tuple[SensorSpec, Design | None]] = []
 
-    def advised(self) -> list[Finding]:
-        """Every finding with the hint that its rule gives, once it can tell which changes mend it; the budget goes to
-        errors first, and among them in the order of the rules; of a large design little is for warnings beside errors.
+    def advised(self, least: Severity | None = Severity.NOTE) -> list[Finding]:
+        """Every finding of a `least` weight with the hint that its rule gives, once it can tell which changes mend it
+        (nothing is tried for milder ones); the budget goes to errors first, and among them in the order of the rules;
+        of a large design little is for warnings beside errors.
         """
         first = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
         found, is_refused = {}, bool(self._errors)
         for k in first:
             if is_refused and self._said[k].finding.severity is not Severity.ERROR:
                 self.budget, is_refused = self.budget.after_errors(self._design.spec), False
-            found[k] = self._advised(self._said[k])
+            is_wanted = least is not None and self._said[k].finding.severity.weighs(least)
+            found[k] = self._advised(self._said[k]) if is_wanted else located(self._said[k].finding, self._design.spec)
         return [found[k] for k in range(len(self._said))]
 
     def left(self, finding: Finding | None = None) -> _Left:
@@ -151,7 +153,7 @@ class Trials:
             if asking and not self.budget.spend(estimate_work(spec, same, self._design.estimates.is_solved)):
                 tried, asking = None, []
             for rule in asking:
-                if tried is None or tried.has_new_errors(*outcomes(rule, design, hints=False)):
+                if tried is None or tried.has_new_errors(*outcomes(rule, design, least=None)):
                     break
         self._known.append((changed, tried))
         return tried
@@ -163,7 +165,7 @@ class Trials:
         asking = []
         for rule in self._rules:
             try:
-                said = outcomes(rule, unestimated, hints=False)
+                said = outcomes(rule, unestimated, least=None)
             except _Asked:
                 asking.append(rule)
                 continue

@@ -102,7 +102,10 @@ def check(
     mended = []
     if fix or diff:
         mended = [mend(path, lambda _, remedy: unsafe_fixes or remedy.is_safe, hints, options) for path in paths]
-    work = functools.partial(inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings))
+    is_brief = format_name == "text" and not verbose and weight is not Severity.NOTE  # tells no hints of notes
+    shown = Severity.WARNING if is_brief else Severity.NOTE
+    work = functools.partial(
+        inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings), least=shown)
     inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:

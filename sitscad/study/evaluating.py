@@ -52,7 +52,7 @@ BY_BUILD = "by sitscad build"
 def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
     """What every rule says of a design, and these of its figures; configuration and comments count as in `check`."""
     design = Design(spec)
-    found = as_configured(spec, checked(design, None))
+    found = as_configured(spec, checked(design, "none", None))
     values, absent = figures(design, measures)
     return Evaluation(values, absent, breaches(found.findings, Severity.ERROR),
                       breaches(found.findings, Severity.WARNING), _undecided(found.not_checked), level)
@@ -169,10 +169,10 @@ def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding
     asked = {*BY_SPEC, *BY_TANK, *BY_FEELING, *(BY_BODY if in_line(design.spec) else ())}
     if rule.id not in asked:
         return None
-    found, undecided = apply_rule(rule, design, hints=False)
+    found, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
         return None
-    others = (apply_rule(rule, corner, hints=False)[0] for corner in corners if rule.id in BY_TANK)
+    others = (apply_rule(rule, corner, least=None)[0] for corner in corners if rule.id in BY_TANK)
     if any(_grave(other) != _grave(found) for other in others):
         return None
     return found

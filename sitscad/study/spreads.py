@@ -190,7 +190,7 @@ def judge_units(
 def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
     rules = [rule for rule in all_rules() if rule.id.startswith(KEPT_BY_UNITS)]
     try:
-        said = tuple(finding for rule in rules for finding in apply_rule(rule, design, hints=False)[0])
+        said = tuple(finding for rule in rules for finding in apply_rule(rule, design, least=None)[0])
         found = as_configured(design.spec, CheckResult(said, ()))
         values = {name: pair[0] for name, pair in figures(design, measures)[0].items()}
     except Exception:  # counted apart, and as not good: nothing is known of such a unit

@@ -169,7 +169,7 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
 def _other_complaints(design: Design) -> Counter[str]:
     """How often those rules complain that look at plates or body and need no electrical numbers."""
     asked = (rule for rule in (*room_in_jaw.RULES, *transduction.RULES) if rule.id in QUICK)
-    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design, hints=False)[0])
+    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design, least=None)[0])
     return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
 
 
