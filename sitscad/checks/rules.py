@@ -144,7 +144,9 @@ is tried for their hints, for what is tried is a whole sensor.
 """
 
 
-def apply_rule(rule: Rule, design: Design, least: Severity | None = Severity.NOTE) -> tuple[list[Finding], list[NotChecked]]:
+def apply_rule(
+    rule: Rule, design: Design, least: Severity | None = Severity.NOTE
+) -> tuple[list[Finding], list[NotChecked]]:
     """The findings of one rule, located in the spec's text, and what it could not check; nothing is tried for hints,
     and none is looked for where a finding is milder than the `least`, of all where that is None.
     """
