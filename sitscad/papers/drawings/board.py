@@ -90,7 +90,8 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the whole board, its body larger, the holes' table and the notes."""
     box = bounding_box([layout.outline])
     detail = detail_scale(layout.body_size, DETAIL[2:])
-    smaller = tuple(scale for scale in SCALES if scale < detail + 1e-9)  # the detail is no reduction
+    # the detail is a true enlargement, but of a skin whose body is drawn 1:1: half of that cannot be read
+    smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
     whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
