@@ -234,7 +234,7 @@ class Design:
 
     @cached_property
     def at_room_temperature(self) -> Design:
-        """The same design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
+        """This design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
         if self.estimates.temperature == ROOM_TEMPERATURE:
             return self
         from sitscad.estimates import estimated
@@ -299,7 +299,7 @@ class Design:
 
     @cached_property
     def bare(self) -> Design:
-        """The same design without the text that it was read from: comments and file name cannot change what is drawn
+        """This design without the text that it was read from: comments and file name cannot change what is drawn
         from it. Layout and estimates are this one's.
         """
         spec, source = without_text(self.spec), self.spec.source
@@ -379,8 +379,8 @@ def respond_to(
     derivatives: bool = False,
     by_elements: bool = False,
 ) -> Response:
-    """The same for poses, loads and load cases together, in this order; with the `derivatives` of the frequencies where
-    wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
+    """What the coils read at poses, loads and load cases together, in this order; with the `derivatives` of the
+    frequencies where wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
     """
     from sitscad.estimates.response.cases import in_cases, with_cases
     from sitscad.estimates.response.placed import require_possible

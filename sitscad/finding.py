@@ -195,7 +195,7 @@ class Finding:
 
     @property
     def advised_message(self) -> str:
-        """That with the hint in a line of its own, for forms that have no place for hints."""
+        """The message with the hint in a line of its own, for forms that have no place for hints."""
         return f"{self.whole_message}\nHint: {self.hint}" if self.hint else self.whole_message
 
 

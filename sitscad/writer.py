@@ -75,7 +75,7 @@ class Writer:
 
 
 def stored_zip(members: Mapping[str, bytes]) -> bytes:
-    """The same bytes on every machine of a ZIP archive of some files, in their order: nothing is compressed, because
+    """A ZIP archive, equal bytes on every machine, of some files, in their order: nothing is compressed, because
     what deflate makes differs between versions of zlib, and the date is the earliest that a ZIP can hold.
     """
     import zipfile  # a check writes none

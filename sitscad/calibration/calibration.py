@@ -84,7 +84,7 @@ class Calibration:
 
     @property
     def error_rows(self) -> tuple[tuple[str, ...], ...]:
-        """The same in words, a row a unit under a heading with the full scales."""
+        """The errors of every unit in words, a row a unit under a heading with the full scales."""
         full = self.map.full_scale
         head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
                                           for name, size in zip(self.map.axes, full, strict=True))

@@ -83,7 +83,7 @@ def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None 
 
 
 def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
-    """The same number of points, each exchanged for another while that adds something; the first stays."""
+    """As many points, each exchanged for another while that adds something; the first stays."""
     chosen = list(chosen)
     for _ in range(len(chosen)):
         before = list(chosen)

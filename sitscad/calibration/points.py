@@ -43,7 +43,7 @@ class Points:
 
     @property
     def settled(self) -> Points:
-        """The same with drift taken out: every point goes with the tare before it, the first ones with the first."""
+        """The points with drift taken out: every point goes with the tare before it, the first ones with the first."""
         tares = self.frequency[self.at_rest]
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
         return replace(self, frequency=self.frequency * self.rest / tares[number])

@@ -60,7 +60,7 @@ class Chart:
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
-    """The same as the model has it, each pose solved, the target as for performance."""
+    """Inductances and resistances by the model, each pose solved, the target as for performance."""
     parts = [model.respond(poses[k : k + AT_ONCE], within=model.pad_ends) for k in range(0, len(poses), AT_ONCE)]
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 
@@ -200,7 +200,7 @@ class Sensors:
         return max(self.chart.error, SOLVED_WELL)
 
     def about(self, errors: Array, sure: Array) -> Sensors:
-        """The same sensors, charted about one whose errors were found and are `sure` (of prior standard deviations)."""
+        """These sensors, charted about one whose errors were found and are `sure` (of prior standard deviations)."""
         fitted = np.array([one.is_fitted for one in self.known])
         return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
 

@@ -271,7 +271,7 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
             return size[0] / POINT, size[1] / POINT
 
         def points_to_pixels(self, points: Any) -> Any:
-            """The same: it works in points."""
+            """Points, unchanged: the sheet is measured in them."""
             return points
 
         def flipy(self) -> bool:

@@ -36,7 +36,7 @@ def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     solved: float | None = None,
 ) -> Estimates:
-    """The same of a layout whose spec is known to be right, or is one that is tried.
+    """Estimates of a layout whose spec is known to be right, or is one that is tried.
 
     `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
     """

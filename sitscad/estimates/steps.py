@@ -141,7 +141,7 @@ def tune(wound: Wound) -> Tuned:
 
 
 def with_solved_targets(tuned: Tuned, part: float | None = None) -> Tuned:
-    """The same with the target's effect solved, as in a response, where the states owe too much to its shares, or the
+    """Circuits with the target's effect solved, as in a response, where the states owe too much to its shares, or the
     `part` of it that is said. Shares of a target that would take too long are less sure.
     """
     shares = tuned.wound.shares

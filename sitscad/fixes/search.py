@@ -146,7 +146,7 @@ class Fix:
     brings: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """The same together with another fix, which was made for the spec that this one leaves."""
+        """This fix together with another, which was made for the spec that this one leaves."""
         told = " with ".join(words for words in (self.words, fix.words) if words)
         return Fix((*self.edits, *fix.edits), fix.spec, told)
 
@@ -170,12 +170,12 @@ def setting(spec: SensorSpec, key: str, value: object, written: str, said: str =
 
 
 def fail(rules: tuple[str, ...]) -> str:
-    """That rules fail, in words."""
+    """Words that say which rules fail."""
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
 
 
 def warn(rules: Iterable[str], already: Collection[str] = ()) -> str:
-    """That rules warn, in words: of more, those that do `already`."""
+    """Words that say which rules warn: of more, those that do `already`."""
     known = list(rules)
     new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
     said = ((new, ""), (more, " of more"))

@@ -50,7 +50,7 @@ class Line:
         return self.start.distance(self.end)
 
     def reversed(self) -> Line:
-        """The same segment walked the other way."""
+        """This segment walked the other way."""
         return Line(self.end, self.start)
 
     def at(self, fraction: float) -> Point:
@@ -111,7 +111,7 @@ class Arc:
         return self.radius * abs(self.sweep)
 
     def reversed(self) -> Arc:
-        """The same arc walked the other way."""
+        """This arc walked the other way."""
         return Arc(self.end, self.start, self.centre, not self.ccw)
 
     def at(self, fraction: float) -> Point:
@@ -199,7 +199,7 @@ class Path:
         return Path(self.segments + other.segments)
 
     def reversed(self) -> Path:
-        """The same path walked the other way."""
+        """This path walked the other way."""
         return Path(tuple(segment.reversed() for segment in reversed(self.segments)))
 
     def shifted(self, dx: float, dy: float) -> Path:

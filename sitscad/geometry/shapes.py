@@ -269,7 +269,7 @@ class Round(Outline):
 
     @property
     def area(self) -> float:
-        """That of a circle over its square."""
+        """The share of its square that a circle covers."""
         return math.pi / 4.0
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:

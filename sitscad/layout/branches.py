@@ -120,7 +120,7 @@ class Surroundings:
 
     @cached_property
     def joined(self) -> Hole:
-        """Such a via with the ends of the leads that meet there."""
+        """A via with the ends of the leads that meet there."""
         return joined_hole(self.spec.fpc.rules, self.bus.width)
 
     @cached_property

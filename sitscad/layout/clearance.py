@@ -97,7 +97,7 @@ class Copper:
 
     @classmethod
     def of(cls, tracks: Sequence[Track]) -> Copper:
-        """That of some tracks."""
+        """The table of some tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
         return cls(joined([track.pieces for track in tracks]), boxes, widths)
@@ -147,7 +147,7 @@ class Obstacles:
         return free
 
     def admitted(self, holes: Sequence[Hole]) -> list[Hole]:
-        """Those of some holes that keep their distance from what is there, each on its own."""
+        """The holes of some that keep their distance from what is there, each on its own."""
         if not holes:
             return []
         centres = np.array([hole.centre for hole in holes])

@@ -51,7 +51,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """The same of one strain, in the stiffness's unit."""
+        """The addition at one strain, in the stiffness's unit."""
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)

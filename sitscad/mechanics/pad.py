@@ -68,7 +68,7 @@ class Courses:
         return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
     def law_at(self, strain: float) -> Law:
-        """The same at one strain, in floats."""
+        """The law at one strain, in floats."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
         part, pieces = place - piece, self.pieces[piece].T.tolist()
@@ -344,7 +344,7 @@ class Pad:
     def _lack_of_one(
         self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """The same of one load, in floats: NaN where the plate has come down on the board."""
+        """Lack and slope of one load, in floats: NaN where the plate has come down on the board."""
         place, turn = there[:3], there[3:]
         square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
         if not place[2] > 0.0 or not math.isfinite(square):

@@ -141,7 +141,7 @@ class Block:
 
     @property
     def turned(self) -> Block:
-        """The same face, looked at along the other axis; no unit."""
+        """The face, looked at along the other axis; no unit."""
         return replace(self, along=self.across, across=self.along)
 
     @cached_property
@@ -255,7 +255,7 @@ class Compression:
         return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
 
     def at(self, strain: float) -> float:
-        """The same of one strain; no unit."""
+        """The force at one strain; no unit."""
         bound = min(max(strain, LEAST_STRAIN), MOST_STRAIN)
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 

@@ -240,7 +240,7 @@ def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
 
 
 def _inductance_step(readout: ReadoutEstimate, state: StateEstimate) -> str:
-    """That step in henries, of the inductance that the converter's formula makes."""
+    """A step of a reading in henries, of the inductance that the converter's formula makes."""
     if readout.conversion is None or state.converter_inductance is None:
         return "unknown"
     return show(readout.conversion.inductance_step(state.converter_inductance, state.frequency), "H", 2)

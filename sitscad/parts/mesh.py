@@ -33,7 +33,7 @@ class TriangleMesh:
     triangles: NDArray[np.int64]
 
     def on_bed(self) -> TriangleMesh:
-        """The same mesh moved into the positive octant, standing on z = 0, as printing programs expect."""
+        """The mesh moved into the positive octant, standing on z = 0, as printing programs expect."""
         return TriangleMesh(self.name, self.vertices - self.vertices.min(axis=0), self.triangles)
 
 

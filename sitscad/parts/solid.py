@@ -75,7 +75,7 @@ class Solid:
 
     @property
     def linear_rgb(self) -> tuple[float, float, float]:
-        """The same as light is counted (IEC 61966-2-1 undone), which is what glTF and build123d take."""
+        """The colour as light is counted (IEC 61966-2-1 undone), which is what glTF and build123d take."""
         red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in self.rgb)
         return red, green, blue
 

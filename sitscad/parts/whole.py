@@ -190,8 +190,8 @@ class FlatPlan:
     width: tuple[float, float]
 
     def laid(self, lower: float, upper: float) -> Any:
-        """It from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in millimetres.
-        Raises `PartsError` where nothing of the region is there, or it falls apart.
+        """The region from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in
+        millimetres. Raises `PartsError` where nothing of the region is there, or it falls apart.
         """
         pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
         if not pieces:

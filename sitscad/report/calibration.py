@@ -54,7 +54,7 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 
 def calibration_text(found: Calibration) -> str:
-    """The same in few lines, for a terminal."""
+    """The calibration in few lines, for a terminal."""
     what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
     lines = [f"{what}: {found.form.form.name}", *table(found.error_rows[0], found.error_rows[1:]), "", found.errors_are]
     if found.fit is not None:
@@ -68,7 +68,7 @@ def calibration_text(found: Calibration) -> str:
 
 
 def calibration_page(found: Calibration) -> bytes:
-    """The same as a page with a figure."""
+    """The calibration as a page with a figure."""
     name = escape(printable(found.map.sensor))
     parts = [
         f"<h1>Calibration of {name}</h1>", f"<p>{escape(found.form.form.name)}</p>",

@@ -393,7 +393,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
-    """The same for a page; nothing without rows."""
+    """The table for a page; nothing without rows."""
     from sitscad.drawing import web_page  # text needs none of it
 
     lines = [[str(cell) for cell in row] for row in rows]

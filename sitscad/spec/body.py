@@ -55,7 +55,7 @@ class BodySpec(Section):
 
     @property
     def written(self) -> str:
-        """It as it stands in a spec, lengths in millimetres."""
+        """The body as it stands in a spec, lengths in millimetres."""
         if self.shape == "dxf":
             return f"{{shape: dxf, file: {self.file}}}"
         x, y = (f"{side * 1e3:.9g}" for side in self.size or self.extent)

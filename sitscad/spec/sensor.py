@@ -338,7 +338,7 @@ class SensorSpec:
         return "_known" in self.__dict__
 
     def known(self, source: SpecSource) -> SensorSpec:
-        """The same, read from a source, and known to be right: for what resolves specs alone."""
+        """The spec, read from a source, and known to be right: for what resolves specs alone."""
         found = replace(self, source=source)
         found.__dict__["_known"] = True  # no field: what `dataclasses.replace` makes of it has to be looked at anew
         return found

@@ -112,8 +112,8 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
 
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:
-    """That which lets go of the fewest names, and of these lies least beyond them; None where one design keeps all, or
-    none can be drawn.
+    """The relaxation that lets go of the fewest names, and of these lies least beyond them; None where one design
+    keeps all, or none can be drawn.
     """
     best: tuple[int, float, int] | None = None
     chosen: Relaxation | None = None

@@ -31,7 +31,7 @@ def answer_text(said: StudyAnswer, folder: str = "") -> str:
 
 
 def found_text(said: StudyAnswer) -> str:
-    """That part of it which is known before yields are worked out."""
+    """The part of the answer that is known before yields are worked out."""
     return _joined(verdict_lines(said), _binding(said), _designs(said), trust_lines(said))
 
 

@@ -313,7 +313,7 @@ class Workers:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
-        """Those of all designs, in their order."""
+        """Evaluations of all designs, in their order."""
         left = deque(designs)
 
         def chunks() -> Iterator[Task]:

@@ -92,7 +92,7 @@ class StudyPage:
 
     @cached_property
     def figures(self) -> list[dict[str, float]]:
-        """Those of all points, by number."""
+        """Figures of all points, by number."""
         return [self.scaled(self.said.found.of(point)) for point in self.points]
 
     @cached_property

@@ -45,12 +45,12 @@ class Base:
 
     @classmethod
     def of(cls, spec: SensorSpec) -> Base:
-        """That of a spec as it was read."""
+        """The base of a spec as it was read."""
         return cls(spec.source.text, spec.source.path, policy_for(spec.source.path).profiles)
 
     @classmethod
     def opened(cls, path: str) -> Base:
-        """That of a file; raises `SpecError` where it is none."""
+        """The base of a file; raises `SpecError` where it is none."""
         policy = policy_for(path)
         return cls(opened(path, policy).source.text, path, policy.profiles)
 

@@ -94,7 +94,7 @@ def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
 
 
 def _jaw_in_the_way(design: Design) -> str:
-    """That the body stops growing about the coils at the jaw's end or sides, where it does."""
+    """Words for the end or sides of the jaw at which the body stops growing about the coils; none where it does not."""
     (x0, y0, x1, y1), (x, y), mount = design.layout.body, design.spec.array.middle, design.spec.mount
     beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
     if mount is None or mount.jaw is None or max(beside) < GRAIN:

@@ -365,7 +365,7 @@ def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> Elasto
 
 
 def _named_preset(found: ElastomerMaterial | None) -> str:
-    """That silicone in words; nothing where there is none."""
+    """A silicone in words; nothing where there is none."""
     if found is None:
         return ""
     known = f"{show(found.shear_modulus, 'Pa', 3)} +- {100.0 * found.shear_modulus_sigma:.0f} %"

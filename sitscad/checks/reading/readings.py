@@ -60,7 +60,7 @@ def sigmas_between(reading: Reading, limit: float) -> float | None:
 
 
 def in_sigmas(reading: Reading, limit: float, unit: str) -> str:
-    """The same in words: empty where it is unknown, or so much that nobody needs to count."""
+    """A count of standard deviations in words: empty where it is unknown, or so much that nobody needs to count."""
     count = sigmas_between(reading, limit)
     if count is None or reading.sigma is None or count > COUNTED:
         return ""

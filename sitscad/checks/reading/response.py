@@ -113,7 +113,7 @@ def _is_lost(found: Sequence[Response]) -> bool:
 
 
 def _not_felt(deaf: Sequence[Response], best: Response, force: str) -> Violation:
-    """That no coil's change under a force is told from the noise."""
+    """The finding that no coil's change under a force is told from the noise."""
     return Violation(
         f"the sensor feels nothing: from rest to pressed by {force} no coil changes by the {TOLD_FROM_NOISE:g} sigma "
         "that tell a change from noise", severity=Severity.ERROR,

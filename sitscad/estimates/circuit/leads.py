@@ -70,7 +70,7 @@ class LeadEstimate:
         return float(self.resistances_at(np.array([frequency]), conductivity)[0])
 
     def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
-        """The same at every one of (n,) frequencies (Hz)."""
+        """Resistances (ohm) at (n,) frequencies (Hz), as `resistance_at`."""
         if not self.strips:
             return np.full(len(frequencies), self.via_resistance - self.spared)
         loss = _loss(self.strips, conductivity)
@@ -138,7 +138,7 @@ GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart 
 
 
 def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float) -> LeadEstimate:
-    """The same of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
+    """Figures of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
     copper = {layer.number: layer for layer in stackup.copper}
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:

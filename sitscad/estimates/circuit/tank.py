@@ -79,7 +79,7 @@ class CoilCircuit:
         return self.known[key]
 
     def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
-        """The same with the neighbours idle, where the state has them."""
+        """Both as in `own`, with the neighbours idle, where the state has them."""
         inductance, resistance = self.own(state, frequencies)
         if state not in self.neighbours:
             return inductance, resistance
@@ -91,7 +91,7 @@ class CoilCircuit:
         return self._curve(state, math.floor(math.log(frequency / LOWEST) / math.log(BAND)))(frequency)
 
     def terminals(self, state: str, frequencies: Array) -> Array:
-        """The same at (n,) frequencies (Hz): (2, n)."""
+        """Inductance (H) and resistance (ohm) at (n,) frequencies (Hz): (2, n)."""
         bands = np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
         found = np.empty((2, frequencies.size))
         for band in np.unique(bands).tolist():
@@ -126,7 +126,7 @@ class SmoothPair:
         return first / total, second / total
 
     def at(self, frequencies: Array) -> Array:
-        """The same at (n,) frequencies (Hz): (2, n)."""
+        """Inductance (H) and resistance (ohm) at (n,) frequencies (Hz): (2, n)."""
         near, weight, *values = np.array(self.points).T
         away = np.log(frequencies)[:, None] - near
         share = weight / np.where(np.abs(away) < 1e-12, 1e-300, away)

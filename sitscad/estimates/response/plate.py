@@ -99,7 +99,7 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
-    """The same with as few points as resolve the field of its own image, so far (m) away."""
+    """The surface with as few points as resolve the field of its own image, so far (m) away."""
 
     def count(length: float) -> int:
         return 4 + math.ceil(1.2 * length / distance)
@@ -204,7 +204,7 @@ class Plate:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Those at which it is solved (Hz)."""
+        """Frequencies (Hz) at which the plate is solved."""
         return self.solving.frequencies
 
     @property

@@ -240,7 +240,7 @@ class Reflection:
         return np.full(len(frequencies), self._share[0], dtype=np.complex128)
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
         return self._share
 
     def target_change(self, frequency: float) -> complex:
@@ -324,10 +324,9 @@ class Reflection:
 
 
 class SolvedReflection(Reflection):
-    """The same with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all coils,
-    (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil of
-    that `number`; `errors` of its own change
-    (H) and of its loss (ohm).
+    """A reflection with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all
+    coils, (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil
+    of that `number`; `errors` of its own change (H) and of its loss (ohm).
     """
 
     def __init__(
@@ -347,7 +346,7 @@ class SolvedReflection(Reflection):
         return np.asarray(like * (first + self._part(frequencies) * (last - first)))
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
-        """The same for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
         share = complex(self.shares(np.array([frequency]))[0])
         return share, share
 

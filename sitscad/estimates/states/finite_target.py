@@ -66,7 +66,7 @@ class TargetShares:
         return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
 
     def widened(self, part: float) -> TargetShares:
-        """The same of a target of whose effect a part should be solved and takes too long for that."""
+        """Shares of a target of whose effect a part should be solved and takes too long for that."""
         if not part:
             return self
         wider = WIDER_THIN if self.is_thin else WIDER

@@ -74,7 +74,7 @@ def winding_losses(spec: CoilSpec, coil: Coil, spirals: tuple[SpiralLayer, ...],
 
 def bent_loss(bent: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
               alike: int = 1) -> ProximityLoss:
-    """The same of sides and arcs (S/m), every side cut `cuts` times; `alike` as in `bent_winding_loss`."""
+    """Skin and proximity losses of sides and arcs (S/m), a side cut `cuts` times; `alike` as in `bent_winding_loss`."""
 
     def loss(tracks: Sequence[BentTrack]) -> ProximityLoss:
         sides = [mitred(track) for track in tracks]

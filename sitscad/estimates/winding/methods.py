@@ -91,7 +91,7 @@ def bent_track(winding: Winding, width: float) -> BentTrack:
 
 
 def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
-    """The same of any path: width, thickness and mid-plane in metres."""
+    """Straight sides and arcs of any path: width, thickness and mid-plane in metres."""
     segments = mitred_path(path, width).segments
     turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
     starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])

@@ -58,7 +58,7 @@ def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str
 
 
 def library_footprint(layout: Layout) -> str:
-    """The same footprint as a ``.kicad_mod`` file of the project's library."""
+    """The footprint as a ``.kicad_mod`` file of the project's library."""
     return node(f"footprint {quoted(FOOTPRINT_NAME)}", *ALONE, *_body(layout, "REF**", None)) + "\n"
 
 

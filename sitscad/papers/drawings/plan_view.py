@@ -74,7 +74,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 
 
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
-    """The same view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
+    """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
     box = _shown(layout, pieces)
     _plan(sheet, layout, pieces, placed(box, plan_scale(layout, room), room), box)

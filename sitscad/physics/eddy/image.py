@@ -46,7 +46,7 @@ class Folding:
 
 
 def folding(surface: Surface) -> Folding | None:
-    """That of a surface; None of one without such planes, or whose currents are parted otherwise."""
+    """The folding of a surface; None of one without such planes, or whose currents are parted otherwise."""
     mirrored = surface.mirrored
     if mirrored is None:
         return None

@@ -103,7 +103,7 @@ class SolvedTarget:
         return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
 
     def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """The same by systems that are solved for these poses alone."""
+        """The answer by systems that are solved for these poses alone."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses, among = self._driven_once(linked)
         for drive, response in zip(linked, responses, strict=True):

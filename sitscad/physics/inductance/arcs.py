@@ -93,7 +93,7 @@ def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """The same of pairs of the one's arcs and the other's sides."""
+    """Distances (n; m) of pairs of the one's arcs and the other's sides."""
     arcs = one.arcs
     return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
 

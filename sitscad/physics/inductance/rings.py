@@ -1,4 +1,7 @@
-"""A spiral winding as coaxial rings: the radii that its layers have at an azimuth, and the inductance of the rings."""
+"""A spiral winding as coaxial rings: the radii that its layers have at an azimuth, and the inductance of the rings.
+
+Two coaxial rings have their mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,7 @@ class MeanRings:
 
 
 def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
-    """Those of spiral layers (m) from the outside in, the last broken turn of each as its fraction."""
+    """The mean rings of spiral layers (m) from the outside in, the last broken turn of each as its fraction."""
     parts = [np.minimum(1.0, layer.turns - np.arange(math.ceil(layer.turns))) for layer in layers]
     radii = [layer.radius - layer.pitch * (np.arange(part.size) + 0.5 * part)
              for layer, part in zip(layers, parts, strict=True)]

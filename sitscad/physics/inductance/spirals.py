@@ -192,7 +192,7 @@ def _inverse_distance(squared: Array, levels_apart: float) -> Array:
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """The same (in units of length) of two spirals that wind against each other, and so cross."""
+    """The integral (in units of length) over two spirals that wind against each other, and so cross."""
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)

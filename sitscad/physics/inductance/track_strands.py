@@ -167,7 +167,7 @@ def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
 
 
 def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
-    """The same for pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
+    """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
     less = width**2 / 6.0 if count == 1 else 0.0
     return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
                   (np.zeros(1), np.full(1, -less)))
@@ -237,7 +237,7 @@ def pool(tracks: Sequence[Track]) -> Track:
 
 
 def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
-    """Those of all sides, and of all arcs, of tracks about their common centre; lengths in their size, no unit."""
+    """The kinds of all sides, and of all arcs, of tracks about their common centre; lengths in their size, no unit."""
     sides = [_sides(track) for track in tracks]
     arcs = [_arcs(track) for track in tracks]
     # Which direction each angle (rad) is, and the turns between directions.

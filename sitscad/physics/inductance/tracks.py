@@ -1,5 +1,7 @@
 """Inductance of tracks of straight sides and circular arcs: every filament pair closed or by a few Gauss points.
 
+Partial inductances after Ruehli (IBM J. Res. Dev. 16, 1972), summed over the pairs of a winding.
+
 What a track is stands in `track_strands`, pairs with arcs in `arcs`. Of straight sides strands and heights are as many
 as a pair's distance asks for; what the nearest still miss at open ends and at corners is alike at every size, so it is
 a table.
@@ -76,8 +78,8 @@ def sides_with_sides(one: Track, other: Track, pairs: Pairs, strands: tuple[int,
 
 
 def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
-    """The same of pairs of its sides so far `apart` (n; m) that squares of heights (m2) are all that layers differ in:
-    `pairs` count differently often at each.
+    """The integral (m) over pairs of its sides so far `apart` (n; m) that layers differ in squares of heights (m2)
+    alone: `pairs` count differently often at each.
     """
     far = apart > FAR * track.width
     return math.fsum(
@@ -107,7 +109,7 @@ def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smoo
 
 
 def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """The same (m) with one bundle of strands: parallel sides and inclined ones."""
+    """The sum (m) with one bundle of strands: parallel sides and inclined ones."""
     t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9

@@ -1,8 +1,9 @@
 """What direct current at a sharp corner has more than current that is even across both sides, alike at every size.
 
 A loop: forwards on the inside of the corner, back on the outside, gone within a width. Its stream function is known
-from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance is (`bend_squares`); the tables
-are what `python tests/validation/corner_flow.py` finds with it. Lengths are in widths of the track.
+from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance is (`bend_squares`; Hall, Thin
+Solid Films 1, 1967, has bends by such maps); the tables are what `python tests/validation/corner_flow.py` finds with
+it. Lengths are in widths of the track.
 """
 
 from __future__ import annotations
@@ -133,7 +134,7 @@ def tight_squares(turn: float, radius: float) -> float:
 
 @lru_cache(maxsize=256)
 def gentle_squares(turn: float, radius: float) -> float:
-    """The same in squares of a wider arc between straight sides, in which the current goes over into 1 / radius and
+    """Resistance in squares of a wider arc between straight sides, in which the current goes over into 1 / radius and
     back: turn (rad) over ln of the radii, and what is fitted for both ends.
     """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + _gentle(GENTLE[:, 1:4], turn, radius)

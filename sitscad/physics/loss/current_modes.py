@@ -51,7 +51,7 @@ class ProximityLoss:
         return float(self.resistance_ratios(np.array([frequency]))[0])
 
     def resistance_ratios(self, frequencies: Array) -> Array:
-        """The same at every one of (n,) frequencies (Hz)."""
+        """R(f) / R(0) at (n,) frequencies (Hz)."""
         omega = 2.0 * math.pi * frequencies[:, None]
         added = np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1)
         return np.asarray(1.0 + added / self.direct)

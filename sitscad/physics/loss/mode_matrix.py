@@ -185,7 +185,7 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | Non
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    """The same (no unit) of every track with itself (n, modes, modes)."""
+    """Logarithms (no unit) of every track with itself (n, modes, modes)."""
     found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()

@@ -93,9 +93,9 @@ def pad_squares(pad: float, drill: float) -> float:
 
 @lru_cache(maxsize=256)
 def teardrop_squares(pad: float, drill: float, reach: float) -> float:
-    """The same with a teardrop: tangents from the pad to a circle as wide as the track, `reach` from the pad's centre.
-    Within 0.08 squares: the current is taken as even over the pad's wide mouth, and as from one point in the wedge.
-    Falls back to `pad_squares` where the pad is no wider than the track or the reach ends inside it.
+    """Squares of a pad with a teardrop: tangents from the pad to a circle of the track's width, `reach` from its
+    centre. Within 0.08 squares: the current is taken as even over the pad's wide mouth, and as from one point in the
+    wedge. Falls back to `pad_squares` where the pad is no wider than the track or the reach ends inside it.
     """
     radius = pad / 2.0
     if radius <= 0.5 or reach <= radius:

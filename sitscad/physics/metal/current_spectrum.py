@@ -1,6 +1,7 @@
 """A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
 
-A spiral's harmonics about its axis are integrals along a radius in closed integrands; polygons: `polyline_spectrum`.
+Of a ring it is as in Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals along
+a radius in closed integrands; polygons: `polyline_spectrum`.
 """
 
 from __future__ import annotations
@@ -102,7 +103,7 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
 
 
 def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
-    """The same of a ring for every turn, where it is on average: what ends and slopes add is left out."""
+    """The spectrum of a ring for every turn, where it is on average: what ends and slopes add is left out."""
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
     known: dict[tuple[float, ...], Array] = {}
     for layer in layers:

@@ -59,7 +59,7 @@ class CoaxialRings:
         return self.spectra(wave_numbers, np.array([roof]), floor)[0]
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
-        """The same at several planes (m): (planes, wave numbers)."""
+        """The field's spectrum at several planes (m): (planes, wave numbers)."""
         k, z = wave_numbers[:, None], roofs[:, None, None]
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))
@@ -139,7 +139,7 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
 
 
 def magnetic_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
-    """The same for a plate of very high permeability that does not conduct, like ferrite: it draws the field in.
+    """The share for a plate of very high permeability that does not conduct, like ferrite: it draws the field in.
 
     Poles on its faces, of no sum, keep the magnetic potential on it constant; near its edge they grow like one over the
     root of the distance. On a disc every angular order stands alone, with the transforms j_l (l = m, m + 2 ... without
@@ -211,7 +211,7 @@ def share_error(plate: Plate, coil: CoaxialRings) -> float:
 
 
 def loss_share_error(plate: Plate, coil: CoaxialRings) -> float:
-    """The same (no unit) of a share of the loss, mostly from discs: small thick ones are given too much."""
+    """Relative error (no unit) of a share of the loss, mostly from discs: small thick ones are given too much."""
     thick, wide = _slenderness(plate, coil)
     return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
 

@@ -78,7 +78,7 @@ class CrowdingNearMetal:
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """The same at every one of (n,) frequencies (Hz)."""
+        """The changes (H, complex) at (n,) frequencies (Hz), as `change`."""
         if above is None and below is None:
             return np.zeros(frequencies.size, dtype=np.complex128)
         key = frequencies.tobytes(), above, below

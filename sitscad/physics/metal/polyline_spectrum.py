@@ -1,10 +1,10 @@
 """The waves of tracks along straight sides, mitred where they meet, and of the loops at their corners.
 
-An even current in a mitred side has its Fourier transform in closed form. What direct current does at a corner beyond
-that is a small loop of known moment (`corner_excess`); currents without sources are the curl of their moments, so a
-loop's waves are k times its moment, across the wave. Both are taken at directions that crowd about the sides' normals,
-where short waves lie. A coil's layers are one spiral, turned and mirrored, and so are their waves: an image has those
-of its original.
+An even current in a mitred side has its Fourier transform in closed form, as a polygon has (Lee and Mittra, IEEE
+Trans. Antennas Propag. 31, 1983). What direct current does at a corner beyond that is a small loop of
+known moment (`corner_excess`); currents without sources are the curl of their moments, so a loop's waves are k times
+its moment, across the wave. Both are taken at directions that crowd about the sides' normals, where short waves lie. A
+coil's layers are one spiral, turned and mirrored, and so are their waves: an image has those of its original.
 """
 
 from __future__ import annotations
@@ -239,7 +239,7 @@ class _Directions:
 
     @classmethod
     def of(cls, shapes: Sequence[Array]) -> _Directions:
-        """Those of tracks with such corners (n, 2) in metres."""
+        """The directions of tracks with such corners (n, 2) in metres."""
         sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
         length = np.hypot(sides[:, 0], sides[:, 1])
         normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi

@@ -70,7 +70,7 @@ class CheckedSpec:
         return sum(finding.severity == severity for finding in self.findings)
 
     def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
-        """The same without what these rules found; they count as not checked, for this reason."""
+        """The spec without what these rules found; they count as not checked, for this reason."""
         findings = tuple(finding for finding in self.findings if finding.rule not in rules)
         not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
         left_out = tuple(NotChecked(rule, reason) for rule in rules)
@@ -244,7 +244,7 @@ def finding_json(finding: Finding) -> dict[str, Any]:
 
 
 def _finite(value: object) -> object:
-    """The same with None for numbers that JSON has not."""
+    """Plain values with None for numbers that JSON has not."""
     if isinstance(value, Mapping):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

@@ -72,7 +72,7 @@ def _end(event: Event) -> Position:
 
 
 def _bounded(events: Iterator[Event]) -> Iterator[Event]:
-    """The same events, as long as they stay within the size and the plainness of a spec."""
+    """The events, as long as they stay within the size and the plainness of a spec."""
     documents = depth = count = 0
     for event in events:
         documents += isinstance(event, DocumentStartEvent)

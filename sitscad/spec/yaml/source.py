@@ -160,7 +160,7 @@ class Issue:
 
     @property
     def words(self) -> str:
-        """The same in one line: ``part number A-17, revision B, 2026-11-22``; empty where nothing is known."""
+        """All that is known in one line: ``part number A-17, revision B, 2026-11-22``; empty where nothing is known."""
         return ", ".join(text if name == "Date" else f"{name.lower()} {text}" for name, text in self.rows)
 
 
