@@ -128,14 +128,12 @@ class Design:
 
     @cached_property
     def weakest_cell(self) -> int:
-        """The number of the cell whose coils have the longest leads, and so the least signal; cells differ by nothing
-        else.
-        """
+        """The number of the cell with the least signal: of the longest leads, or the most webs."""
         if self.spec.cells is None:
             return 1
         from sitscad.estimates.cells import weakest_cell
 
-        return weakest_cell(self.estimates, self.spec.cells.coils)
+        return weakest_cell(self.spec, self.estimates)
 
     @property
     def one(self) -> Design:

@@ -139,7 +139,7 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10))}
-"""Rules about a target, its pad and what is felt, which judge one of alike cells: that with the longest leads. Nothing
+"""Rules about a target, its pad and what is felt, which judge one of alike cells: that with the least signal. Nothing
 is tried for their hints, for what is tried is a whole sensor.
 """
 

@@ -10,12 +10,13 @@ import math
 import numpy as np
 
 from sitscad.estimates.response.working_range import USUAL_STRAIN
+from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import REST
-from sitscad.spec.places import cell_specs, footprint, webs
+from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 AROUND = 1.5
@@ -28,22 +29,19 @@ mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way
 0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it: square pads 4 to 10 times as wide as
 thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py)."""
 
-WEB_STIFFENS = 0.25
-"""A web makes its pad stiffer by at most so many times its width over the pad's (by the same elements, 0.1 to 0.22)."""
-
-
 @record
 class CellCrosstalk:
     """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
     what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
-    through ``webs`` to its own target, all at most; ``stiffer`` is by what share of its stiffness webs hold a pad.
+    through ``webs`` to its own target, all at most; ``stiffer`` is by what share webs make the pads of cells stiffer,
+    the least held and the most.
     """
 
     target: float
     targets: float
     coils: float
     webs: float = 0.0
-    stiffer: float = 0.0
+    stiffer: tuple[float, float] = (0.0, 0.0)
 
     @property
     def total(self) -> float:
@@ -84,30 +82,29 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     matrix = np.array(estimates.inductance_matrix)
     cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
     coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
+    stiffer = min(web_stiffness(spec)) - 1.0, max(web_stiffness(spec)) - 1.0
     return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         float(coupled.sum(axis=1).max()), *through_webs(spec))
+                         float(coupled.sum(axis=1).max()), through_webs(spec), stiffer)
 
 
-def through_webs(spec: SensorSpec) -> tuple[float, float]:
-    """What the webs of one cell carry to its target at most, all neighbours pressed, and by how much they stiffen its
-    pad; a group feels the target's tilt, a coil in its middle does not.
+def through_webs(spec: SensorSpec) -> float:
+    """What the webs of one cell carry to its target at most, all neighbours pressed; a group feels the target's tilt, a
+    coil in its middle does not.
     """
-    pad, strips = spec.elastomer, webs(spec)
-    if pad is None or not strips or spec.cells is None or spec.cells.web is None:
-        return 0.0, 0.0
-    width, found = spec.cells.web / min(pad.size), []
-    felt = width * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
-    for middle in (footprint(cell, pad).centre for cell in cell_specs(spec)):
-        ends = [[abs(place - here) for place, here in zip(one.centre, middle, strict=True)] for one in strips]
-        lengths = [one.size[axis] for one, end in zip(strips, ends, strict=True) for axis in (0, 1)
-                   if end[1 - axis] < 1e-9 and end[axis] < 0.51 * (pad.size[axis] + one.size[axis])]
-        found.append((math.fsum(felt * math.exp(-WEB_DECAY * length / pad.thickness) for length in lengths),
-                      WEB_STIFFENS * width * len(lengths)))
-    most, stiffer = (max(column) for column in zip(*found, strict=True))
-    return most, stiffer
+    pad = spec.elastomer
+    if pad is None or spec.cells is None or spec.cells.web is None:
+        return 0.0
+    felt = spec.cells.web / min(pad.size) * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
+    lengths = [[length for length in cell.elastomer.webs[1:] if length] for cell in cell_specs(spec) if cell.elastomer]
+    return max(math.fsum(felt * math.exp(-WEB_DECAY * one / pad.thickness) for one in each) for each in lengths)
 
 
-def weakest_cell(estimates: Estimates, coils: int) -> int:
-    """The number, from 1, of the cell of so many coils whose leads are longest: alike cells differ by nothing else."""
-    leads = [coil.lead_inductance for coil in estimates.coils]
-    return 1 + max(range(len(leads) // coils), key=lambda k: math.fsum(leads[k * coils : (k + 1) * coils]))
+def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
+    """The number, from 1, of the cell that gives the least signal: alike cells differ by their coils' leads, whose
+    inductance the target does not change, and by how many webs hold their pads.
+    """
+    assert spec.cells is not None
+    parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]
+    own = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
+    signals = [part / stiffer for part, stiffer in zip(own, web_stiffness(spec), strict=True)]
+    return 1 + min(range(len(signals)), key=signals.__getitem__)

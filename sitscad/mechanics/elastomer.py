@@ -19,6 +19,7 @@ from functools import lru_cache
 
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
+from sitscad.mechanics.web_law import NO_WEBS, Webs
 from sitscad.record import record
 
 VALID_STRAIN = 0.30
@@ -83,13 +84,15 @@ class Face:
 @record
 class Surround:
     """What is around a loaded face: by how much the pad reaches beyond it (m; see `even_rim`), and the thickness (m),
-    shear modulus (Pa) and Ogden's exponent of a film that is bonded round pad and target.
+    shear modulus (Pa) and Ogden's exponent of a film that is bonded round pad and target, and the webs (their width in
+    m) that join the pad to its neighbours.
     """
 
     rim: float = 0.0
     film: float = 0.0
     film_modulus: float = 0.0
     film_exponent: float = NEO_HOOKEAN
+    webs: Webs = NO_WEBS
 
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
         """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; the exponent is
@@ -97,7 +100,8 @@ class Surround:
         """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
         film = self.film / thickness, self.film_modulus / shear_modulus
-        return pad_law.Block(*widths, float(face.round), rim, *film, exponent, self.film_exponent)
+        webs = replace(self.webs, width=self.webs.width / thickness)
+        return pad_law.Block(*widths, float(face.round), rim, *film, exponent, self.film_exponent, webs)
 
 
 BARE = Surround()

@@ -23,12 +23,14 @@ from sitscad.mechanics.motion import (
     Motion,
     angles,
     balance,
+    cross,
     exponentials,
     relative,
     rotation_vectors,
     rotations,
 )
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
+from sitscad.mechanics.web_law import NO_WEBS, Webs
 from sitscad.record import record
 from sitscad.solutions import solved
 
@@ -137,7 +139,8 @@ class Pad:
     Face and thickness in metres, moduli in pascals; `rim` by how much the pad reaches beyond the target on the average
     (m), `film` and `film_modulus` the thickness (m) and shear modulus (Pa) of a film round pad and target, bonded to
     both and to the board; `height` (m) from the target's near face to where loads act. `exponent` and `film_exponent`
-    are those of Ogden's rubber of one term, 2 being neo-Hookean; moduli are those at rest.
+    are those of Ogden's rubber of one term, 2 being neo-Hookean; moduli are those at rest. `webs` (their width in m)
+    join the pad to its neighbours; those of one side alone move the middle from which it holds the target.
     """
 
     face: Face
@@ -150,6 +153,7 @@ class Pad:
     height: float = 0.0
     exponent: float = NEO_HOOKEAN
     film_exponent: float = NEO_HOOKEAN
+    webs: Webs = NO_WEBS
 
     @cached_property
     def courses(self) -> Courses:
@@ -167,7 +171,7 @@ class Pad:
             raise ValueError("a pad needs positive widths, thickness and moduli")
         if min(self.rim, self.film, self.film_modulus, self.height) < 0.0:
             raise ValueError("a pad's rim, film and load height are 0 or more")
-        around = Surround(self.rim, self.film, self.film_modulus, self.film_exponent)
+        around = Surround(self.rim, self.film, self.film_modulus, self.film_exponent, self.webs)
         return around.block(self.face, h, self.shear_modulus, self.exponent)
 
     @property
@@ -191,7 +195,19 @@ class Pad:
         """What must hold the target at poses (n, 6; m, rad): force (N) and moment (N m) about the displaced middle of
         its near face, (n, 6) in board axes. NaN where the target has come down on the board.
         """
-        return self._held(relative(np.asarray(poses, dtype=float).reshape(-1, 6), self.thickness, self._share))
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+        if not self._middle.any():
+            return self._held(relative(poses, self.thickness, self._share))
+        arm = rotations(poses[:, 3:]) @ self._middle
+        moved = np.concatenate([poses[:, :3] + arm - self._middle, poses[:, 3:]], axis=1)
+        held = self._held(relative(moved, self.thickness, self._share))
+        held[:, 3:] += cross(arm, held[:, :3])
+        return held
+
+    @cached_property
+    def _middle(self) -> Array:
+        """Where the middle of what holds the target lies from the target's own (3,; m)."""
+        return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
 
     @cached_property
     def _share(self) -> float:
@@ -250,7 +266,7 @@ class Pad:
         whole = self.shear_modulus * self.face.area
         wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
         points = np.full((len(wanted), 3), self.height / self.thickness)
-        points[:, :2] = 0.0 if at is None else np.asarray(at) / self.thickness
+        points[:, :2] = (0.0 if at is None else np.asarray(at) / self.thickness) - self._middle[:2] / self.thickness
         turned = np.zeros_like(points)
         if turns is not None:
             turned[:] = turns
@@ -269,6 +285,8 @@ class Pad:
             found[lost] = self._followed(start[lost], wanted[lost], points[lost], free)
         found[:, 2] -= 1.0
         found[:, :3] *= self.thickness
+        if self._middle.any():
+            found[:, :3] += self._middle - rotations(found[:, 3:]) @ self._middle
         return found
 
     def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:

@@ -25,6 +25,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.mechanics.film_law import Film, film_hardening, films
+from sitscad.mechanics.web_law import NO_WEBS, WEB_SIGMA, Stiffer, Webs, stiffened
 from sitscad.record import record
 
 Number = TypeVar("Number", float, Array)
@@ -118,7 +119,8 @@ FLATTEST = 2.0
 class Block:
     """A loaded face on its pad, in thicknesses: its length along the axis looked at and across it, how `round` it is
     (0 a rectangle, 1 an ellipse), by how much the pad reaches beyond it on the average (`rim`), and the film round it:
-    `skin` its thickness, `skin_modulus` its shear modulus in the pad's. `exponent` and `skin_exponent` are Ogden's.
+    `skin` its thickness, `skin_modulus` its shear modulus in the pad's. `exponent` and `skin_exponent` are Ogden's;
+    `webs` hold the pad of a rectangle.
     """
 
     along: float
@@ -129,6 +131,7 @@ class Block:
     skin_modulus: float = 0.0
     exponent: float = NEO_HOOKEAN
     skin_exponent: float = NEO_HOOKEAN
+    webs: Webs = NO_WEBS
 
     @property
     def ogden(self) -> Ogden | None:
@@ -142,7 +145,12 @@ class Block:
     @property
     def turned(self) -> Block:
         """The face, looked at along the other axis; no unit."""
-        return replace(self, along=self.across, across=self.along)
+        return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
+
+    @cached_property
+    def stiffer(self) -> Stiffer:
+        """What webs make of the pad's stiffness; no unit."""
+        return stiffened(self.along, self.across, self.rim, self.webs)
 
     @cached_property
     def films(self) -> tuple[Film, Film, Film]:
@@ -213,6 +221,8 @@ def sigma(block: Block) -> float:
     doubted = max(part(block.shape_factor, DOUBTED_SHAPES), part(oblong, DOUBTED_OBLONG))
     of_exponent = OGDEN_SIGMA * abs(block.exponent - NEO_HOOKEAN) * max(1.0, block.flatness) ** 3
     bare = math.hypot(FIT_SIGMA * (1.0 + doubted), of_exponent)
+    if block.webs.width:
+        bare = math.hypot(bare, WEB_SIGMA * (1.0 - 1.0 / block.stiffer.press))
     if not block.rim and not block.skin:
         return bare
     law = compression(block)
@@ -290,7 +300,7 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
     elements (tests/validation/pad_figures.csv) over Lindley's law.
     """
     flat = block.flatness
-    modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65)
+    modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65) * block.stiffer.press
     surround = 0.13 * block.rim / 0.4 * math.exp(1.0 - block.rim / 0.4)
     first = -0.25 + 0.80 * flat - 0.040 * flat**2 - 0.129 * block.round * flat + surround
     second = -1.458 + 1.509 * flat - 0.462 * flat**2
@@ -305,7 +315,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     """
     a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
-    stiffness = rimmed(block, 1.19, 1.2, 1.4) / (1.0 + bent)
+    stiffness = rimmed(block, 1.19, 1.2, 1.4) / (1.0 + bent) * block.stiffer.shear
     column = compression_modulus(block) / a**2 * a / (2.735 + 0.0475 * a + 0.582 * block.oblongness)
     helped = 1.1 * math.exp(-((block.rim / 0.445) ** 1.85)) - 0.1 if block.rim else 1.0
     # three terms of its softening
@@ -343,7 +353,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     moment = (4.0 - block.round) / 48.0 * a * a
     sheared = 1.1255 + 0.0254 * block.round - oblong * (0.470 if oblong < 0.0 else 0.189)
     pressure = (1.0 - 0.2 * block.round) / (15.0 / a**2 + 3.58 / b**2)
-    stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35)
+    stiffness = 3.0 * moment * (sheared + pressure) * rimmed(block, 0.637, 1.15, 0.35) * block.stiffer.tilt
     power = 3.10 * flat / (flat + 0.434) - 0.291 * oblong + 0.033 * block.round + 0.6 * math.expm1(-block.rim / 0.5)
     film = block.films[2]
 
@@ -370,7 +380,7 @@ def twist(block: Block) -> float:
     flat = 1.0 / (1.0 + 1.0 / block.shape_factor**2)
     # the walls' shear stiffness along either axis, half a width away
     film = 0.25 * (a * a * block.turned.films[1].rest + b * b * block.films[1].rest)
-    return (warped + (polar - warped) * flat) * rimmed(block, 1.19, 1.2, 1.4) + film
+    return (warped + (polar - warped) * flat) * rimmed(block, 1.19, 1.2, 1.4) * block.stiffer.twist + film
 
 
 def frame_share(block: Block) -> float:

@@ -274,11 +274,13 @@ def _cells(layout: Layout, estimates: Estimates) -> Rows:
     cells = layout.spec.cells
     if cells is None:
         return []
-    number, crosstalk = weakest_cell(estimates, cells.coils), cell_crosstalk(layout, estimates)
+    number, crosstalk = weakest_cell(layout.spec, estimates), cell_crosstalk(layout, estimates)
     names, count = ", ".join(coil.name for coil in layout.cell(number).coils), len(cell_placements(layout.spec))
     return [
-        ("figures are of one cell, with the longest leads", f"cell {number} ({names}) of {count}"),
+        ("figures are of one cell, with the least signal", f"cell {number} ({names}) of {count}"),
         ("what a cell reads of all neighbours", NONE if crosstalk is None else f"at most {_share(crosstalk.total)}"),
+        *([("webs make pads stiffer by, cell by cell", " to ".join(_share(part) for part in crosstalk.stiffer))]
+          if crosstalk is not None and crosstalk.webs else []),
     ]
 
 

@@ -103,7 +103,7 @@ def pushed_document(
     """
     cells = layout.spec.cells
     if cells is not None:  # the cell that the data sheet is of
-        number = weakest_cell(estimates, cells.coils)
+        number = weakest_cell(layout.spec, estimates)
         layout, estimates = layout.cell(number), estimates.part((number - 1) * cells.coils, number * cells.coils)
     table, conversion = sheet.get("pushed"), estimates.readout.conversion
     spec = layout.spec

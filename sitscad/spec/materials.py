@@ -166,7 +166,8 @@ class Target(Section):
 class ElastomerPad(Section):
     """The soft pad between board and target.
 
-    Lengths are metres. Shape and size are None only until they are worked out.
+    Lengths are metres. Shape and size are None only until they are worked out. ``webs`` are those of one cell's pad:
+    their width and, where there are any, their lengths at its sides -x, +x, -y and +y, 0 at a side without one.
     """
 
     material: ElastomerMaterial = key(ElastomerChoice, "a silicone, or written out", "dragon-skin-10")
@@ -177,6 +178,7 @@ class ElastomerPad(Section):
     thickness: float = key(Thickness, "unloaded", 1)
     kerf: float = key(Kerf, "width of the laser's cut", 0.15)
     offset: tuple[float, float] = key(Pair(Offset), OFFSET, [0, 0])
+    webs: tuple[float, ...] = ()
 
     @property
     def outline(self) -> Outline:

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
@@ -19,11 +19,16 @@ def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
     """Every cell as a sensor of its own, with its coils in their places; the sensor itself where it has no cells."""
     if spec.cells is None:
         return (spec,)
-    is_line = spec.array.pattern == "line" and spec.cells.coils > 1
+    is_line, strips = spec.array.pattern == "line" and spec.cells.coils > 1, webs(spec)
     pattern = "line" if is_line else "single" if spec.cells.coils == 1 else "explicit"
     pitch = spec.array.pitch if is_line else None
-    arrays = (replace(spec.array, pattern=pattern, placements=one, pitch=pitch) for one in cell_placements(spec))
-    return tuple(replace(spec, cells=None, array=array) for array in arrays)
+    arrays = [replace(spec.array, pattern=pattern, placements=one, pitch=pitch) for one in cell_placements(spec)]
+    cells = (replace(spec, cells=None, array=array) for array in arrays)
+    pad = spec.elastomer
+    if pad is None or not strips:
+        return tuple(cells)
+    return tuple(replace(cell, elastomer=_joined(pad, _pad_centre(cell.array.placements, cell.array, pad), strips))
+                 for cell in cells)
 
 
 def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
@@ -33,6 +38,23 @@ def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
     return [placements[k : k + coils] for k in range(0, len(placements), coils)]
 
 
+def _pad_centre(coils: tuple[CoilPlacement, ...], array: ArraySpec, pad: ElastomerPad) -> Point:
+    """Where the pad of a cell's coils stands."""
+    (x, y), (dx, dy) = replace(array, placements=coils).middle, pad.offset
+    return Point(x + dx, y + dy)
+
+
+def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
+    """The pad of one cell with those of all cells' webs that end at its sides."""
+    lengths, width = [0.0] * 4, 0.0
+    for strip in strips:
+        ways = strip.centre.x - here.x, strip.centre.y - here.y
+        for axis, (way, aside) in enumerate((ways, ways[::-1])):
+            if abs(aside) < 1e-9 and abs(way) < 0.51 * (pad.size[axis] + strip.size[axis]):
+                lengths[2 * axis + (way > 0.0)], width = strip.size[axis], strip.size[1 - axis]
+    return replace(pad, webs=(width, *lengths) if width else ())
+
+
 def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
     """The strips that join the pads of neighbouring cells in a row or a column, from edge to edge; none where the pads
     stand apart or touch.
@@ -40,7 +62,7 @@ def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
     pad = spec.elastomer
     if spec.cells is None or spec.cells.web is None or pad is None:
         return ()
-    centres = sorted(footprint(cell, pad).centre for cell in cell_specs(spec))
+    centres = sorted(_pad_centre(coils, spec.array, pad) for coils in cell_placements(spec))
     found = []
     for along in (0, 1):
         rows: dict[int, list[Point]] = {}

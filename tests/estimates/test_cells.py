@@ -10,7 +10,10 @@ from tolerance import approx
 import sitscad
 from sitscad.design import Design, respond
 from sitscad.estimates.cells import through_webs
+from sitscad.estimates.response.pad import pushed, soft_pad
+from sitscad.estimates.response.working_range import normal_at
 from sitscad.estimates.states.finite_target import equivalent_rings
+from sitscad.estimates.states.pressing import formula_sigma, pressed
 from sitscad.scene.bodies import target_gap
 from tests.bench.conftest import TEMPLATES
 from tests.validation.two_targets import change
@@ -88,19 +91,38 @@ def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch
 
 def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
     """A coil in the middle feels the target's way, a group its tilt as well; a cell with two webs twice as much."""
-    def found(count: int, pitch: float, coils: int = 1) -> tuple[float, float]:
+    def found(count: int, pitch: float, coils: int = 1) -> float:
         array = f"{{pattern: line, count: {count}, pitch: {pitch}}}"
         return through_webs(design(array, f"cells: {{coils: {coils}, web: 2 mm}}").spec)
 
-    (near, stiffer), (far, _), (row, twice), (pair, _) = found(2, 12), found(2, 16), found(3, 12), found(4, 12, 2)
-    assert (near, stiffer) == approx((0.25 * 0.2 * math.exp(-0.95 * 2.0 / 1.5), 0.05), rel=1e-9)
+    near, far, row, pair = found(2, 12), found(2, 16), found(3, 12), found(4, 12, 2)
+    assert near == approx(0.25 * 0.2 * math.exp(-0.95 * 2.0 / 1.5), rel=1e-9)
     assert far == approx(near * math.exp(-0.95 * 4.0 / 1.5), rel=1e-9)
-    assert (row, twice) == approx((2.0 * near, 2.0 * stiffer), rel=1e-9)
+    assert row == approx(2.0 * near, rel=1e-9)
     assert pair == approx(1.2 * 0.2 * math.exp(-0.95 * 14.0 / 1.5), rel=1e-9)
-    assert through_webs(two.spec) == (0.0, 0.0)
+    assert through_webs(two.spec) == 0.0
     webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
     (said,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
     assert "through webs at most 1.4 %" in said.detail and said.severity.value == "warning"
+    assert "stiffer by 2.9 % to 2.9 %" in said.detail
+
+
+def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
+    """Of a row of three the middle one gives least way, and is the one that figures are of; elements say 5.9 and 3 %
+    (tests/validation/web_figures.csv). States are those of a mean pad, and their scatter knows that.
+    """
+    array = "{pattern: line, count: 3, pitch: 12}"
+    webs, apart = design(array, "cells: {web: 2 mm}"), design(array)
+    bare = soft_pad(apart.cell(1).spec)
+    ways = [pushed(webs.cell(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
+    free = bare.pose(np.array([[0.1, 0.0, 0.0]]), is_held=True)[0, 2]
+    assert [free / way - 1.0 for way in ways] == approx([0.03, 0.059, 0.03], rel=0.05)
+    assert webs.weakest_cell == 2
+    stated, middle, end = pressed(webs.spec).strain, *(pressed(webs.cell(k).spec).strain for k in (2, 1))
+    assert middle < stated < end < pressed(apart.spec).strain
+    assert formula_sigma(webs.spec) > formula_sigma(webs.cell(2).spec) > formula_sigma(apart.spec)
+    most, least = (normal_at(one.cell(2).spec, 0.3) for one in (webs, apart))
+    assert most / least == approx(1.059, rel=1e-3)
 
 
 def test_cells_that_overlap_or_nearly_touch_are_told():

@@ -44,8 +44,8 @@ class Bricks:
         materials: Mapping[str, tuple[float, float]],
         held: Sequence[tuple[np.ndarray, int, float]],
         pressed: Callable[[str, np.ndarray], float] = lambda _, __: 0.0,
-    ) -> tuple[np.ndarray, float]:
-        """Displacements (n, 3; m) and the force (N) along z on the nodes at z = 0. `materials` are Young's modulus (Pa)
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements (n, 3; m) and the forces (n, 3; N) that hold nodes. `materials` are Young's modulus (Pa)
         and Poisson's ratio by kind, `held` masks of nodes with an axis and how far (m) they go along it, `pressed` is
         the pressure (Pa) on the upper face of a brick by its kind and middle.
         """
@@ -58,18 +58,20 @@ class Bricks:
                 deck += [f"{number}, {', '.join(words[:10])},", ", ".join(words[10:])] if of == kind else []
             deck += [f"*MATERIAL, NAME=OF{kind}", "*ELASTIC", f"{young:.9g}, {poisson:.9g}",
                      f"*SOLID SECTION, ELSET={kind}, MATERIAL=OF{kind}"]
-        bottom = np.flatnonzero(self.places[:, 2] < 1e-12)
-        deck += ["*NSET, NSET=BOTTOM", *(f"{k + 1}," for k in bottom), "*STEP", "*STATIC", "*BOUNDARY"]
+        deck += ["*STEP", "*STATIC", "*BOUNDARY"]
         for mask, axis, way in held:
             deck += [f"{k + 1}, {axis + 1}, {axis + 1}, {way:.9g}" for k in np.flatnonzero(mask)]
         loads = [(number, pressed(of, middle)) for number, (of, middle, _) in enumerate(self.elements, 1)]
         lines = [f"{number}, P2, {load:.9g}" for number, load in loads if load]
         deck += ["*DLOAD", *lines] if lines else []
-        deck += ["*NODE PRINT, NSET=ALL", "U", "*NODE PRINT, NSET=BOTTOM, TOTALS=ONLY", "RF", "*END STEP", ""]
+        deck += ["*NODE PRINT, NSET=ALL", "U", "*NODE PRINT, NSET=ALL", "RF", "*END STEP", ""]
         (folder / "bricks.inp").write_text("\n".join(deck))
         alone = {**os.environ, "OMP_NUM_THREADS": "1"}
         subprocess.run(["ccx", "bricks"], cwd=folder, env=alone, capture_output=True, timeout=600, check=True)
         rows = [line.split() for line in (folder / "bricks.dat").read_text().splitlines()]
-        moved = np.array([row[1:] for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
-        total = [row for row in rows if len(row) == 3 and row[0][-1].isdigit()][-1]
-        return moved, float(total[2])
+        found = np.array([row[1:] for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
+        return found[: len(self.places)], found[len(self.places) :]
+
+    def borne(self, forces: np.ndarray) -> float:
+        """The force (N) along z on the nodes at z = 0, of those that hold nodes."""
+        return float(forces[self.places[:, 2] < 1e-12, 2].sum())

@@ -53,12 +53,12 @@ def _compared(folder, size, pad, foil, rim, counts) -> tuple[float, float]:
     model, area = _quarter(size, pad, foil, rim, counts), size[0] * size[1]
     materials = {"PAD": (2.0 * SHEAR * (1.0 + RUBBER), RUBBER), "FOIL": (COPPER, POISSON)}
     plate = [(model.of("FOIL"), axis, -1e-6 * (axis == 2)) for axis in range(3)]
-    springs = 4.0 * model.solved(folder, materials, [*_held(model), *plate])[1] / 1e-6 / area
+    springs = 4.0 * model.borne(model.solved(folder, materials, [*_held(model), *plate])[1]) / 1e-6 / area
     load = 1e3
-    moved, force = model.solved(folder, materials, list(_held(model)), lambda kind, middle: load * (
+    moved, forces = model.solved(folder, materials, list(_held(model)), lambda kind, middle: load * (
         kind == "FOIL" and bool((middle[:2] < 0.5 * PRESSED).all())))
     total = load * PRESSED * min(PRESSED, size[1])
-    assert 4.0 * force == approx(total, rel=1e-3)
+    assert 4.0 * model.borne(forces) == approx(total, rel=1e-3)
     down = -moved[model.places[:, 2] > pad + 0.9 * foil, 2]
     middle = -moved[np.argmin(np.hypot(*model.places[:, :2].T) - model.places[:, 2]), 2]
     ratio = np.array([rigidity(COPPER, foil) / springs])
@@ -88,9 +88,9 @@ def test_a_plate_that_is_pressed_all_over_stays_flat_from_the_stated_rigidity_on
     def solved(foil: float, is_rigid: bool) -> tuple[float, float]:
         model = _quarter(size, pad, foil, 0.0, (10, 10, 4))
         plate = [(model.of("FOIL"), axis, -1e-6 * (axis == 2)) for axis in range(3)] if is_rigid else []
-        moved, force = model.solved(tmp_path, materials, [*_held(model), *plate], lambda kind, _: 1e3 * (
+        moved, forces = model.solved(tmp_path, materials, [*_held(model), *plate], lambda kind, _: 1e3 * (
             kind == "FOIL" and not is_rigid))
-        return np.ptp(moved[model.places[:, 2] > pad + 0.9 * foil, 2]), 4.0 * force / side**2
+        return np.ptp(moved[model.places[:, 2] > pad + 0.9 * foil, 2]), 4.0 * model.borne(forces) / side**2
 
     springs = solved(0.3e-3, True)[1] / 1e-6
     least = (own_limits()["evenly_pressed"].value * side) ** 4 * springs

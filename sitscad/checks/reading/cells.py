@@ -25,19 +25,19 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return
     if design.spec.encapsulation is not None:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
+    names = ("total", "targets", "target", "coils", "webs")
+    total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
+    least, most = (show(100.0 * part, "%", 2) for part in found.stiffer)
     yield Violation(
-        f"cells read each other: with all around it pressed, a cell changes by at most {100.0 * found.total:.2g} % of "
-        "its own full signal", "cells farther apart (array.pitch), "
-        f"{'narrower webs (cells.web), ' if found.webs else ''}or "
-        "smaller targets", design.distance_key,
-        found.total, limit.value, severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
+        f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
+        f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",
+        design.distance_key, found.total, limit.value,
+        severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
         source=limit.source, keeps_limit=found.total <= limit.value,
-        detail=f"through the targets of all neighbours at most {100.0 * found.targets:.2g} % (of one "
-        f"{100.0 * found.target:.2g} %), as if the cell had no target of its own to hold that off; through "
-        f"coils that wait grounded at most {100.0 * found.coils:.2g} %; "
-        + (f"through webs at most {100.0 * found.webs:.2g} %; webs make pads stiffer by at most "
-           f"{100.0 * found.stiffer:.2g} %, which no number here counts: calibrate each cell"
-           if found.webs else "pads stand apart"),
+        detail=f"through the targets of all neighbours at most {targets} (of one {target}), as if the cell had no "
+        f"target of its own to hold that off; through coils that wait grounded at most {coils}; "
+        + (f"through webs at most {webs}. Webs make pads stiffer by {least} to {most}, to a fifth of it: forces and "
+           "maps of each cell count its own webs, states those of a mean pad" if found.webs else "pads stand apart"),
     )
 
 

@@ -45,7 +45,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
     around = surround(spec) or Surround()
     return Pad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus, pad.material.bulk_modulus,
                around.rim, around.film, around.film_modulus, above, pad.material.ogden_exponent,
-               around.film_exponent)
+               around.film_exponent, around.webs)
 
 
 def pushed(
@@ -137,6 +137,8 @@ def _solid(pad: Pad, along_y: bool) -> Solid:
     from sitscad.mechanics.elements import Solid
 
     face = pad.face
+    if pad.webs.width:
+        raise NoResponse("finite elements know a pad alone, not one that webs join to others")
     is_round = face.round > 0.5
     if 0.0 < face.round < 1.0 or (is_round and abs(face.width_x - face.width_y) > 1e-9):
         raise NoResponse("finite elements know rectangular and circular faces of a pad, not what lies between")

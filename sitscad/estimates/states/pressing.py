@@ -10,8 +10,10 @@ from functools import lru_cache
 from sitscad.geometry.convex import Footprint, centroid
 from sitscad.geometry.path import bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
+from sitscad.mechanics.web_law import NO_WEBS, Webs, grip
 from sitscad.record import record
 from sitscad.scene.bodies import elastomer, target
+from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
@@ -85,7 +87,7 @@ def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surroun
     """
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
-    around = Surround()
+    around = Surround(webs=joined(spec))
     if spec.encapsulation is not None:
         skin = spec.encapsulation
         modulus = max(LEAST, film) * skin.material.shear_modulus
@@ -99,6 +101,34 @@ def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surroun
     aside = middle.x - own.centre.x, middle.y - own.centre.y
     rim = even_rim(whole, face, aside, pad.thickness)
     return None if rim is None else replace(around, rim=rim)
+
+
+def joined(spec: SensorSpec) -> Webs:
+    """The webs of a pad; of cells a mean pad's."""
+    if spec.elastomer is None or (spec.cells is not None and spec.cells.web is None):
+        return NO_WEBS
+    h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
+    width = max((webs[0] for webs in pads if webs), default=0.0)
+    grips = [[grip(length / h) if length else 0.0 for length in webs[1:]] or [0.0] * 4 for webs in pads]
+    return Webs(width, *(math.fsum(side) / len(pads) for side in zip(*grips, strict=True)))
+
+
+def formula_sigma(spec: SensorSpec) -> float:
+    """One sigma, relative, of the stiffness that the law says of the loaded pad; of a mean pad of cells also by how
+    much theirs differ, of which some have more webs than others.
+    """
+    pad, around, each = spec.elastomer, surround(spec) or Surround(), web_stiffness(spec)
+    assert pad is not None
+    material, mean = pad.material, math.fsum(each) / len(each)
+    own = model_sigma(loaded_face(spec)[0], pad.thickness, around, material.shear_modulus, material.ogden_exponent)
+    return math.hypot(own, math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
+
+
+def web_stiffness(spec: SensorSpec) -> list[float]:
+    """By cell, by what factor webs make its pad stiffer against a press."""
+    assert spec.elastomer is not None
+    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or Surround()
+    return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
 
 
 def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
@@ -136,9 +166,7 @@ def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face,
 def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:
     """The pressed pad one sigma to either side, by cause; of PART from the stated strain to two sigma less."""
     assert spec.elastomer is not None
-    material, around = spec.elastomer.material, surround(spec)
-    rubber = material.shear_modulus, material.ogden_exponent
-    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness, around or Surround(), *rubber)
+    material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
 
     def modulus(sigma: float) -> tuple[Compression, Compression]:
         return pressed(spec, modulus=1.0 - sigma), pressed(spec, modulus=1.0 + sigma)
@@ -162,9 +190,7 @@ def straight_cases(
     The formula's error acts as the modulus does.
     """
     assert spec.elastomer is not None
-    material, around = spec.elastomer.material, surround(spec) or Surround()
-    rubber = material.shear_modulus, material.ogden_exponent
-    formula = model_sigma(loaded_face(spec)[0], spec.elastomer.thickness, around, *rubber)
+    material, formula = spec.elastomer.material, formula_sigma(spec)
     modulus = max(material.shear_modulus_sigma, formula, 1e-3)
 
     def straight(one: Compression, part: float) -> tuple[Compression, Compression]:

@@ -15,7 +15,7 @@ from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
 from sitscad.spec.format.reading import Remarks
-from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.units import show
 
 Point = tuple[float, float]
@@ -249,15 +249,29 @@ def check_cells(coils: int, array: ArraySpec, has_plates: bool, remarks: Remarks
         remarks.flaw("SIT009", key, message, hint)
 
 
-def check_webs(web: float | None, array: ArraySpec, pad: ElastomerPad | None, has_film: bool, remarks: Remarks) -> None:
-    """Whether strips of that width (m) can join the pads: rectangles in rows and columns, with no film over them."""
-    if web is None or pad is None:
+EVEN = 0.2  # Thicknesses by which a joined pad may reach farther beyond its target on one side than on another
+
+
+def check_webs(
+    web: float | None, array: ArraySpec, target: Target | None, pad: ElastomerPad | None, has_film: bool,
+    remarks: Remarks,
+) -> None:
+    """Whether strips of that width (m) can join the pads: rectangles in rows and columns, under targets that stand as
+    they do, with no film over them. Nothing else is in the law of how far a joined pad gives way.
+    """
+    if web is None or pad is None or target is None:
         return
     if array.pattern not in ("line", "grid"):
         remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns", "array.pattern: line or grid")
     if pad.outline.is_round or web >= min(pad.size):
         remarks.flaw("SIT009", "cells.web", "webs join square or rectangular pads and are narrower than these",
                      "elastomer.shape: square, or leave cells.web out")
+    rims = [0.5 * (outer - inner) for outer, inner in zip(pad.size, target.size, strict=True)]
+    is_even = abs(rims[0] - rims[1]) <= EVEN * pad.thickness and min(rims) > -1e-9
+    if target.outline.is_round or target.rotation or target.offset != pad.offset or not is_even:
+        remarks.flaw("SIT009", "cells.web", "how webs stiffen a pad is known where its target stands on it as it does "
+                     "itself: neither round, turned nor aside, and as far from its edges along x as along y",
+                     "a target of the pad's shape and place, or leave cells.web out")
     if has_film:
         remarks.flaw("SIT009", "cells.web", "a film over webs is not drawn", "leave encapsulation or cells.web out")
 
