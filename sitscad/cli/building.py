@@ -24,6 +24,7 @@ from sitscad.cli.terminal import (
     specs_of,
     warn_of_unknown_specs,
 )
+from sitscad.finding import Severity
 
 if TYPE_CHECKING:
     from sitscad import BuildResult, SensorSpec
@@ -38,25 +39,28 @@ if TYPE_CHECKING:
     help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
 @click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
+@click.option("--strict", is_flag=True, help="Build nothing where there are warnings, as `check --strict` fails.")
 @click.option("--check", is_flag=True,
               help="Write nothing; fail where packages are not what the same command without --check makes.")
 @BASELINE
 @JOBS
 @PLUGIN
 def build(
-    specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, force: bool, check: bool, baseline: str | None,
-    jobs: int | None,
+    specs: tuple[str, ...], output: str, only: tuple[str, ...] | None, force: bool, strict: bool, check: bool,
+    baseline: str | None, jobs: int | None,
 ) -> int:
     """Check SPECS, then write their packages.
 
     A package is the folder NAME under the output folder; NAME stands in the spec. SPECS are files, folders (every spec
     in them and below) and - for standard input. Configuration and comments count as for `check`.
-    An error in the checks stops a build before anything is made. Exit code: 0 written, 1 errors found, 2 a spec cannot
-    be read or a package cannot be written.
+    An error in the checks stops a build before anything is made, with --strict a warning, too. Exit code: 0 written, 1
+    stopped, 2 a spec cannot be read or a package cannot be written.
     """
     from sitscad.opening import each_of, opened, policy_for
     from sitscad.package import require_distinct_names
 
+    if force and strict:
+        raise click.UsageError("--force builds in spite of errors, --strict not even with warnings: one of both.")
     loaded, code = [], 0
     for path in specs_of(specs):
         try:
@@ -73,12 +77,13 @@ def build(
     # of several specs each has its process; of one its solids have where that is asked for, for it costs a third more
     asked["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
-        asked |= {"force": force, "progress": _progress if alone else None}
+        asked |= {"force": force, "strict": strict, "progress": _progress if alone else None}
     given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
     again = "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
+    fails = Severity.WARNING if strict else Severity.ERROR
     for result in each_of(functools.partial(_made, check, **asked), loaded, jobs):
         warn_of_unknown_specs(asked["baseline"], [result.checked])
-        code = max(code, _told(result, only or (), again, len(loaded) > 1))
+        code = max(code, _told(result, only or (), again, len(loaded) > 1, fails))
     return code
 
 
@@ -100,10 +105,11 @@ def _progress(stage: str, outcome: str, seconds: float) -> None:
         click.echo(f"\r  {stage:<9} {text if colour else f'{outcome:<8}'} {seconds:6.2f} s", err=True, color=colour)
 
 
-def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool) -> int:
+def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, fails: Severity) -> int:
     """Say what became of a build of some stages (all, if none is named); its exit code.
 
-    `again` are the options that make it again; every line names the spec where `named`, for it is one of several.
+    `again` are the options that make it again; every line names the spec where `named`, for it is one of several;
+    `fails` is what stopped it.
     """
     if result.checked.findings or result.checked.ignored:
         show_findings([result.checked], named)
@@ -113,10 +119,11 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool) -
             print_result(f"{result.directory}: {words}")
         say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
-    if not result.written and not result.checked.ok:
-        path = result.checked.path
-        say(f"{path}: not built, because of the errors above; --force builds in spite of them")
-        return result.checked.exit_code
+    if result.checked.fails(fails) and (not result.written or fails is Severity.WARNING):
+        otherwise = "warnings above; it is without --strict" if result.checked.ok else (
+            "errors above; --force builds in spite of them")
+        say(f"{result.checked.path}: not built, because of the {otherwise}")
+        return max(1, result.checked.exit_code)
     if result.kept_aside:
         say(f"files that were changed by hand, or not sitscad's, are now in {result.kept_aside}")
     if result.forced:

@@ -18,8 +18,8 @@ from sitscad.cli.terminal import (
     baseline_of,
     layout_of,
     print_result,
-    require_rule,
     row_of,
+    rules_for,
     say,
     show_findings,
     specs_of,
@@ -92,7 +92,7 @@ def check(
     show = row_of(FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
-        require_rule(pattern)
+        rules_for(pattern)
     hints = row_of({name: name for name in HINTS}, hints or ("full" if unsafe_fixes else "decisive"), "--hints")
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
     options, paths = CheckOptions(select, ignore, baseline_of(baseline)), specs_of(specs)

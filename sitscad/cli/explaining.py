@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import sitscad
-from sitscad.cli.terminal import PLUGIN, Example, print_result, require_rule, row_of, say
+from sitscad.cli.terminal import PLUGIN, Example, print_result, row_of, rules_for, say
 
 
 @click.command(cls=Example, example="sitscad new grasper_4layer -o sensor.yaml")
@@ -47,20 +47,19 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     return 0
 
 
-@click.command(cls=Example, example="sitscad explain SIT201")
-@click.argument("rule")
+@click.command(cls=Example, example="sitscad explain SIT201 coil-trace")
+@click.argument("rules", nargs=-1, required=True)
 @PLUGIN
-def explain(rule: str) -> int:
-    """Say what RULE checks, why, and how to mend it.
+def explain(rules: tuple[str, ...]) -> int:
+    """Say what RULES check, why, and how to mend it.
 
-    RULE is an identifier (SIT103), its number (103) or the rule's name (coil-trace).
+    A rule is an identifier (SIT103), its number (103) or its name (coil-trace); what several begin with (SIT2) is all
+    of them.
     """
     from sitscad import checks
 
-    found = require_rule(rule)
-    if found is None:
-        raise click.UsageError(f"{rule!r} stands for several rules; `sitscad rules` lists them.")
-    print_result(checks.explain(found.id))
+    found = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
+    print_result("\n\n\n".join(map(checks.explain, found)))
     return 0
 
 

@@ -99,8 +99,8 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
             say(f"{spec.path}: {baseline.named} holds {which} (its paths count from its own folder)")
 
 
-def require_rule(pattern: str) -> Any:
-    """The one rule that a pattern stands for, None for several; a usage error for none."""
+def rules_for(pattern: str) -> list[Any]:
+    """The rules that a pattern stands for; a usage error where it is none."""
     from sitscad.checks import all_rules
     from sitscad.policy import stands_for
 
@@ -109,7 +109,7 @@ def require_rule(pattern: str) -> Any:
     if not found:
         meant = _meant(pattern, (r.name for r in known))
         raise click.UsageError(f"There is no rule {pattern!r}.{meant} `sitscad rules` lists them all.")
-    return found[0] if len(found) == 1 else None
+    return found
 
 
 def row_of(table: Any, name: str, option: str) -> Any:

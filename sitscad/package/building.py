@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitscad.finding import Severity
 from sitscad.package.folder import (
     PackageError,
     explained,
@@ -48,7 +49,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.policy import Baseline, Policy
 from sitscad.record import record
-from sitscad.report.findings.document import read_findings
+from sitscad.report.findings.document import CheckedSpec, read_findings
 from sitscad.spec.sensor import SensorSpec, without_text
 from sitscad.writer import STAGES, marks
 
@@ -70,6 +71,11 @@ class BuildRequest:
     force: bool
     policy: Policy
     baseline: Baseline | None
+    strict: bool = False
+
+    def stops(self, checked: CheckedSpec) -> bool:
+        """Whether what the checks found stops the build."""
+        return not self.force and checked.fails(Severity.WARNING if self.strict else Severity.ERROR)
 
     @property
     def known(self) -> dict[str, Any]:
@@ -89,17 +95,19 @@ class BuildRequest:
 def build(
     spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None, force: bool = False,
     progress: Progress | None = None, policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
+    strict: bool = False,
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
     `only` names stages (see STAGES); without it all are made, but a data sheet only where matplotlib is installed (the
     result's ``left_out`` says so otherwise). The parts of an existing package that are still true to the spec stay,
-    stale ones go. `force` builds in spite of errors and marks the package. A part that would come out the same is not
-    made again, and of a package whose spec, profiles, policy, data and code are the same nothing is done at all: what
-    its checks found is then read from it. `policy` and `baseline` are held against the findings, and so are the
-    comments in the spec; errors of the electrical rules that they silence stop nothing, but mark the package as `force`
-    does. With two `jobs` or more the solids are made in a process of their own, beside all else; a script that asks for
-    that has to guard its main part (``if __name__ == "__main__"``), as for `multiprocessing`.
+    stale ones go. `force` builds in spite of errors and marks the package; `strict` stops at warnings, too. A part that
+    would come out the same is not made again, and of a package whose spec, profiles, policy, data and code are the same
+    nothing is done at all: what its checks found is then read from it. `policy` and `baseline` are held against the
+    findings, and so are the comments in the spec; errors of the electrical rules that they silence stop nothing, but
+    mark the package as `force` does. With two `jobs` or more the solids are made in a process of their own, beside all
+    else; a script that asks for that has to guard its main part (``if __name__ == "__main__"``), as for
+    `multiprocessing`.
 
     Raises
     ------
@@ -110,7 +118,7 @@ def build(
     """
     asked, design = _request(spec, out, only, force, policy, baseline)
     left_out = {} if only is not None else unplotted(asked.spec)
-    asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out))
+    asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out), strict=strict)
     result = _build(asked, design or asked.spec, progress or (lambda *_: None), jobs)
     return dataclasses.replace(result, left_out=left_out) if left_out and result.written else result
 
@@ -120,7 +128,7 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
     before = _require_ours(directory)
     key = asked.made_from(before)
     if (same := _unchanged(asked, before, key)) is not None:
-        return same
+        return BuildResult(directory, same.checked, written=False) if asked.stops(same.checked) else same
     from sitscad.package import stages  # only where something has to be made
 
     with known_solutions(directory.name):
@@ -133,7 +141,7 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
     directory = asked.directory
     report(CHECK_STAGE, "start", 0.0)
     began = time.perf_counter()
-    stops = not contents.checked.ok and not asked.force
+    stops = asked.stops(contents.checked)
     report(CHECK_STAGE, "stopped" if stops else "made", time.perf_counter() - began)
     if stops:
         return BuildResult(directory, contents.checked, written=False)
@@ -141,7 +149,7 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         old = _require_ours(directory)
         made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
         contents = made.contents
-        if not contents.checked.ok and not asked.force:  # what the solids have shown
+        if asked.stops(contents.checked):  # what the solids have shown
             return BuildResult(directory, contents.checked, written=False)
         manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)

@@ -50,6 +50,18 @@ def test_verify_of_what_is_not_a_package_is_exit_2(run, directory):
     assert "manifest.json" in done.err
 
 
+def test_warnings_stop_a_strict_build_and_leave_what_is_there(run, tmp_path):
+    command = ("build", "good.yaml", "--only", "gerber")
+    stopped = run(*command, "--strict")
+    assert (stopped.code, stopped.out) == (1, "") and "without --strict" in stopped.err
+    assert not (tmp_path / "outputs").exists()
+    assert run(*command).code == 0
+    built = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
+    assert run(*command, "--strict").code == run(*command, "--strict", "--check").code == 1
+    assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == built
+    assert run(*command, "--strict", "--force").code == 2
+
+
 def test_errors_stop_a_build_and_force_marks_it(run, tmp_path):
     stopped = run("build", "weak.yaml", "--only", LIGHT)
     assert (stopped.code, stopped.out) == (1, "")

@@ -17,6 +17,13 @@ def test_explain_takes_identifier_number_and_name(run, word):
     assert done.out.startswith("SIT103 coil-trace (warning, error if binding)\n")
 
 
+def test_explain_takes_several_and_what_they_begin_with_each_once(run):
+    alone, both, all_of_them = (run("explain", *words) for words in (["SIT103"], ["SIT204", "103", "SIT204"], ["SIT2"]))
+    assert both.out.endswith(f"\n\n\n{alone.out}") and both.out.startswith("SIT204 ")
+    named = [line.split()[0] for line in all_of_them.out.splitlines() if line.startswith("SIT")]
+    assert {"SIT201", "SIT219"} <= set(named) and all(name.startswith("SIT2") for name in named)
+
+
 @pytest.mark.parametrize("word", ["999", "SIT999", "nonsense", "coil-trase"])
 def test_an_unknown_rule_points_at_the_list(run, word):
     done = run("explain", word)
