@@ -21,6 +21,7 @@ that cannot change its volume. So the deck takes less bulk modulus than the mate
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -82,20 +83,17 @@ def _deck(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
     tags, places, _ = gmsh.model.mesh.getNodes()
     yield "*NODE"
     order = np.argsort(tags)
-    for tag, (x, y, z) in zip(tags[order].tolist(), places.reshape(-1, 3)[order].tolist(), strict=True):
-        yield ", ".join([str(tag), *(f"{millimetres * 1e-3 + 0.0:.9g}" for millimetres in (x, y, z))])
-    tetrahedra = gmsh.model.mesh.getElements(3)[2][0].reshape(-1, 10)[:, GMSH_TO_ABAQUS]
+    metres = places.reshape(-1, 3)[order] * 1e-3 + 0.0
+    yield from map("{}, {:.9g}, {:.9g}, {:.9g}".format, tags[order].tolist(), *metres.T.tolist())
+    tetrahedra = gmsh.model.mesh.getElements(3)[2][0].reshape(-1, 10)[:, GMSH_TO_ABAQUS].astype(np.int64)
     yield "*ELEMENT, TYPE=C3D10, ELSET=elastomer"
-    yield from (f"{number}, {', '.join(map(str, row))}" for number, row in enumerate(tetrahedra.tolist(), 1))
-    surfaces = dict(_surfaces(gmsh))
+    yield from map(", ".join(["{}"] * 11).format, itertools.count(1), *tetrahedra.T.tolist())
+    sides, surfaces = _by_corners(tetrahedra[:, FACES]), dict(_surfaces(gmsh))
     for name, triangles in surfaces.items():
         # A surface by the elements' faces that it is made of, and its nodes as a set
-        corners = np.sort(triangles[:, :3])
-        wanted = set(map(tuple, corners.tolist()))
         yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
-        sides = [np.sort(tetrahedra[:, face]).tolist() for face in FACES]
-        for element, each in enumerate(zip(*sides, strict=True), 1):
-            yield from (f"{element}, S{side}" for side, face in enumerate(each, 1) if tuple(face) in wanted)
+        bounding = np.argwhere(np.isin(sides, _by_corners(triangles[:, :3]))) + 1
+        yield from map("{}, S{}".format, *bounding.T.tolist())
         yield f"*NSET, NSET=nodes_{name}"
         yield from map(str, np.unique(triangles).tolist())
     yield from ("*MATERIAL, NAME=rubber", "*HYPERELASTIC, OGDEN, N=1")
@@ -105,6 +103,16 @@ def _deck(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
     yield "*SOLID SECTION, ELSET=elastomer, MATERIAL=rubber"
     if {"bonded_top", "bonded_bottom"} <= surfaces.keys():
         yield from _step(pad.thickness)
+
+
+def _by_corners(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """One number for every triangle (..., 3), whatever the order of its corners. Raises PartsError for corners of
+    higher numbers than it holds.
+    """
+    if triangles.max() >> 21:
+        raise PartsError("the pad's mesh has more than two million nodes: ask for larger elements")
+    low, middle, high = np.moveaxis(np.sort(triangles, axis=-1), -1, 0)
+    return np.asarray((low << 42) + (middle << 21) + high)
 
 
 def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:

@@ -57,7 +57,9 @@ def tessellate(solid: Solid, chord: float = CHORD, turn: float = TURN) -> Triang
 
 
 def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (n, 3; mm) and triangles (m, 3) of a meshed shape; build123d's own way takes twice the time."""
+    """Vertices (n, 3; mm) and triangles (m, 3) of a meshed shape. To run through OpenCASCADE's array of triangles, as
+    build123d does, takes ten times as long as to ask for each by its number.
+    """
     tool, reversed_ = require("OCP.BRep").BRep_Tool, require("OCP.TopAbs").TopAbs_Orientation.TopAbs_REVERSED
     place = require("OCP.TopLoc").TopLoc_Location
     vertices: list[tuple[float, float, float]] = []
@@ -68,7 +70,7 @@ def _faces(shape: Any) -> tuple[Array, NDArray[np.int64]]:
         still, moved = where.IsIdentity(), where.Transformation()
         nodes = map(net.Node, range(1, net.NbNodes() + 1))
         vertices += [(node if still else node.Transformed(moved)).Coord() for node in nodes]
-        corners = np.array([each.Get() for each in net.Triangles()]) + before
+        corners = np.array([net.Triangle(k).Get() for k in range(1, net.NbTriangles() + 1)]) + before
         triangles.append(corners[:, [0, 2, 1]] if face.wrapped.Orientation() == reversed_ else corners)
     return np.array(vertices), np.concatenate(triangles)
 
