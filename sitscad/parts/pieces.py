@@ -19,7 +19,7 @@ from sitscad.layout.board import Layout
 from sitscad.parts.imported import imported
 from sitscad.parts.plates import adapter, bench_plate, fingertip, over_body
 from sitscad.parts.seat import cut_for, grasper_pad
-from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges, without
+from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges, upwards, without
 from sitscad.scene import bodies, stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
 from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
@@ -189,8 +189,7 @@ def assemble(layout: Layout) -> tuple[Solid, ...]:
     """The solids that the spec contains, from the jaw upwards."""
     sheet = stack.shield(layout)
     shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
-    below = [solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid]
-    below.sort(key=lambda solid: round(solid.shape.bounding_box().min.Z, 6))
+    below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid)
     above = (board_body(layout), *above_board(layout), encapsulation(layout))
     return (*below, *(solid for solid in above if solid))
 

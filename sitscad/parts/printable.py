@@ -82,8 +82,10 @@ def printable(solid: Solid, process: str) -> Printable:
         best = min(best, float(through.min(initial=math.inf)))
     wall, hole = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None)
     # The volume (m3) of hollows that nothing leads out of
-    shells = [abs(float(require("build123d").Solid(shell).volume)) for shell in solid.shape.shells()]
-    hollow = 1e-9 * (sum(shells) - max(shells)) if len(shells) > 1 else 0.0
+    shells, hollow = solid.shape.shells(), 0.0
+    if len(shells) > 1:
+        volumes = [abs(float(require("build123d").Solid(shell).volume)) for shell in shells]
+        hollow = 1e-9 * (sum(volumes) - max(volumes))
     bed, unsupported = _bed(corners, normals)
     x, y, z = (mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)) * 1e-3
     size = float(x), float(y), float(z)

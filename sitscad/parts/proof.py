@@ -6,7 +6,7 @@ nothing of each other but the spec: `sitscad.scene.fit` adds figures up, this me
 from __future__ import annotations
 
 import math
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -102,7 +102,7 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     found = [
         Measured(INTERFERENCE, one.solid.name, other.solid.name, volume, 0.0, "m3", False, _middle(shared))
         for one, other in combinations(meshed, 2)
-        if _boxes_meet(one.body, other.body)
+        if _apart(one.body, other.body) < 0.0
         for shared in [one.body ^ other.body]
         if float(shared.volume()) * 1e-9 > 1e-15
         for volume in [shared_volume(one.solid, other.solid)]
@@ -156,7 +156,6 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     """
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
-    around = require("manifold3d").Manifold.compose([each.body for each in still])
     # From the pivot to the jaw's tip (m)
     jaw = fitted_jaw(layout)
     assert jaw is not None and jaw.hinge is not None
@@ -166,10 +165,8 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
         angle = opening * step / steps
         for one in moving:
             there = turned(layout, one.body, angle)
-            if not _boxes_meet(there, around) or float((there ^ around).volume()) * 1e-9 <= SLIVER:
-                continue
             when = f"open by {math.degrees(angle):.3g} deg"
-            for other in (other for other in still if _boxes_meet(there, other.body)):
+            for other in (other for other in still if _apart(there, other.body) < 0.0):
                 shared, key = there ^ other.body, (other.solid.name, one.solid.name)
                 volume = float(shared.volume()) * 1e-9  # that both take
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
@@ -209,21 +206,29 @@ def _nearest(what: str, name: str, moved: Any, rigid: list[Meshed], when: str) -
 
 def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
     """The least gap of every two groups of pieces, glue left out."""
-    m3 = require("manifold3d")
     groups: dict[str, list[Any]] = {}
     for each in meshed:
         if each.group != GROUPS[BodyRole.GLUE]:
             groups.setdefault(each.group, []).append(each.body)
-    bodies = [(name, m3.Manifold.compose(own) if len(own) > 1 else own[0]) for name, own in groups.items()]
-    return tuple(
-        Clearance(one, other, float(body.min_gap(beside, SEARCH)) / MM)
-        for (one, body), (other, beside) in combinations(bodies, 2)
-    )
+    return tuple(Clearance(one, other, _gap(own, beside) / MM)
+                 for (one, own), (other, beside) in combinations(groups.items(), 2))
 
 
-def _boxes_meet(one: Any, other: Any) -> bool:
+def _gap(some: list[Any], others: list[Any]) -> float:
+    """The least gap (mm) of two groups of meshes, `SEARCH` at most; only of those whose boxes are nearer than it."""
+    pairs = [(_apart(one, other), k, one, other) for k, (one, other) in enumerate(product(some, others))]
+    least = SEARCH
+    for apart, _, one, other in sorted(pairs):
+        if apart >= least:
+            break
+        least = min(least, float(one.min_gap(other, least)))
+    return least
+
+
+def _apart(one: Any, other: Any) -> float:
+    """How far (mm) the boxes of two meshes are apart along the axis on which it is most; negative where they meet."""
     a, b = one.bounding_box(), other.bounding_box()
-    return all(a[k] < b[k + 3] and b[k] < a[k + 3] for k in range(3))
+    return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 
 
 def _middle(body: Any) -> tuple[float, float, float]:

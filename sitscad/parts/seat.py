@@ -155,8 +155,10 @@ def _within_port(layout: Layout, slab: Any) -> Any:
 
 def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
     """What of the slab lies below the rims is as narrow and short as their pocket; above them it may lie on them."""
+    if fitted.pocket is None:
+        return slab
     bounds, rims = slab.bounding_box(), floor + fitted.recess
-    if fitted.pocket is None or rims - 1e-9 < bounds.min.Z / MM:
+    if rims - 1e-9 < bounds.min.Z / MM:
         return slab
     (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
     middle = (x0 + x1) / 2

@@ -25,7 +25,7 @@ from sitscad.geometry.path import Path, Region, bounding_box, rectangle
 from sitscad.layout.bending import bend_stretch, tail_layers
 from sitscad.layout.board import Coil, Layout, Role
 from sitscad.parts.pieces import assemble, encapsulation, opposing
-from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised, require
+from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
 from sitscad.record import record
 from sitscad.scene import stack
 from sitscad.scene.bodies import (
@@ -254,64 +254,59 @@ COLOUR = "#b6d7a8"
 SAME_LEVEL = 1e-6  # mm
 
 
-@record(eq=False)
-class Plate:
-    """A piece that glue lies under or on: its level faces (build123d), its lowest and highest plane (mm)."""
-
-    faces: list[Any]
-    low: float
-    high: float
-
-    def at(self, height: float) -> list[Any]:
-        """The faces in a level plane (mm)."""
-        return [each for each in self.faces if abs(each.center().Z - height) < SAME_LEVEL]
-
-
 def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0."""
     line, glue = layout.spec.assembly.glue_line, layout.spec.assembly.adhesive
     if not line or glue is None:
         return ()
     # The board's body, whose films are pieces of their own
-    bd, body = require("build123d"), _body_face(layout)
+    bd, body, shapes = require("build123d"), _body_face(layout), {solid.name: solid.shape for solid in pieces}
     low, high = (height * MM for height in board_heights(layout.spec))
-    plates = {solid.name: _plate(solid.shape) for solid in pieces} | {
-        "board": Plate([body.moved(bd.Location((0, 0, height))) for height in (low, high)], low, high)
+    plates = {name: _level(shape) for name, shape in shapes.items()} | {
+        "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
     }
     found = []
     # The pieces that have glue under them
     named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
     wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
     for part in [name for kind in wanted for name in plates if _kind(name) == kind]:
-        shape = _line(part, plates, line * MM)
+        lowest = low if part == "board" else float(shapes[part].bounding_box().min.Z)
+        shape = _line(part, plates, lowest, line * MM)
         if shape is not None:
             found.append(Solid(f"glue-{part}", shape, glue.name, COLOUR, BodyRole.GLUE))
     return tuple(found)
 
 
-def _line(part: str, plates: dict[str, Plate], line: float) -> Any | None:
-    """The glue (thickness in mm) under a piece: its lower face as far as what is below reaches; None over nothing."""
-    bd, over = require("build123d"), plates[part]
-    height = over.low - line
-    below = [each for name, plate in plates.items() if name != part for each in plate.at(height)]
+def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
+    """The glue (thickness in mm) under a piece, by the level faces of all: its lower face, at height `low` (mm), as far
+    as what is below reaches; None over nothing.
+    """
+    bd, height = require("build123d"), low - line
+    below = [each for name, plate in plates.items() if name != part for each in _at(plate, height)]
     if not below:
         return None
     bounds = [each.bounding_box() for each in below]
     x0, y0 = min(b.min.X for b in bounds), min(b.min.Y for b in bounds)
     x1, y1 = max(b.max.X for b in bounds), max(b.max.Y for b in bounds)
-    widest = max(over.at(over.low), key=lambda each: float(each.area))
+    widest = max(_at(plates[part], low), key=lambda each: float(each.area))
     upright = widest if widest.normal_at().Z > 0 else -widest
     reach = face(Region(rectangle(x0 / MM, y0 / MM, x1 / MM, y1 / MM)))
-    plan = (upright.moved(bd.Location((0, 0, -over.low))) & reach).faces()
+    plan = (upright.moved(bd.Location((0, 0, -low))) & reach).faces()
     if not plan:
         return None
     return raised(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
 
 
-def _plate(shape: Any) -> Plate:
-    bounds = shape.bounding_box()
-    level = [each for each in shape.faces() if each.bounding_box().size.Z < SAME_LEVEL]
-    return Plate(level, float(bounds.min.Z), float(bounds.max.Z))
+def _at(faces: list[Any], height: float) -> list[Any]:
+    """The faces in a level plane (mm)."""
+    return [each for each in faces if abs(each.center().Z - height) < SAME_LEVEL]
+
+
+def _level(shape: Any) -> list[Any]:
+    """A shape's level faces. Level corners tell most others apart, without the kernel's exact and slow boxes."""
+    corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
+    return [each for each, z in corners
+            if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
 def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
@@ -373,5 +368,5 @@ def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Soli
     kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
     glue = glue_lines(layout, tuple(kept))
     found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
-    return tuple(sorted(found, key=lambda s: round(s.shape.bounding_box().min.Z, 6)))
+    return tuple(upwards(found))
 
