@@ -18,7 +18,7 @@ NOTHING_NEW = 4
 """Polls without anything new after which a converter is asked for its settings, as the driver in C does."""
 
 
-class Chip(Protocol):
+class BusConverter(Protocol):
     """A converter on a bus."""
 
     def read(self, register: int) -> int:
@@ -48,7 +48,7 @@ class CoilReading:
 class Board:
     """The converters of a design, by `chips` in the order of their numbers."""
 
-    def __init__(self, design: Design, chips: Sequence[Chip]) -> None:
+    def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
         self.devices = devices(design.spec.readout, design.estimates)
         self.bands = bands(design.estimates, usual("coil_inductance"))

@@ -11,7 +11,7 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.bench.board import Board, Chip
+from sitscad.bench.board import Board, BusConverter
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.lines import BAUD, LineBoard, Port
 from sitscad.calibration.calibration import sensors_of
@@ -36,7 +36,7 @@ class Source:
     creep, paced = 10.0, True
     """Seconds that a pad is given to come to rest under a load, before it is read for a calibration."""
 
-    def __init__(self, chips: Sequence[Chip], seconds: float | None = None) -> None:
+    def __init__(self, chips: Sequence[BusConverter], seconds: float | None = None) -> None:
         self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
 
     def board(self, design: Design) -> Board:
@@ -105,7 +105,7 @@ class Wired:
         self.bus.write_i2c_block_data(self.address, register, [value >> 8, value & 0xFF])
 
 
-class Line(Source):
+class SerialLine(Source):
     """A microcontroller on a serial port."""
 
     def __init__(self, port: Port) -> None:
@@ -160,7 +160,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         buses = [smbus2.SMBus(path) for path in paths]
         return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
     if text.startswith(SERIAL):
-        return Line(_port(text)), design
+        return SerialLine(_port(text)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
         "comma between), "

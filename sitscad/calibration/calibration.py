@@ -41,7 +41,7 @@ SURE = 0.95
 
 
 @record(eq=False)
-class UnitError:
+class ForceError:
     """One sigma (N) of the forces on every axis, rms over the working range, and `of` which unit that is in words;
     `points` is with how many it is calibrated, None without even a tare.
     """
@@ -71,15 +71,15 @@ class Calibration:
     turned: tuple[tuple[str, float, float], ...] = ()
 
     @property
-    def unit_errors(self) -> tuple[UnitError, ...]:
+    def unit_errors(self) -> tuple[ForceError, ...]:
         """What the forces are off by, of which unit: the one place from which all papers have it."""
         if self.plan is None:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
-            return (UnitError(f"this unit, calibrated with {points} points", points, self.map.error),)
-        found = [UnitError("any unit, read without a tare", None, self.plan.untared),
-                 UnitError("any unit after its tare, not calibrated", 0, self.map.error)]
+            return (ForceError(f"this unit, calibrated with {points} points", points, self.map.error),)
+        found = [ForceError("any unit, read without a tare", None, self.plan.untared),
+                 ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
-        return (*found, *(UnitError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
+        return (*found, *(ForceError(f"a unit calibrated with {number} points", number, self.plan.errors[number])
                           for number in some))
 
     @property

@@ -74,7 +74,7 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     spec = error.cramped
     if spec is None or len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return error.findings
-    search = _Search(spec, rules, Budget.of(hints, spec, is_checked=False))
+    search = _EasierSearch(spec, rules, Budget.of(hints, spec, is_checked=False))
     fix = search.roomy({finding.rule for finding in error.findings})
     further = f" ({NOT_FURTHER})" if search.left.is_cut_short else ""
     if fix is None:
@@ -84,7 +84,7 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further, fixes=fixes) for f in error.findings)
 
 
-class _Search:
+class _EasierSearch:
     """Looks for fewer turns or coils farther apart with which everything finds its place."""
 
     def __init__(self, spec: SensorSpec, rules: tuple[Rule, ...], budget: Budget) -> None:

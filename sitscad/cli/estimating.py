@@ -13,7 +13,7 @@ import click
 import sitscad
 from sitscad.cli.terminal import (
     Example,
-    Tolerance,
+    RelativeError,
     coloured,
     exit_code_of,
     print_result,
@@ -64,7 +64,7 @@ def _asked(words: str) -> str:
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
 @click.argument("spec", type=click.Path())
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
-@click.option("--tolerance", type=Tolerance(), help="Relative error of the inductance.")
+@click.option("--tolerance", type=RelativeError(), help="Relative error of the inductance.")
 @click.option(
     "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
 )
@@ -145,7 +145,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     "--frequency", metavar="FREQUENCY",
     help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
 )
-@click.option("--tolerance", type=Tolerance(), help="What a map of many poses may be off by.")
+@click.option("--tolerance", type=RelativeError(), help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")

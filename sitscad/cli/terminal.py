@@ -40,7 +40,7 @@ class Names(click.ParamType):
         return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
 
 
-class Tolerance(click.FloatRange):
+class RelativeError(click.FloatRange):
     """A relative error above 0, 1 at most; nan, which lies in no range and which click lets through, is none."""
 
     def __init__(self) -> None:

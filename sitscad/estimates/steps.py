@@ -29,7 +29,7 @@ from sitscad.estimates.circuit.tank import (
     with_steps,
 )
 from sitscad.estimates.circuit.track_ends import spared_squares
-from sitscad.estimates.states.assembly import Assembly, assemble, warmed
+from sitscad.estimates.states.assembly import AssemblyStates, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
 from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
@@ -77,7 +77,7 @@ class Wound:
 
     layout: Layout
     temperature: float
-    assembly: Assembly
+    assembly: AssemblyStates
     spared: Mapping[str, Mapping[int, float]]
     winding: SolvedWinding
     matrix: Array

@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.states.assembly import Assembly, Surroundings, mirror
+from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, mirror
 from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.layout.board import Coil
@@ -297,8 +297,8 @@ def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slop
 
 
 def moved_by_surroundings(
-    spectrum: CurrentSpectrum | None, assembly: Assembly, states: Mapping[str, StateEstimate], circuit: CoilCircuit,
-    deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
+    spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
+    circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
     more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal above and below
@@ -371,7 +371,7 @@ def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundin
 APART = 1e-2  # Part of a distance by which metal is moved to see what that does
 
 
-def _straight(spectrum: CurrentSpectrum, assembly: Assembly, states: Mapping[str, StateEstimate]) -> Between:
+def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
     """`_between` roughly, as the distances of what lies above and below differ, by slopes at each state."""
     known: dict[str, list[complex]] = {}
 

@@ -52,7 +52,7 @@ class Flash:
 
 
 @record
-class Hole:
+class PlottedHole:
     """A drilled hole: centre, diameter and area (m, m2), and the copper layers that it goes through."""
 
     x: float
@@ -73,7 +73,7 @@ class Artwork:
 
     copper: tuple[BaseGeometry, ...]
     flashes: tuple[Flash, ...]
-    holes: tuple[Hole, ...]
+    holes: tuple[PlottedHole, ...]
     openings: dict[str, BaseGeometry]
     sources: tuple[Path, ...]
     extents: tuple[tuple[int, int, BaseGeometry], ...] = ()
@@ -107,7 +107,7 @@ def read_artwork(directory: Path) -> Artwork:
             if isinstance(thing, FlashedObject):
                 x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
                 flashes.append(Flash(layer, x, y, _shape(thing)))
-    holes: list[Hole] = []
+    holes: list[PlottedHole] = []
     openings: dict[str, BaseGeometry] = {}
     extents, covers = [], []
     for path, fields in functions.items():
@@ -150,7 +150,7 @@ def _read(path: Path, opener: Any) -> Any:
             raise ExtractionError(f"{path.name}: {error}") from error
 
 
-def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[Hole]:
+def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[PlottedHole]:
     """The holes of a drill file, with the layers that they go through."""
     plated = fields[0] == "Plated"
     try:
@@ -163,7 +163,7 @@ def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[Hole]:
         shape = _shape(thing)
         centre = shape.centroid
         diameter = 1e-3 * thing.tool.unit.convert_to(MM, thing.tool.diameter)
-        yield Hole(centre.x, centre.y, diameter, shape, plated, tuple(range(first, last + 1)))
+        yield PlottedHole(centre.x, centre.y, diameter, shape, plated, tuple(range(first, last + 1)))
 
 
 def area_of(objects: list[Any]) -> BaseGeometry:

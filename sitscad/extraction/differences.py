@@ -16,7 +16,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import ExtractionError, file_functions
-from sitscad.extraction.intent import Source
+from sitscad.extraction.intent import MarkSource
 from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
 from sitscad.record import record
 
@@ -37,7 +37,7 @@ SMALLEST_TRACK = 1e-9
 """Copper beyond the pads that is no more than this (m2) is no track: a square of 30 um."""
 
 
-class Kind(StrEnum):
+class DifferenceKind(StrEnum):
     """What is wrong."""
 
     SHORT = "short"
@@ -61,7 +61,7 @@ class Kind(StrEnum):
 class Difference:
     """One difference between the files' copper and the files' intent, and where it stands (m, layer from 1)."""
 
-    kind: Kind
+    kind: DifferenceKind
     message: str
     nets: tuple[str, ...] = ()
     x: float | None = None
@@ -86,28 +86,29 @@ def _place(x: float, y: float, layer: int | None) -> str:
 def _nets(board: ExtractedBoard) -> Iterator[Difference]:
     """Nets that are joined or fall into parts, copper without a net, nets without copper, closed loops."""
     if not board.marks:
-        yield Difference(Kind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
+        yield Difference(DifferenceKind.NO_INTENT, "no file names a net: there is nothing to compare the copper with")
     for net in board.nets:
         x, y, layer = _somewhere(net)
         if len(net.names) > 1:
-            yield Difference(Kind.SHORT, f"{' and '.join(net.names)} are joined", net.names, x, y, layer)
+            yield Difference(DifferenceKind.SHORT, f"{' and '.join(net.names)} are joined", net.names, x, y, layer)
         if not net.names:
-            yield Difference(Kind.NO_NET, f"copper at {_place(x, y, layer)} belongs to no net", (), x, y, layer)
+            said = f"copper at {_place(x, y, layer)} belongs to no net"
+            yield Difference(DifferenceKind.NO_NET, said, (), x, y, layer)
         for loop in net.loops:
             what = f"round {loop.area * 1e6:.4g} mm2" if loop.layer else "through the hole there and another one"
             place = _place(loop.x, loop.y, loop.layer)
             message = f"{', '.join(net.names) or 'copper'} closes a loop at {place}, {what}"
-            yield Difference(Kind.LOOP, message, net.names, loop.x, loop.y, loop.layer)
+            yield Difference(DifferenceKind.LOOP, message, net.names, loop.x, loop.y, loop.layer)
     for name in sorted({mark.net for mark in board.marks}):
         parts = [net for net in board.nets if name in net.names]
         if len(parts) > 1:
             places = "; ".join(_place(*_somewhere(net)) for net in parts)
             x, y, layer = _somewhere(parts[1])
-            yield Difference(Kind.OPEN, f"{name} is in {len(parts)} parts: {places}", (name,), x, y, layer)
+            yield Difference(DifferenceKind.OPEN, f"{name} is in {len(parts)} parts: {places}", (name,), x, y, layer)
     for mark in board.astray:
         what = f"contact {mark.pin} of {mark.net}" if mark.pin else mark.net
         message = f"{what} should have copper at {_place(mark.x, mark.y, mark.layer)} ({mark.source})"
-        yield Difference(Kind.NO_COPPER, message, (mark.net,), mark.x, mark.y, mark.layer)
+        yield Difference(DifferenceKind.NO_COPPER, message, (mark.net,), mark.x, mark.y, mark.layer)
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
@@ -124,32 +125,33 @@ def _holes(board: ExtractedBoard) -> Iterator[Difference]:
                 complaint = "breaks out of its pad" if meets else "has no pad"
             if complaint:
                 message = f"the {hole.diameter * 1e6:.0f} um hole at {_place(hole.x, hole.y, layer)} {complaint}"
-                yield Difference(Kind.HOLE_OFF_PAD, message, (), hole.x, hole.y, layer)
+                yield Difference(DifferenceKind.HOLE_OFF_PAD, message, (), hole.x, hole.y, layer)
     # every layer and the netlist mark the same via, this one to a micrometre
     vias = {(mark.net, round(mark.x, 6), round(mark.y, 6)): (mark.x, mark.y) for mark in board.marks if mark.is_via}
     for (net, *_), (x, y) in vias.items():
         point = shapely.Point(x, y)
         if not any(shapely.intersects(hole.shape, point) for hole in plated):
-            yield Difference(Kind.NO_HOLE, f"the via of {net} at {_place(x, y, None)} is not drilled", (net,), x, y)
+            said = f"the via of {net} at {_place(x, y, None)} is not drilled"
+            yield Difference(DifferenceKind.NO_HOLE, said, (net,), x, y)
     sizes = [(mark.x, mark.y, mark.drill, mark.net) for mark in board.marks if mark.drill is not None]
     for hole in plated:
         for x, y, drill, net in sizes:
             if math.hypot(hole.x - x, hole.y - y) < hole.diameter / 2.0 and abs(hole.diameter - drill) > ROUNDED:
                 wrong = f"is {hole.diameter * 1e6:.0f} um wide, where the netlist has {drill * 1e6:.0f} um"
                 message = f"the hole at {_place(hole.x, hole.y, None)} {wrong}"
-                yield Difference(Kind.HOLE_SIZE, message, (net,), hole.x, hole.y)
+                yield Difference(DifferenceKind.HOLE_SIZE, message, (net,), hole.x, hole.y)
 
 
 def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
     """Nets that only one of the netlists names."""
-    by_source: dict[Source, set[str]] = {}
+    by_source: dict[MarkSource, set[str]] = {}
     for mark in board.marks:
         by_source.setdefault(mark.source, set()).add(mark.net)
     if len(by_source) < 2:
         return
-    for name in sorted(by_source[Source.X2] ^ by_source[Source.IPC_D_356]):
+    for name in sorted(by_source[MarkSource.X2] ^ by_source[MarkSource.IPC_D_356]):
         where = next(source for source, names in by_source.items() if name in names)
-        yield Difference(Kind.NETLISTS, f"{name} is named by the {where} only", (name,))
+        yield Difference(DifferenceKind.NETLISTS, f"{name} is named by the {where} only", (name,))
 
 
 def _openings(board: ExtractedBoard) -> Iterator[Difference]:
@@ -166,10 +168,11 @@ def _openings(board: ExtractedBoard) -> Iterator[Difference]:
             if open_share < 1.0 - HELD:
                 how = f"with {100.0 * (1.0 - open_share):.0f} % of it under" if open_share else "under"
                 message = f"contact {contact.pin} at {_place(contact.x, contact.y, layer)} is {how} the coverlay"
-                yield Difference(Kind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
+                yield Difference(DifferenceKind.COVERED, message, (contact.net,), contact.x, contact.y, layer)
         near = shapely.union_all([contact.shape for contact in contacts]).buffer(OPEN_RIM)
         bare = shapely.intersection(board.artwork.copper[layer - 1], opening).difference(near)
-        exposed += _drawn(Kind.EXPOSED, bare, layer, "lies bare in an opening of the coverlay and is no contact")
+        said = "lies bare in an opening of the coverlay and is no contact"
+        exposed += _drawn(DifferenceKind.EXPOSED, bare, layer, said)
     yield from exposed
 
 
@@ -190,10 +193,10 @@ def _dead_ends(board: ExtractedBoard) -> Iterator[Difference]:
                 point = beyond.representative_point()
                 place = _place(point.x, point.y, piece.layer)
                 message = f"copper of {', '.join(net.names)} at {place} leads nowhere"
-                yield Difference(Kind.DEAD_END, message, net.names, point.x, point.y, piece.layer)
+                yield Difference(DifferenceKind.DEAD_END, message, net.names, point.x, point.y, piece.layer)
 
 
-def _drawn(kind: Kind, copper: BaseGeometry, layer: int, says: str) -> Iterator[Difference]:
+def _drawn(kind: DifferenceKind, copper: BaseGeometry, layer: int, says: str) -> Iterator[Difference]:
     """What is wrong with an area of copper, and a place in it; nothing where the area is empty."""
     if not copper.is_empty:
         x, y = copper.representative_point().coords[0]
@@ -206,11 +209,11 @@ def _beyond_their_layers(board: ExtractedBoard) -> Iterator[Difference]:
         grown = extent.buffer(PAD_EDGE)
         for layer in range(first, min(last, len(board.artwork.copper)) + 1):
             beyond = board.artwork.copper[layer - 1].difference(grown)
-            yield from _drawn(Kind.NO_LAYER, beyond, layer, "lies beyond the end of its layer")
+            yield from _drawn(DifferenceKind.NO_LAYER, beyond, layer, "lies beyond the end of its layer")
             for hole in board.artwork.holes:
                 if hole.is_plated and layer in hole.layers and not shapely.covers(grown, hole.shape):
                     message = f"the hole at {_place(hole.x, hole.y, layer)} is drilled beyond the end of that layer"
-                    yield Difference(Kind.NO_LAYER, message, (), hole.x, hole.y, layer)
+                    yield Difference(DifferenceKind.NO_LAYER, message, (), hole.x, hole.y, layer)
 
 
 def _bare(board: ExtractedBoard) -> Iterator[Difference]:
@@ -219,7 +222,7 @@ def _bare(board: ExtractedBoard) -> Iterator[Difference]:
         below = [extent for first, _, extent in board.artwork.extents if first == layer + 1]
         covered = shapely.union_all([cover, *below]).buffer(PAD_EDGE)
         bare = board.artwork.copper[layer - 1].difference(covered)
-        yield from _drawn(Kind.BARE, bare, layer, "is covered by nothing from below")
+        yield from _drawn(DifferenceKind.BARE, bare, layer, "is covered by nothing from below")
 
 
 def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from sitscad.record import record
 
 
-class Source(StrEnum):
+class MarkSource(StrEnum):
     """Where a mark was read."""
 
     X2 = "Gerber X2 attributes"
@@ -33,7 +33,7 @@ class Mark:
     layer: int | None
     x: float
     y: float
-    source: Source
+    source: MarkSource
     pin: str | None = None
     function: str | None = None
     is_via: bool = False
@@ -119,7 +119,7 @@ def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) 
     pin = f"{reference}-{number}" if reference else None
     net = f"{UNUSED}{pin}" if net == "N/C" and pin else net
     if net not in _NO_NET:
-        yield Mark(net, layer, x, y, Source.X2, pin, function or None, is_via)
+        yield Mark(net, layer, x, y, MarkSource.X2, pin, function or None, is_via)
 
 
 IPC_UNITS = {"CUST 0": 2.54e-6, "CUST 1": 1e-6, "CUST 2": 2.54e-6}
@@ -168,7 +168,7 @@ def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
             marks.append(Mark(
                 net=f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net),
                 layer=None if record["access"] == "00" else int(record["access"]), x=int(record["x"]) * unit,
-                y=int(record["y"]) * unit, source=Source.IPC_D_356, pin=pad, is_via=is_via,
+                y=int(record["y"]) * unit, source=MarkSource.IPC_D_356, pin=pad, is_via=is_via,
                 drill=int(record["drill"]) * unit if record["drill"] else None,
             ))
     return tuple(mark for mark in marks if mark.net not in _NO_NET)

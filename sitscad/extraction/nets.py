@@ -13,7 +13,7 @@ from shapely import Polygon, STRtree
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.arrays import Array
-from sitscad.extraction.artwork import Artwork, Flash, Hole, read_artwork
+from sitscad.extraction.artwork import Artwork, Flash, PlottedHole, read_artwork
 from sitscad.extraction.intent import Mark, read_marks
 from sitscad.record import record
 
@@ -33,7 +33,7 @@ class Piece:
 
 
 @record
-class Contact:
+class BarePad:
     """A pad that an outside conductor meets: pin, function and intended net as the files name them, and its area."""
 
     pin: str
@@ -65,9 +65,9 @@ class ExtractedNet:
     """
 
     pieces: tuple[Piece, ...]
-    holes: tuple[Hole, ...]
+    holes: tuple[PlottedHole, ...]
     names: tuple[str, ...]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[BarePad, ...]
     loops: tuple[Loop, ...]
 
 
@@ -116,7 +116,7 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
                 if not parts.join(number, piece):
                     closing[piece].append(Loop(hole.x, hole.y))
     names: dict[int, set[str]] = defaultdict(set)
-    contacts: dict[int, list[Contact]] = defaultdict(list)
+    contacts: dict[int, list[BarePad]] = defaultdict(list)
     astray = []
     flashes = {(flash.layer, *_cell(flash.x, flash.y)): flash for flash in artwork.flashes}
     for mark, pieces_under in zip(marks, _pieces_under(marks, trees), strict=True):
@@ -164,19 +164,19 @@ def _cell(x: float, y: float) -> tuple[int, int]:
     return round(x * 1e9), round(y * 1e9)
 
 
-def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[Contact]:
+def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[BarePad]:
     """The contact that a mark names, where a pad is flashed at just that place."""
     if mark.pin is None or mark.layer is None:
         return []
     flash = flashes.get((mark.layer, *_cell(mark.x, mark.y)))
     if flash is None:
         return []
-    return [Contact(mark.pin, mark.function, mark.net, mark.layer, flash.x, flash.y, flash.shape)]
+    return [BarePad(mark.pin, mark.function, mark.net, mark.layer, flash.x, flash.y, flash.shape)]
 
 
-def _once(contacts: list[Contact]) -> tuple[Contact, ...]:
+def _once(contacts: list[BarePad]) -> tuple[BarePad, ...]:
     """One contact a pad: the same pad is named by both sources, and the Gerber file knows more of it."""
-    first: dict[tuple[int, int, int], Contact] = {}
+    first: dict[tuple[int, int, int], BarePad] = {}
     for contact in contacts:
         first.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
     return tuple(first.values())

@@ -17,9 +17,9 @@ from shapely import Point, box
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.arrays import Flags
-from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, ExtractionError, Flash, Hole, area_of
-from sitscad.extraction.differences import Difference, Kind, compare
-from sitscad.extraction.intent import Mark, Source
+from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, ExtractionError, Flash, PlottedHole, area_of
+from sitscad.extraction.differences import Difference, DifferenceKind, compare
+from sitscad.extraction.intent import Mark, MarkSource
 from sitscad.extraction.nets import nets_of
 from sitscad.record import record
 
@@ -165,7 +165,7 @@ def compare_coupon(objects: Mapping[str, Plotted], apertures: Sequence[str]) -> 
                 continue
             at, is_pad = (x * 1e-9, y * 1e-9), apertures[aperture].startswith("R")
             pin = f"J1-{len(marks)}" if is_pad else None
-            marks.append(Mark(NET, layer, *at, Source.X2, pin=pin, is_via=not is_pad))
+            marks.append(Mark(NET, layer, *at, MarkSource.X2, pin=pin, is_via=not is_pad))
             flashes.append(Flash(layer, *at, _flashed(apertures[aperture], at)))
     openings = {f.split(",")[1]: shown(objects[f], apertures) for f in objects if f.startswith("Soldermask")}
     copper = tuple(shown(objects[function], apertures) for function in layers)
@@ -175,7 +175,7 @@ def compare_coupon(objects: Mapping[str, Plotted], apertures: Sequence[str]) -> 
     if pads == PADS:
         return found
     message = f"{pads} solder pads, where a coil has {PADS}"
-    return (Difference(Kind.NO_COPPER, message), *found)
+    return (Difference(DifferenceKind.NO_COPPER, message), *found)
 
 
 def shown(objects: Plotted, apertures: Sequence[str]) -> BaseGeometry:
@@ -193,7 +193,7 @@ def _flashed(aperture: str, at: tuple[float, float]) -> BaseGeometry:
     return Point(x, y).buffer(float(sizes.split("X")[0]) * 0.5e-3, quad_segs=QUARTER_SEGMENTS)
 
 
-def _holes(objects: Mapping[str, Plotted], layers: int) -> Iterator[Hole]:
+def _holes(objects: Mapping[str, Plotted], layers: int) -> Iterator[PlottedHole]:
     """The coupon's holes out of its drill files."""
     for function in objects:
         if not function.startswith(("Plated", "NonPlated")):
@@ -203,4 +203,4 @@ def _holes(objects: Mapping[str, Plotted], layers: int) -> Iterator[Hole]:
             at = Point(x * 1e-9, y * 1e-9)
             shape = at.buffer(diameter * 0.5e-9, quad_segs=QUARTER_SEGMENTS)
             through = tuple(range(int(first), min(int(last), layers) + 1))
-            yield Hole(x * 1e-9, y * 1e-9, diameter * 1e-9, shape, plating == "Plated", through)
+            yield PlottedHole(x * 1e-9, y * 1e-9, diameter * 1e-9, shape, plating == "Plated", through)

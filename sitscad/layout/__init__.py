@@ -12,11 +12,11 @@ from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Path, Point, Region
 from sitscad.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
-from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Pair, Role, Stiffener, Trace, Via, Winding
-from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
+from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
+from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.escape import Escape, SearchLimit
 from sitscad.layout.lanes import Bus, bus_for
-from sitscad.layout.outline import Body, body_of, far_end, lack, least_x, openings, outline
+from sitscad.layout.outline import BodyExtent, body_of, far_end, lack, least_x, openings, outline
 from sitscad.layout.routes import (
     Routing,
     boards,
@@ -90,18 +90,18 @@ how much those of the others are longer than the way from the coil's middle to t
 PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart to their contacts
 
 
-def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[Pair, ...]]:
+def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
     """The pairs beside the coils and down the tail that will lead each coil out."""
     tail, lined = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1]), in_line(spec)
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
-    down = Pair(length, width, bus.layers, width + bus.spacing)
+    down = LeadPair(length, width, bus.layers, width + bus.spacing)
     frontmost = max(p.centre[0] for p in spec.array.placements)
-    found: list[tuple[Pair, ...]] = []
+    found: list[tuple[LeadPair, ...]] = []
     for coil in bare.coils:
         is_next = lined and coil.centre.x >= frontmost - 1e-9
         longer = (ROUND if lined else ROUND_FREE) * spec.coil.size[0]
         beside = FRONTMOST if is_next else bare.body[2] - coil.centre.x + longer
-        found.append((Pair(beside, bus.width, bus.layers, bus.pitch), down))
+        found.append((LeadPair(beside, bus.width, bus.layers, bus.pitch), down))
     return found
 
 
@@ -112,7 +112,7 @@ class _Attempt:
     routing: Routing | None
     bus: Bus
     tail: TailFrame
-    body: Body
+    body: BodyExtent
     shortfalls: tuple[Shortfall, ...]
 
 
@@ -156,8 +156,8 @@ def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
     board = Obstacles(spec.fpc.rules, routing.bus.spacing)
     for run in (run for both in routing.ends for run in both):
-        tracks = [piece for piece in run.pieces if isinstance(piece, Track)]
-        holes = [piece for piece in run.pieces if isinstance(piece, Hole)]
+        tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
+        holes = [piece for piece in run.pieces if isinstance(piece, ViaToPlace)]
         if not board.admits(tracks, holes):
             return False
         board.add(tracks, holes)
@@ -237,9 +237,9 @@ def _series(
     lowest = tail.layers if tail is not None and tail.layers < len(spec.fpc.stackup.copper) else None
     series: list[Trace | Via] = []
 
-    def add(pieces: Sequence[Track | Hole], role: Role, lowest: int | None = None) -> None:
+    def add(pieces: Sequence[TrackToPlace | ViaToPlace], role: Role, lowest: int | None = None) -> None:
         for piece in pieces:
-            if isinstance(piece, Hole):
+            if isinstance(piece, ViaToPlace):
                 series.append(Via(piece.centre, piece.drill, piece.pad, net, lowest))
             elif piece.path.segments:
                 series.append(Trace(piece.path, piece.width, piece.layer, net, role))
@@ -253,8 +253,8 @@ def _series(
         series.append(Trace(winding.path, width, winding.layer, net, Role.WINDING))
         if winding.inward and index // 2 < len(coil.inner):
             inner = coil.inner[index // 2]
-            stubs = [Track(path, width, layer) for layer, path in inner.stubs]
-            onward = [Track(stub.path.reversed(), width, stub.layer) for stub in stubs[1:]]
+            stubs = [TrackToPlace(path, width, layer) for layer, path in inner.stubs]
+            onward = [TrackToPlace(stub.path.reversed(), width, stub.layer) for stub in stubs[1:]]
             series.append(Trace(stubs[0].path, width, stubs[0].layer, net, Role.STUB))
             series.append(Via(inner.hole.centre, inner.hole.drill, inner.hole.pad, net))
             series += [Trace(stub.path, width, stub.layer, net, Role.STUB) for stub in onward]

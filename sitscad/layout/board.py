@@ -148,7 +148,7 @@ class Winding:
 
 
 @record
-class Pair:
+class LeadPair:
     """Both leads of a coil along a stretch that is not drawn: its length and their width (m), and their layers, the
     first on top; side by side, `apart` (m) from middle to middle, where the two are one.
     """
@@ -171,7 +171,7 @@ class Coil:
     windings: tuple[Winding, ...]
     series: tuple[Trace | Via, ...]
     is_closed_circuit: bool
-    undrawn: tuple[Pair, ...] = ()
+    undrawn: tuple[LeadPair, ...] = ()
     goes_on: tuple[float, float] = (0.0, 0.0)
 
     @property

@@ -27,7 +27,7 @@ import numpy as np
 from sitscad.arrays import Array, Index
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
-from sitscad.layout.clearance import Breadth, Hole, Track, hole_distance, hole_keep_out, joined_hole
+from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_distance, hole_keep_out, joined_hole
 from sitscad.layout.lanes import Bus, Ring
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement, CoilSpec
@@ -110,7 +110,7 @@ class OuterEnd:
 
 
 @record
-class Surroundings:
+class BranchGround:
     """What the search of one coil needs to know: the spec, the bus, the ground for vias across the tail."""
 
     spec: SensorSpec
@@ -119,7 +119,7 @@ class Surroundings:
     breadth: Breadth
 
     @cached_property
-    def joined(self) -> Hole:
+    def joined(self) -> ViaToPlace:
         """A via with the ends of the leads that meet there."""
         return joined_hole(self.spec.fpc.rules, self.bus.width)
 
@@ -138,7 +138,7 @@ class Surroundings:
         """The ring's smallest radius (m): angles are turned into distances with it, on the safe side."""
         return min(self.spec.coil.size) / 2 + self.bus.ring_offset
 
-    def via_places(self) -> Iterator[Hole]:
+    def via_places(self) -> Iterator[ViaToPlace]:
         """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
         rules, beyond = self.spec.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
@@ -148,13 +148,13 @@ class Surroundings:
             centre = place.shifted(*self.placement.centre)
             if self.breadth.holds(centre.y, centre.y, keep):
                 self._stands[centre] = angle, distance
-                yield Hole(centre, rules.via_pad, rules.via_drill)
+                yield ViaToPlace(centre, rules.via_pad, rules.via_drill)
 
     @cached_property
     def _stands(self) -> dict[Point, tuple[float, float]]:
         return {}
 
-    def stand(self, hole: Hole) -> tuple[float, float]:
+    def stand(self, hole: ViaToPlace) -> tuple[float, float]:
         """Where the ring road passes one of the via places (rad), and how far from it (m)."""
         return self._stands[hole.centre]
 
@@ -180,7 +180,7 @@ def _via_places(
 class Leg:
     """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
 
-    around: Surroundings
+    around: BranchGround
     layer: int
     begin: Point
     angle: float
@@ -199,7 +199,7 @@ class Leg:
         return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
 
     @cached_property
-    def track(self) -> Track:
+    def track(self) -> TrackToPlace:
         """The leg as a track."""
         ring = self.around.ring
         first = ring.at(self.angle)
@@ -207,7 +207,7 @@ class Leg:
         if self.sweep:
             path = path + ring.along(self.angle, self.end_angle, self.sweep > 0)
         beyond = Path(tuple(Line(start, end) for start, end in self.stretches))
-        return Track(path + beyond, self.around.bus.width, self.layer)
+        return TrackToPlace(path + beyond, self.around.bus.width, self.layer)
 
     @cached_property
     def round(self) -> float:
@@ -228,11 +228,11 @@ class Branch:
     """
 
     legs: tuple[Leg, ...]
-    hole: Hole | None = None
+    hole: ViaToPlace | None = None
     returns: bool = False
 
     @cached_property
-    def pieces(self) -> tuple[Track | Hole, ...]:
+    def pieces(self) -> tuple[TrackToPlace | ViaToPlace, ...]:
         """Tracks and hole in the order of the current."""
         if self.hole is None:
             return self.tracks
@@ -240,12 +240,12 @@ class Branch:
         return (first, self.hole, replace(second, path=second.path.reversed()) if self.returns else second)
 
     @property
-    def tracks(self) -> tuple[Track, ...]:
+    def tracks(self) -> tuple[TrackToPlace, ...]:
         """The tracks alone, as they are drawn."""
         return tuple(leg.track for leg in self.legs)
 
     @property
-    def holes(self) -> tuple[Hole, ...]:
+    def holes(self) -> tuple[ViaToPlace, ...]:
         """The hole, if there is one."""
         return (self.hole,) if self.hole else ()
 
@@ -275,7 +275,7 @@ class BranchTable:
     beyond the ring: starts and steps (w, 2) and the branch that each belongs to.
     """
 
-    around: Surroundings
+    around: BranchGround
     branches: tuple[Branch, ...]
     cost: Array
     round: Array
@@ -334,7 +334,7 @@ class BranchTable:
         return not bool(np.isnan(self.angle).all())
 
 
-def branch_table(around: Surroundings, branches: Sequence[Branch]) -> BranchTable:
+def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTable:
     """The arrays of some branches."""
     legs, vias, stretches, owner = [], [], [], []
     for k, branch in enumerate(branches):

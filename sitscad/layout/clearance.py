@@ -55,7 +55,7 @@ ENDLESS = Breadth(-math.inf, math.inf)  # Ground without edges
 
 
 @record
-class Track:
+class TrackToPlace:
     """A track to be placed: centre line, width (m) and copper layer."""
 
     path: Path
@@ -73,13 +73,13 @@ class Track:
         return self.pieces.boxes
 
     @cached_property
-    def copper(self) -> Copper:
+    def copper(self) -> CopperBoxes:
         """The track as a table of its own, remembered: the same way is held against much else."""
-        return Copper.of([self])
+        return CopperBoxes.of([self])
 
 
 @record
-class Hole:
+class ViaToPlace:
     """A via to be placed: centre, pad and drill diameters (m); its pad is on every layer."""
 
     centre: Point
@@ -88,7 +88,7 @@ class Hole:
 
 
 @record
-class Copper:
+class CopperBoxes:
     """The pieces of many tracks as one table: boxes (n, 4; m) of their centre lines, and half their widths (n; m)."""
 
     pieces: Primitives
@@ -96,7 +96,7 @@ class Copper:
     half_width: Array
 
     @classmethod
-    def of(cls, tracks: Sequence[Track]) -> Copper:
+    def of(cls, tracks: Sequence[TrackToPlace]) -> CopperBoxes:
         """The table of some tracks."""
         widths = np.repeat([track.width / 2 for track in tracks], [len(track.boxes) for track in tracks])
         boxes = np.concatenate([np.empty((0, 4)), *(track.boxes for track in tracks)])
@@ -110,12 +110,12 @@ class Obstacles:
         self._rules = rules
         self._spacing = spacing
         self._breadth = breadth
-        self._tracks: dict[int, list[Track]] = {}
-        self._holes: list[Hole] = []
-        self._copper: dict[int, Copper] = {}
+        self._tracks: dict[int, list[TrackToPlace]] = {}
+        self._holes: list[ViaToPlace] = []
+        self._copper: dict[int, CopperBoxes] = {}
         self._kept: tuple[Array, Array] | None = None
 
-    def add(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> None:
+    def add(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace] = ()) -> None:
         """Put tracks and holes on the board."""
         for track in tracks:
             self._tracks[track.layer] = [*self._tracks.get(track.layer, []), track]
@@ -128,13 +128,13 @@ class Obstacles:
         other._tracks, other._holes, other._copper = dict(self._tracks), self._holes, dict(self._copper)
         return other
 
-    def admits(self, tracks: Iterable[Track], holes: Iterable[Hole] = ()) -> bool:
+    def admits(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace] = ()) -> bool:
         """Whether all of these keep their distance from what is there (not from one another)."""
         return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
-    def admits_each(self, tracks: Sequence[Track]) -> Flags:
+    def admits_each(self, tracks: Sequence[TrackToPlace]) -> Flags:
         """Of tracks on one layer whether each keeps its distances: as `admits`, all of them at once."""
-        own = Copper.of(tracks)
+        own = CopperBoxes.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
         keep = self._rules.copper_to_edge + own.half_width - 2 * SLACK
         low, high = self._breadth.low + keep, self._breadth.high - keep
@@ -146,7 +146,7 @@ class Obstacles:
             free[of[self._touching(own, self._on(tracks[0].layer))]] = False
         return free
 
-    def admitted(self, holes: Sequence[Hole]) -> list[Hole]:
+    def admitted(self, holes: Sequence[ViaToPlace]) -> list[ViaToPlace]:
         """The holes of some that keep their distance from what is there, each on its own."""
         if not holes:
             return []
@@ -162,12 +162,12 @@ class Obstacles:
             free[_meetings(self._on(layer), centres, keep)[:, 1]] = False
         return [hole for hole, stays in zip(holes, free.tolist(), strict=True) if stays]
 
-    def _on(self, layer: int) -> Copper:
+    def _on(self, layer: int) -> CopperBoxes:
         if layer not in self._copper:
-            self._copper[layer] = Copper.of(self._tracks[layer])
+            self._copper[layer] = CopperBoxes.of(self._tracks[layer])
         return self._copper[layer]
 
-    def _admits_track(self, track: Track) -> bool:
+    def _admits_track(self, track: TrackToPlace) -> bool:
         """Whether a track keeps its distances from edge, holes and tracks."""
         from_edge = self._rules.copper_to_edge + track.width / 2 - 2 * SLACK
         if not self._breadth.holds(track.boxes[:, 1].min(), track.boxes[:, 3].max(), from_edge):
@@ -184,7 +184,7 @@ class Obstacles:
             self._kept = np.array([hole.centre for hole in self._holes]), np.array(keep)
         return self._kept
 
-    def _touching(self, track: Copper, other: Copper) -> Index:
+    def _touching(self, track: CopperBoxes, other: CopperBoxes) -> Index:
         """Which pieces of copper come nearer to other copper than the spacing."""
         reach = track.half_width + self._spacing
         pairs = nearest_pairs(track.boxes, reach, other.boxes, other.half_width)
@@ -194,7 +194,7 @@ class Obstacles:
         return pairs[gaps < reach[pairs[:, 0]] + other.half_width[pairs[:, 1]] - SLACK, 0]
 
 
-def _meetings(copper: Copper, centres: Array, keep: Array) -> Index:
+def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
     """Pairs (m, 2) of the copper's pieces and some centres that are nearer to each other than the centres' `keep`."""
     pairs = nearest_pairs(copper.boxes, copper.half_width, np.hstack([centres, centres]), keep)
     piece, hole = pairs[:, 0], pairs[:, 1]
@@ -202,17 +202,17 @@ def _meetings(copper: Copper, centres: Array, keep: Array) -> Index:
     return pairs[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 
-def joined_hole(rules: DesignRules, width: float) -> Hole:
+def joined_hole(rules: DesignRules, width: float) -> ViaToPlace:
     """The smallest via, unplaced, with the round ends of the tracks (width in m) that it joins."""
-    return Hole(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
+    return ViaToPlace(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)
 
 
-def hole_keep_out(hole: Hole, rules: DesignRules, spacing: float) -> float:
+def hole_keep_out(hole: ViaToPlace, rules: DesignRules, spacing: float) -> float:
     """Distance (m) from a hole's centre to the edge of any copper that is not joined to it."""
     return max(hole.pad / 2 + spacing, hole.drill / 2 + rules.drill_to_copper)
 
 
-def hole_distance(one: Hole, other: Hole, rules: DesignRules, spacing: float) -> float:
+def hole_distance(one: ViaToPlace, other: ViaToPlace, rules: DesignRules, spacing: float) -> float:
     """Smallest distance (m) between the centres of two holes."""
     return max(
         (one.pad + other.pad) / 2 + spacing,

@@ -20,17 +20,17 @@ from sitscad.arrays import Array
 from sitscad.geometry.path import TWO_PI, Point, polyline
 from sitscad.layout.branches import (
     Branch,
+    BranchGround,
     BranchTable,
     Leg,
     OuterEnd,
-    Surroundings,
     branch_table,
     closing_cost,
     closing_turns,
     counted,
     least_closing,
 )
-from sitscad.layout.clearance import Hole, Obstacles, Track
+from sitscad.layout.clearance import Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import BENT_BACK, Exit, straightness
 from sitscad.record import record
 
@@ -159,7 +159,7 @@ class Escape:
 
 
 def escape(
-    around: Surroundings, joins: list[tuple[OuterEnd, OuterEnd]], ends: tuple[OuterEnd, OuterEnd],
+    around: BranchGround, joins: list[tuple[OuterEnd, OuterEnd]], ends: tuple[OuterEnd, OuterEnd],
     choices: Iterable[tuple[Exit, Exit]], obstacles: Obstacles, searches: SearchLimit, first: bool = False,
     known: Joined | None = None,
 ) -> Escape | None:
@@ -220,7 +220,7 @@ class _Search:
         self.gave_up = False
 
     def lead_tables(
-        self, around: Surroundings, ends: tuple[OuterEnd, OuterEnd], exits: tuple[Exit, Exit], places: list[Hole]
+        self, around: BranchGround, ends: tuple[OuterEnd, OuterEnd], exits: tuple[Exit, Exit], places: list[ViaToPlace]
     ) -> list[BranchTable] | None:
         """The ways of two leads, the cheapest first; None where one has none that the board admits: the other's, which
         are many, are then not made. A lead from the inside may come out beside the other end, or near there.
@@ -300,10 +300,10 @@ class _Search:
         self._total -= 1
         self._searches.left -= 1
 
-    def lets_out(self, around: Surroundings, out: Exit) -> bool:
+    def lets_out(self, around: BranchGround, out: Exit) -> bool:
         """Whether the way from ring to tail that leads share is free: if not, that is one trial instead of one each."""
         way = polyline([around.ring.at(out.angle), *out.way])
-        is_free = not way.segments or self._obstacles.admits([Track(way, around.bus.width, out.layer)])
+        is_free = not way.segments or self._obstacles.admits([TrackToPlace(way, around.bus.width, out.layer)])
         if not is_free:
             self._spend()
         return is_free
@@ -335,7 +335,7 @@ class _Search:
         if layer not in self._closed:  # where the pieces begin (rad) on which no track of the layer may run
             ring, begin = leg.around.ring, np.linspace(0.0, TWO_PI, PIECES, endpoint=False)
             roads = (ring.along(low, low + piece, True) for low in begin.tolist())
-            ways = [Track(road, leg.around.bus.width, layer) for road in roads]
+            ways = [TrackToPlace(road, leg.around.bus.width, layer) for road in roads]
             self._closed[layer] = begin[~self._obstacles.admits_each(ways)]
         ahead = (self._closed[layer] - (leg.angle + min(leg.sweep, 0.0))) % TWO_PI
         return bool(np.any(ahead <= abs(leg.sweep) - piece - 1e-9))
@@ -351,7 +351,7 @@ def _cheapest_pairs(leads_a: BranchTable, leads_b: BranchTable) -> Iterator[tupl
 
 
 def _ways_out(
-    around: Surroundings, end: OuterEnd, out: Exit, places: list[Hole], beside: list[float]
+    around: BranchGround, end: OuterEnd, out: Exit, places: list[ViaToPlace], beside: list[float]
 ) -> Iterator[Branch]:
     """The ways from a coil's end to its exit: directly, or by a via where layers differ, near where it comes out."""
     if end.layer == out.layer:
@@ -374,7 +374,7 @@ def _ways_out(
                 yield Branch((to_via, from_via), hole)
 
 
-def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:
+def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
     """Whether a lead that comes round the ring by `sweep` (rad) would leave it back over itself."""
     if not sweep:
         return False
@@ -383,14 +383,14 @@ def _doubles_back(around: Surroundings, out: Exit, sweep: float) -> bool:
     return straightness(before, leaves, beyond) < -SHARPEST
 
 
-def _legs_to_via(around: Surroundings, end: OuterEnd, hole: Hole, beside: Sequence[float] = ()) -> list[Leg]:
+def _legs_to_via(around: BranchGround, end: OuterEnd, hole: ViaToPlace, beside: Sequence[float] = ()) -> list[Leg]:
     """The ways from a coil's end to a via beside the ring."""
     angle, _ = around.stand(hole)
     sweeps = _sweeps(around, end, angle, beside)
     return [Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in sweeps]
 
 
-def _sweeps(around: Surroundings, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
+def _sweeps(around: BranchGround, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
     """Both ways round from an end to an angle; from an inner via straight under the turns, or out at one of the angles
     `beside` and both ways round from there, where that meets the ring without bending back sharply. At a corner each
     way begins on its own side of it, so that no lead bends back sharply.

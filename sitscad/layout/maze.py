@@ -19,7 +19,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.geometry.path import Point
-from sitscad.layout.clearance import Breadth, Hole, Track, hole_keep_out
+from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
@@ -203,7 +203,7 @@ class Maze:
     lattice: Lattice
     bus: Bus
     ground: Ground
-    holes: list[Hole] = field(default_factory=list)
+    holes: list[ViaToPlace] = field(default_factory=list)
     _chords: Array = field(default_factory=lambda: np.empty((0, 5)))
 
     def __post_init__(self) -> None:
@@ -211,7 +211,7 @@ class Maze:
         self.spec, self.step = self.lattice.spec, self.lattice.step
         self._free = np.ones((len(self.lattice.xs), len(self.lattice.ys)), dtype=bool)
 
-    def add(self, tracks: Iterable[Track], holes: Iterable[Hole]) -> None:
+    def add(self, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> None:
         """Put tracks and holes on the board."""
         for hole in holes:
             self.holes.append(hole)
@@ -233,7 +233,7 @@ class Maze:
         x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
         self._free[columns, rows] &= _from_stretch(x, y, *a, *b) >= need
 
-    def _keep_out(self, hole: Hole) -> float:
+    def _keep_out(self, hole: ViaToPlace) -> float:
         return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:

@@ -11,7 +11,7 @@ from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, part_of, rectangle, rounded
 from sitscad.layout.board import Pad
-from sitscad.layout.clearance import SLACK, Breadth, Hole, Track
+from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
 from sitscad.record import record
@@ -137,7 +137,7 @@ def _along(segment: Segment, point: Point) -> float:
     return (angle if segment.ccw else -angle) % (2.0 * math.pi)
 
 
-def walls(spec: SensorSpec, tail: TailFrame) -> tuple[Track, ...]:
+def walls(spec: SensorSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
     """The given edge as tracks on all layers, so wide that what keeps its spacing from them keeps the fabricator's
     distance from the edge (their width is negative where that is the smaller one); none without a given outline.
     """
@@ -146,7 +146,7 @@ def walls(spec: SensorSpec, tail: TailFrame) -> tuple[Track, ...]:
         return ()
     rules = spec.fpc.rules
     width, outline = 2.0 * (rules.copper_to_edge - rules.trace_spacing), board(edge, tail)
-    return tuple(Track(outline, width, copper.number) for copper in spec.fpc.stackup.copper)
+    return tuple(TrackToPlace(outline, width, copper.number) for copper in spec.fpc.stackup.copper)
 
 
 def lack(spec: SensorSpec, tail: TailFrame) -> Shortfall | None:
@@ -181,7 +181,7 @@ def breadth_of(spec: SensorSpec) -> Breadth | None:
 
 
 @record
-class Body:
+class BodyExtent:
     """The part of the board on the jaw: from `start` to `end` along x, from `low` to `high` across, where y = 0 is the
     tail's axis (m); ``edge`` is its outline where the spec gives one.
     """
@@ -201,14 +201,14 @@ class Body:
         """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
         return 0.2 * min(self.high - self.low, self.end - self.start)
 
-    def widened(self, side: int, half_width: float) -> Body:
+    def widened(self, side: int, half_width: float) -> BodyExtent:
         """The body, so wide (m) at least on one side."""
         if side > 0:
             return replace(self, high=max(self.high, half_width))
         return replace(self, low=min(self.low, -half_width))
 
 
-def far_end(spec: SensorSpec, tracks: Iterable[Track], holes: Iterable[Hole]) -> float:
+def far_end(spec: SensorSpec, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> float:
     """The least x (m) that the body needs for coils, tracks and holes, with the distance of copper from the edge."""
     left = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
     for hole in holes:
@@ -253,7 +253,7 @@ def _about(middle: float, low: float, high: float, room: float) -> tuple[float, 
     return (low, high + more) if lacks > 0.0 else (low - more, high)
 
 
-def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> Body:
+def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
     """The body for coils and leads that begin at `far` (m) and take so much of it across. It is as wide as a wider tail
     where the inner corner between them would not fit beside the far one, where it reaches beyond the place from which
     leads part to such a tail, and where only one of its sides is the narrower one.
@@ -261,8 +261,8 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     across = body_breadth(spec, needed)
     low, high = across.low, across.high
     if (edge := edge_of_body(spec)) is not None:
-        return Body(*ends(spec, far, tail.body_end), low, high, edge)
-    body = Body(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
+        return BodyExtent(*ends(spec, far, tail.body_end), low, high, edge)
+    body = BodyExtent(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
     is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
     for side in (-1, 1):
@@ -274,7 +274,7 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     return body
 
 
-def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
+def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
     """The closed outline, counter-clockwise from the body's far lower corner. ``copper`` lists points of the body's
     copper with their half widths (m): a corner of the body is rounded only as far as they keep the distance `edge` from
     it. A given outline stays as it is.
@@ -299,7 +299,7 @@ def outline(body: Body, tail: TailFrame, copper: list[tuple[Point, float]], edge
     return rounded([point for point, _ in corners], [radius for _, radius in corners])
 
 
-def _far_corner_radius(body: Body, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
+def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, float]], edge: float) -> float:
     """The largest radius (m) of a far corner, at most `CORNER_RADIUS`, that leaves all copper its distance."""
 
     def keeps(radius: float, point: Point, need: float) -> bool:

@@ -9,8 +9,8 @@ from itertools import chain, islice, product
 from typing import TYPE_CHECKING, Any
 
 from sitscad.geometry.path import Point
-from sitscad.layout.branches import OuterEnd, Surroundings
-from sitscad.layout.clearance import Breadth, Obstacles, Track, hole_keep_out, joined_hole
+from sitscad.layout.branches import BranchGround, OuterEnd
+from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole
 from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
@@ -204,7 +204,7 @@ class _Board:
     breadth: Breadth
     searches: SearchLimit
     joined: Joined
-    walls: tuple[Track, ...] = ()
+    walls: tuple[TrackToPlace, ...] = ()
 
     def laid(self, there: Iterable[Escape]) -> Obstacles:
         """The board with the ways out of some coils."""
@@ -249,7 +249,7 @@ def _lead_out(
     coil, wound = board.spec.coil, board.wound[index]
     boundary = coil.outline.boundary(coil.size, -coil.trace_width / 2)
     others = [
-        Track(boundary.rotated(placement.rotation).shifted(*placement.centre), coil.trace_width, layer)
+        TrackToPlace(boundary.rotated(placement.rotation).shifted(*placement.centre), coil.trace_width, layer)
         for i, placement in enumerate(board.spec.array.placements)
         for layer in coil.layers
         if i != index
@@ -263,7 +263,7 @@ def _lead_out(
     obstacles = laid.copy()
     obstacles.add(others, passed)
     both = ends[0], ends[-1]
-    around = Surroundings(board.spec, board.bus, board.lanes[index].placement, board.breadth)
+    around = BranchGround(board.spec, board.bus, board.lanes[index].placement, board.breadth)
     return escape(around, joins, both, choices, obstacles, board.searches, first, board.joined)
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, rounded
-from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.record import record
 from sitscad.spec.circuit import Chip, Connector, Tail
@@ -306,7 +306,7 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 
 def _beside_via(rules: DesignRules, bus: Bus) -> float:
     """From a via's centre to the nearest edge of a track beside it (m)."""
-    return hole_keep_out(Hole(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
+    return hole_keep_out(ViaToPlace(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
 
 
 def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
@@ -350,7 +350,7 @@ ASKEW = "within a tail's turn everything has to run along the tail"
 
 
 @record
-class Stretch:
+class FrameStretch:
     """A part of a tail's middle line from `begin` on (m along the straight tail). It starts at `origin` with a heading
     (rad from +x); ``radius`` (m) is positive for an arc to the left, negative for one to the right, None for a straight
     part.
@@ -385,7 +385,7 @@ def _beside(point: Point, heading: float, left: float) -> Point:
 class Course:
     """The stretches of a tail's middle line, one after the other; before the first one the board is as it was."""
 
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[FrameStretch, ...]
 
     def place(self, point: Point) -> Point:
         """Where a point of the straight board comes to lie."""
@@ -412,11 +412,11 @@ class Course:
         """Whether the tail ends across the direction in which it began."""
         return abs(math.sin(self.stretches[-1].heading)) > 0.5
 
-    def _at(self, x: float) -> Stretch:
+    def _at(self, x: float) -> FrameStretch:
         return next((s for s in reversed(self.stretches) if x >= s.begin), self.stretches[0])
 
 
-def _moved(segment: Segment, stretch: Stretch) -> Segment:
+def _moved(segment: Segment, stretch: FrameStretch) -> Segment:
     start, end = stretch.place(segment.start), stretch.place(segment.end)
     if isinstance(segment, Arc):
         if stretch.radius is not None:
@@ -439,11 +439,11 @@ def course(tail: Tail | None, half_width: float, begin: float) -> Course | None:
     plan = _plan(tail, half_width)
     if not plan:
         return None
-    here = Stretch(-math.inf, Point(0.0, 0.0), 0.0)
+    here = FrameStretch(-math.inf, Point(0.0, 0.0), 0.0)
     at, origin, heading = begin, Point(begin, 0.0), 0.0
     stretches = [replace(here, begin=begin - 1.0, origin=Point(begin - 1.0, 0.0))]
     for length, radius in [*plan, (0.0, None)]:
-        stretches.append(Stretch(at, origin, heading, radius))
+        stretches.append(FrameStretch(at, origin, heading, radius))
         at += length
         origin = stretches[-1].place(Point(at, 0.0))
         heading += length / radius if radius is not None else 0.0

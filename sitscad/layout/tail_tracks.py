@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from sitscad.geometry.path import Path, Point, polyline
 from sitscad.layout.board import Layout, Pad
-from sitscad.layout.clearance import Hole, Track
+from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
 from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin
 from sitscad.record import record
@@ -81,13 +81,13 @@ class Run:
     tail; the tail's own tracks and holes; the contact; a capacitor's pad.
     """
 
-    neck: Track
-    lane: tuple[Track | Hole, ...]
+    neck: TrackToPlace
+    lane: tuple[TrackToPlace | ViaToPlace, ...]
     pad: Pad
     chip_pad: Pad | None = None
 
     @property
-    def pieces(self) -> tuple[Track | Hole, ...]:
+    def pieces(self) -> tuple[TrackToPlace | ViaToPlace, ...]:
         """All tracks and holes."""
         return (self.neck, *self.lane)
 
@@ -139,18 +139,18 @@ def _run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, 
     """A conductor from the funnel to its contact; end B of a stacked pair comes up to the contact's layer by a via."""
     name, width, rules = lane.placement.name, tail.trace_width, spec.fpc.rules
     layer = bus.layers[0] if end == "A" else bus.layers[1]
-    neck = Track(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
+    neck = TrackToPlace(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
     pad = replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
     if not bus.is_stacked:
-        return Run(neck, (Track(polyline([neck.path.end, pad.centre]), width, layer),), pad)
+        return Run(neck, (TrackToPlace(polyline([neck.path.end, pad.centre]), width, layer),), pad)
 
     height = _track_height(tail, number)
     part = Point(parting(spec, bus, tail), way.height)
     before = [neck.path.end, part, Point(part.x + abs(height - way.height), height)]
-    pieces: list[Track | Hole] = []
+    pieces: list[TrackToPlace | ViaToPlace] = []
     if end == "B":
-        hole = Hole(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
-        pieces = [Track(polyline([*before, hole.centre]), width, layer), hole]
+        hole = ViaToPlace(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
+        pieces = [TrackToPlace(polyline([*before, hole.centre]), width, layer), hole]
         before, layer = [hole.centre], pad.layer
     after, aside = [pad.centre], abs(height - pad.centre.y)
     if aside >= 1e-9:  # it draws together with the others to the contacts' pitch
@@ -158,11 +158,11 @@ def _run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, 
         after = [begin, Point(begin.x + aside, pad.centre.y), pad.centre]
 
     if tail.chip is None:
-        return Run(neck, (*pieces, Track(polyline([*before, *after]), width, layer)), pad)
+        return Run(neck, (*pieces, TrackToPlace(polyline([*before, *after]), width, layer)), pad)
     reference, pin = f"CT{name.removeprefix('C')}", 1 if end == "A" else 2
     size, centre = (tail.chip.pad_across, tail.chip.pad_along), Point((tail.fan_end + tail.chip_end) / 2, height)
     chip_pad = Pad(centre, size, 1, name, f"{reference}.{pin}", pin, reference)
-    broken = [Track(polyline(points), width, layer) for points in ([*before, centre], [centre, *after])]
+    broken = [TrackToPlace(polyline(points), width, layer) for points in ([*before, centre], [centre, *after])]
     return Run(neck, (*pieces, *broken), pad, chip_pad)
 
 

@@ -17,7 +17,7 @@ from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import ALONG, Hole, hole_distance, hole_keep_out
+from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out
 from sitscad.layout.lanes import Bus
 from sitscad.record import record
 from sitscad.spec.circuit import CopperLayer
@@ -45,12 +45,12 @@ ROUNDING = 0.5e-6  # What points a little apart may miss (m)
 class InnerJoin:
     """A via inside the winding and the stubs that reach it: (copper layer, from the winding's inner end to the via)."""
 
-    hole: Hole
+    hole: ViaToPlace
     stubs: tuple[tuple[int, Path], ...]
 
     def shifted(self, dx: float, dy: float) -> InnerJoin:
         """The join, moved (m)."""
-        hole = Hole(self.hole.centre.shifted(dx, dy), self.hole.pad, self.hole.drill)
+        hole = ViaToPlace(self.hole.centre.shifted(dx, dy), self.hole.pad, self.hole.drill)
         return InnerJoin(hole, tuple((layer, path.shifted(dx, dy)) for layer, path in self.stubs))
 
 
@@ -85,7 +85,7 @@ def place_inner_vias(
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
-    hole = Hole(inside.centre, rules.via_pad, rules.via_drill)
+    hole = ViaToPlace(inside.centre, rules.via_pad, rules.via_drill)
     asked = width + min(turn_spacing, rules.trace_spacing)
     room = _StubRoom({turn.end.layer: turn.points for turn in innermost}, width + spacing, asked)
     distinct = [room.points[layer] for layer in sorted(set(room.alike.values()))]
@@ -137,7 +137,7 @@ class _Innermost:
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
     """Smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one ring."""
-    hole = Hole(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    hole = ViaToPlace(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:
         return 2.0 * keep
@@ -264,7 +264,7 @@ def _spread(corners: list[Point]) -> Array:
 class _Candidates:
     """The joins whose stubs keep off the turns, near ones first, worked out when asked for: few are needed."""
 
-    def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: Hole) -> None:
+    def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: ViaToPlace) -> None:
         away = np.round(sum(np.hypot(places[:, 0] - e.point.x, places[:, 1] - e.point.y) for e in ends), 9)
         self._ends, self._room, self._hole = ends, room, hole
         self._places = places[np.argsort(away, kind="stable")] if len(places) else places
@@ -293,7 +293,8 @@ class _Candidates:
     def _join(self, place: Point) -> InnerJoin | None:
         stubs = [(end.layer, self._room.stub(end, place)) for end in self._ends]
         named = tuple((layer, stub) for layer, stub in stubs if stub)
-        return InnerJoin(Hole(place, self._hole.pad, self._hole.drill), named) if len(named) == len(stubs) else None
+        via = ViaToPlace(place, self._hole.pad, self._hole.drill)
+        return InnerJoin(via, named) if len(named) == len(stubs) else None
 
 
 def _at_once(

@@ -43,12 +43,12 @@ class Held:
     stiffness: np.ndarray
 
 
-class Pad:
+class HalfPad:
     """Half of a pad, ready to be moved; moduli in Pa. `exponents` are Ogden's, of pad and skin; 2 is neo-Hookean."""
 
     def __init__(
-        self, solid: Solid, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4, mesh: Mesh | None = None,
-        exponents: tuple[float, float] = (2.0, 2.0),
+        self, solid: GluedPlate, cells: int, shear: float = 1.0, skin: float = 1.0, order: int = 4,
+        mesh: Mesh | None = None, exponents: tuple[float, float] = (2.0, 2.0),
     ) -> None:
         import ngsolve as ng
 
@@ -222,7 +222,7 @@ BOARD, PLATE, MIDDLE, FREE = "board", "plate", "middle", "free"
 
 
 @record
-class Solid:
+class GluedPlate:
     """A plate glued on a pad, glued on a board: widths (m) along x and y of the plate and of what reaches beyond it.
 
     `rim` is by how much the pad is wider than the plate to each side, `skin` how thick a film stands round the pad, its
@@ -250,7 +250,7 @@ class Mesh:
     faces: dict[str, np.ndarray]
 
 
-def fanned(solid: Solid, cells: int, layers: int = 2, depth: float = 0.3, ratio: float = 0.4) -> Mesh:
+def fanned(solid: GluedPlate, cells: int, layers: int = 2, depth: float = 0.3, ratio: float = 0.4) -> Mesh:
     """Half of a pad (y >= 0): `cells` elements through the inner box's height, and `layers` of them in the frame, its
     thickness `depth` of the pad's, each layer's bounds `ratio` as far from the face as the one inside it.
     """
@@ -348,7 +348,7 @@ SIDES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3,
 """The faces of a hexahedron, seen from outside."""
 
 
-def _faces(points: np.ndarray, elements: np.ndarray, solid: Solid) -> dict[str, np.ndarray]:
+def _faces(points: np.ndarray, elements: np.ndarray, solid: GluedPlate) -> dict[str, np.ndarray]:
     """The outer faces (n, 4; numbers of points, no unit) by what they are: BOARD, PLATE, MIDDLE or FREE."""
     quads = elements[:, SIDES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True)

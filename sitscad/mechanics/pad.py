@@ -49,7 +49,7 @@ class Courses:
     (of both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
     """
 
-    squeeze: pad_law.Compression
+    squeeze: pad_law.CompressionLaw
     pieces: Array
     twist: float
 

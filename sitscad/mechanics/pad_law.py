@@ -245,7 +245,7 @@ def _lindley(strain: Number) -> Number:
 
 
 @record
-class Compression:
+class CompressionLaw:
     """Normal pressure by strain: modulus, course (1 + first e + second e^2), and that of the film beside it."""
 
     modulus: float
@@ -295,7 +295,7 @@ class Compression:
         return strain
 
 
-def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
+def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
     """The course of compression of a block, no unit; the bulk modulus is in shear moduli, too. Fitted to finite
     elements (tests/validation/pad_figures.csv) over Lindley's law.
     """
@@ -306,7 +306,7 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> Compression:
     second = -1.458 + 1.509 * flat - 0.462 * flat**2
     bonded = _bonded(block)
     first, second = bonded * first, bonded * second
-    return Compression(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0], block.ogden)
+    return CompressionLaw(modulus / (1.0 + modulus / bulk_modulus), first, second, block.films[0], block.ogden)
 
 
 def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:

@@ -437,14 +437,14 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
 def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
-    from sitscad.drawing.pictures.board import Mark, picture
+    from sitscad.drawing.pictures.board import PicturePoint, picture
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import plan_view
     from sitscad.papers.drawings import stackup as stackup_drawing
 
     layout = contents.layout
     marks = [
-        Mark(finding.place.x, finding.place.y, str(number), finding.severity.value)
+        PicturePoint(finding.place.x, finding.place.y, str(number), finding.severity.value)
         for number, finding in numbered_places(contents.checked.findings)
         if finding.place is not None
     ]

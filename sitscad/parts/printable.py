@@ -31,7 +31,7 @@ BEDS: dict[str, tuple[int, float]] = {
 
 
 @record
-class Fault:
+class Unprintable:
     """Something of a piece that its process does not make: what, its size and the least (m; m3 of hollows)."""
 
     what: str
@@ -53,7 +53,7 @@ class Printable:
     hole: float | None
     bed: str
     unsupported: float
-    faults: tuple[Fault, ...]
+    faults: tuple[Unprintable, ...]
 
 
 def printable(solid: Solid, process: str) -> Printable:
@@ -97,10 +97,10 @@ def printable(solid: Solid, process: str) -> Printable:
     ):
         limit = print_limit(process, what).value
         if measured is not None and measured < limit - GRAIN:
-            faults.append(Fault(what, measured, limit, fix))
+            faults.append(Unprintable(what, measured, limit, fix))
     if hollow > 0.0:
         fix = "open it by two holes (sitscad/data/print_limits.csv: escape)"
-        faults.append(Fault("trapped volume", hollow, 0.0, fix))
+        faults.append(Unprintable("trapped volume", hollow, 0.0, fix))
     return Printable(solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(faults))
 
 

@@ -38,7 +38,7 @@ from sitscad.scene.bodies import (
     target_lines,
 )
 from sitscad.scene.column import GLUE, column, levels
-from sitscad.scene.tail_path import Station, Stretch, TailPath, tail_path
+from sitscad.scene.tail_path import Station, BentStretch, TailPath, tail_path
 from sitscad.spec.circuit import LayerKind, StackLayer
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
@@ -177,7 +177,7 @@ class FlatPart:
 
     first: float
     here: Station
-    stretch: Stretch
+    stretch: BentStretch
     faces: tuple[Any, ...] = ()
 
 

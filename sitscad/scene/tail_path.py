@@ -32,7 +32,7 @@ class Lip:
 
 
 @record
-class Stretch:
+class BentStretch:
     """A part of the tail's middle line: its length (m), and the angle (rad) that it turns upwards by over that."""
 
     length: float
@@ -47,7 +47,7 @@ class Station:
     z: float
     angle: float
 
-    def after(self, stretch: Stretch, length: float | None = None) -> Station:
+    def after(self, stretch: BentStretch, length: float | None = None) -> Station:
         """The place at the end of a stretch that begins here, or after so much (m) of it."""
         run = stretch.length if length is None else length
         if not stretch.turn:
@@ -57,7 +57,7 @@ class Station:
         dx, dz = math.sin(end) - math.sin(self.angle), math.cos(self.angle) - math.cos(end)
         return Station(self.x + radius * dx, self.z + radius * dz, end)
 
-    def distance(self, stretch: Stretch, x: float, z: float) -> float:
+    def distance(self, stretch: BentStretch, x: float, z: float) -> float:
         """The least distance (m) of a point from a stretch that begins here."""
         ahead, across = x - self.x, z - self.z
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
@@ -81,7 +81,7 @@ class TailPath:
     """
 
     start: Station
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[BentStretch, ...]
     radius: float | None = None
     reason: str = ""
 
@@ -129,7 +129,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
         return None
     low, high = tail_heights(layout)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
-    straight = TailPath(start, (Stretch(layout.tail_length),))
+    straight = TailPath(start, (BentStretch(layout.tail_length),))
     drop, jaw, stretch = _drop(layout), fitted_jaw(layout), bend_stretch(layout)
     if drop is None:
         return straight
@@ -140,17 +140,17 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     middle = radius + (high - low) / 2
     down = _let_down(drop, middle)
     free = max(stretch[0], layout.body[2], _held_until(layout))
-    parts = [Stretch(free - layout.body[2]), *down] if down else []
+    parts = [BentStretch(free - layout.body[2]), *down] if down else []
     if jaw is not None and jaw.hinge is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
-        here, pivot = TailPath(start, (*parts, Stretch(0.0))).last, jaw_range(layout, jaw)[1] + jaw.hinge
+        here, pivot = TailPath(start, (*parts, BentStretch(0.0))).last, jaw_range(layout, jaw)[1] + jaw.hinge
         tangent = middle * math.tan(turned / 2)
         before = max(0.0, pivot - here.x - tangent)
-        parts += [Stretch(before), Stretch(middle * turned, -turned)]
+        parts += [BentStretch(before), BentStretch(middle * turned, -turned)]
     rest = layout.tail_length - math.fsum(part.length for part in parts)
     if rest <= 0.0:
         return TailPath(start, straight.stretches, None, TOO_SHORT)
-    return TailPath(start, (*parts, Stretch(rest)), radius)
+    return TailPath(start, (*parts, BentStretch(rest)), radius)
 
 
 TOO_SHORT = "the tail is too short to be led down to what carries the mount"
@@ -227,14 +227,14 @@ def _why_straight(layout: Layout) -> str:
     return ""
 
 
-def _let_down(drop: float, radius: float) -> list[Stretch]:
+def _let_down(drop: float, radius: float) -> list[BentStretch]:
     """Two bends of a radius (m) of the middle line, one down and one level again, over a drop (m)."""
     if drop < LEAST:
         return []
     turn = math.acos(max(0.0, 1.0 - drop / (2.0 * radius)))
     fall = drop - 2.0 * radius * (1.0 - math.cos(turn))
-    steep = [Stretch(fall)] if fall > LEAST else []
-    return [Stretch(radius * turn, -turn), *steep, Stretch(radius * turn, turn)]
+    steep = [BentStretch(fall)] if fall > LEAST else []
+    return [BentStretch(radius * turn, -turn), *steep, BentStretch(radius * turn, turn)]
 
 
 SAME = 1e-9

@@ -44,7 +44,7 @@ LEAST_FACTOR = 0.05
 
 
 @record
-class Scatter:
+class UnitSpread:
     """One figure that differs from unit to unit: its standard deviation, relative where `is_relative`, else in metres
     or radians; whether the draws are normal in its logarithm, else evenly spread over their band; and what moves it.
     """
@@ -122,23 +122,23 @@ def _of_band(spec: SensorSpec) -> float:
     return placement(spec).band / math.sqrt(3.0)
 
 
-SPREADS: dict[str, Scatter] = {
+SPREADS: dict[str, UnitSpread] = {
     row.name: row
     for row in (
-        Scatter("coil.trace_width", lambda spec: sigmas(spec)[WIDTH], _width),
-        Scatter("fpc.stackup.copper", lambda spec: sigmas(spec)[FOIL], _layers(LayerKind.COPPER)),
-        Scatter("fpc.stackup.dielectric", lambda spec: sigmas(spec)[DISTANCE], _layers(LayerKind.DIELECTRIC)),
-        Scatter("readout.capacitance", lambda spec: sigmas(spec)[CAPACITOR], _capacitor),
-        Scatter("elastomer.thickness", lambda spec: sigmas(spec)[PAD], _pad_thickness, is_relative=False),
-        Scatter("elastomer.modulus",
-                lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0, _modulus,
-                is_logarithmic=True),
-        Scatter("assembly.glue_line", lambda spec: spec.assembly.glue_tolerance / math.sqrt(3.0), _glue,
-                is_relative=False),
-        Scatter("target.offset.x", _of_band, _beside(0), is_relative=False),
-        Scatter("target.offset.y", _of_band, _beside(1), is_relative=False),
-        Scatter("target.rotation", lambda spec: 2.0 * _of_band(spec) / min(spec.target.size) if spec.target else 0.0,
-                _turned, is_relative=False),
+        UnitSpread("coil.trace_width", lambda spec: sigmas(spec)[WIDTH], _width),
+        UnitSpread("fpc.stackup.copper", lambda spec: sigmas(spec)[FOIL], _layers(LayerKind.COPPER)),
+        UnitSpread("fpc.stackup.dielectric", lambda spec: sigmas(spec)[DISTANCE], _layers(LayerKind.DIELECTRIC)),
+        UnitSpread("readout.capacitance", lambda spec: sigmas(spec)[CAPACITOR], _capacitor),
+        UnitSpread("elastomer.thickness", lambda spec: sigmas(spec)[PAD], _pad_thickness, is_relative=False),
+        UnitSpread("elastomer.modulus",
+                   lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0, _modulus,
+                   is_logarithmic=True),
+        UnitSpread("assembly.glue_line", lambda spec: spec.assembly.glue_tolerance / math.sqrt(3.0), _glue,
+                   is_relative=False),
+        UnitSpread("target.offset.x", _of_band, _beside(0), is_relative=False),
+        UnitSpread("target.offset.y", _of_band, _beside(1), is_relative=False),
+        UnitSpread("target.rotation", lambda spec: 2.0 * _of_band(spec) / min(spec.target.size) if spec.target else 0.0,
+                   _turned, is_relative=False),
     )
 }
 """What scatters, by name; sigmas are those of `estimates.uncertainty` and `scene.column`, with their sources there."""

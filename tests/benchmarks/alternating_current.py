@@ -65,7 +65,7 @@ RESISTANCE, INDUCTANCE = "resistance at frequency", "inductance at frequency"
 def round_settings(layers) -> dict[str, Callable[[], ProximityLoss]]:
     """Both tolerances and, last, the finest setting."""
     wide = layers[0].width > 500 * UM
-    finest = proximity.Resolution(ModeSet(24 if wide else 9, 3, (30 if wide else 10, 3)), 13, 40)
+    finest = proximity.LossResolution(ModeSet(24 if wide else 9, 3, (30 if wide else 10, 3)), 13, 40)
     return {
         "3 %": partial(_cold, layers, 0.03),
         "1 %": partial(_cold, layers, 0.01),

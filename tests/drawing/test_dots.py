@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import sitscad
-from sitscad.drawing.pictures.board import COLUMNS, Mark, dot_picture
+from sitscad.drawing.pictures.board import COLUMNS, PicturePoint, dot_picture
 
 SPEC = """\
 sitscad: 1
@@ -51,7 +51,8 @@ def test_a_line_through_the_coil_crosses_every_turn(layout):
 
 def test_marks_stand_at_their_places_and_outside_ones_are_left_out(layout):
     centre = layout.coils[0].centre
-    lines = dot_picture(layout, [Mark(centre.x, centre.y, "7", "error"), Mark(1.0, 0.0, "9", "note")]).splitlines()
+    points = [PicturePoint(centre.x, centre.y, "7", "error"), PicturePoint(1.0, 0.0, "9", "note")]
+    lines = dot_picture(layout, points).splitlines()
     (row,) = [i for i, line in enumerate(lines) if "7" in line]
     assert "9" not in "".join(lines)
     x0, _, x1, y1 = layout.body

@@ -13,7 +13,7 @@ from sitscad.estimates.circuit.neighbours import idle_load, idle_neighbours
 from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import Cable, ReadoutSpec
@@ -76,7 +76,7 @@ def test_a_perfect_plate_adds_the_image_of_the_neighbour():
     width, gap, apart = 10e-6, 0.7e-3, 4.5e-3
     layer = SpiralLayer(2e-3, 10.001e-6, 1.0, 0.0, 1, True, 0.0, width, 1e-6)
     spectrum = spiral_spectrum([layer], gap)
-    (found,) = reflected_inductances(spectrum, np.array([5e6]), Reflector(gap, (Plate(1e18),)), None, (0.0, apart))
+    (found,) = reflected_inductances(spectrum, np.array([5e6]), Reflector(gap, (MetalLayer(1e18),)), None, (0.0, apart))
     image = -sampled_mutual_inductance(ring(1.995e-3, 0.0, 0.0), ring(1.995e-3, apart, 2 * gap))
     assert found[1].real == approx(image, rel=2e-2)
     assert found[0].real < 0.0 < found[1].real

@@ -20,7 +20,7 @@ from sitscad.layout import lay_out
 from sitscad.layout.board import Winding
 from sitscad.physics.loss.bent_tracks import bent_winding_loss
 from sitscad.physics.loss.corners import mitred, opened
-from sitscad.physics.loss.proximity import Resolution, winding_loss
+from sitscad.physics.loss.proximity import LossResolution, winding_loss
 from sitscad.physics.loss.resistance import bend_squares, conductivity_at
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.spec.coil import CoilSpec
@@ -51,7 +51,7 @@ def test_the_drawn_arcs_of_a_circle_lose_what_its_spirals_do():
     coil, modes = layout.coils[0], ModeSet(6, 2, (6, 2))
     drawn = bent_winding_loss([bent_track(w, 100e-6) for w in coil.windings], COPPER, modes, 2, 20)
     spirals = winding_geometry(layout.spec.coil, coil).spirals
-    ideal = winding_loss(spirals, COPPER, resolution=Resolution(modes, 12, 20))
+    ideal = winding_loss(spirals, COPPER, resolution=LossResolution(modes, 12, 20))
     for frequency in (1e6, 10e6):
         assert drawn.resistance_ratio(frequency) == approx(ideal.resistance_ratio(frequency), rel=5e-3)
 

@@ -19,7 +19,7 @@ from sitscad.estimates.states.pressing import loaded_face, pressed
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
 from sitscad.mechanics.elastomer import press_part
-from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share
+from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
 
@@ -167,9 +167,9 @@ JAW_COIL = CoaxialRings(
 def test_a_coil_beyond_a_corner_feels_a_square_more_than_the_disc_in_it_and_less_than_the_disc_about_it(gap):
     """More metal never does less, in whatever direction the coil stands; the disc is solved in a basis of its own."""
     side, places = 4.5e-3, np.array([[0.0, 0.0], [1.5e-3, 1.5e-3], [2.25e-3, 2.25e-3], [3e-3, 3e-3], [2e-3, 3.5e-3]])
-    square = plate_share(Plate((side, side), 20e-6), JAW_COIL, places, gap)
+    square = plate_share(FinitePlate((side, side), 20e-6), JAW_COIL, places, gap)
     inner, outer = (
-        plate_share(Plate((size, size), 20e-6, is_round=True), JAW_COIL, places, gap)
+        plate_share(FinitePlate((size, size), 20e-6, is_round=True), JAW_COIL, places, gap)
         for size in (side, math.sqrt(2) * side)
     )
     assert np.all(inner <= square * 1.001) and np.all(square <= outer * 1.001)

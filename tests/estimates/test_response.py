@@ -19,7 +19,7 @@ from sitscad.estimates.response.placed import Cover
 from sitscad.estimates.response.plate import endless_like, solved_plate
 from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
 from sitscad.estimates.response.terminals import curves, tank_frequencies
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.resonator import Network, oscillate
 from sitscad.spec.load import load_text
 
@@ -94,7 +94,7 @@ def test_a_large_target_is_an_endless_sheet():
     found = respond(design, [[0.0] * 6, [0.0, 0.0, -0.6 * MM, 0.0, 0.0, 0.0]], frequency=at)
     wound = design.response.wound
     for change, height in zip(found.target_change, (1.06 * MM, 0.46 * MM), strict=True):
-        sheet = Reflector(height, (Plate(wound.spec.target.material.conductivity, 1.0, 0.2 * MM),))
+        sheet = Reflector(height, (MetalLayer(wound.spec.target.material.conductivity, 1.0, 0.2 * MM),))
         endless = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0, 6.0 * MM))[0]
         own, mutual = endless.real
         scale = 0.01 * wound.winding.inductance
@@ -280,7 +280,7 @@ def test_a_large_steel_target_is_an_endless_sheet():
     found = respond(design, [[0.0] * 6], frequency=at)
     wound, metal = design.response.wound, design.response.spec.target.material
     gap = float(design.response.rest[2])
-    sheet = Reflector(gap, (Plate(metal.conductivity, metal.relative_permeability, 0.3 * MM),))
+    sheet = Reflector(gap, (MetalLayer(metal.conductivity, metal.relative_permeability, 0.3 * MM),))
     own = reflected_inductances(wound.winding.spectrum, np.array([at]), sheet, None, (0.0,))[0, 0]
     change, lost = found.target_change[0, 0, 0], found.target_resistance[0, 0] / (2.0 * math.pi * at)
     assert change == approx(own.real, abs=0.01 * abs(own))

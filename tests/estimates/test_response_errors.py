@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "validation"))
@@ -69,7 +69,7 @@ def test_an_endless_sheet_over_any_jaw(behind):
     for k, height in enumerate((rest, rest - 0.7e-3)):
         with_it, without = (
             reflected_inductances(wound.winding.spectrum, np.array([at]), above, jaw, (0.0,))[0, 0].real
-            for above in (Reflector(height, (Plate(metal, 1.0, 0.2e-3),)), None)
+            for above in (Reflector(height, (MetalLayer(metal, 1.0, 0.2e-3),)), None)
         )
         error = abs(found.target_change[k, 0, 0] / (with_it - without) - 1.0)
         assert error < found.target_change_error[k, 0, 0]

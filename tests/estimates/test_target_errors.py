@@ -12,7 +12,7 @@ from sitscad.estimates.states import finite_target
 from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
-    Plate,
+    FinitePlate,
     eased,
     loss_share_error,
     magnetic_share_error,
@@ -88,7 +88,7 @@ def test_nowhere_is_less_stated_than_was_seen_and_away_from_the_limits_no_more()
     diameter = 2.0 * float(RINGS.radii.max())
     for wide in np.geomspace(0.1, 3.0, 60):
         for thick in np.geomspace(2e-3, 0.3, 40):
-            plate = Plate((wide * diameter,) * 2, thick * diameter, is_round=True)
+            plate = FinitePlate((wide * diameter,) * 2, thick * diameter, is_round=True)
             for ours, known in ((share_error, stepped_share_error), (loss_share_error, stepped_loss_error)):
                 stated, least = ours(plate, RINGS), known(thick, wide)
                 if wide >= 0.6 and 0.055 < thick < 0.055 * EASED:

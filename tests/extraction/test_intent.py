@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tolerance import approx
 
-from sitscad.extraction.intent import Mark, Source, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356, read_marks
+from sitscad.extraction.intent import Mark, MarkSource, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356, read_marks
 from tests.extraction.conftest import HEADER, NETLIST, pad, record, track, via
 
 HEAD = HEADER.format(function="Copper,L1,Top", polarity="Positive")
@@ -23,7 +23,7 @@ def test_draws_and_flashes_carry_their_net():
 
 def test_a_pad_carries_its_pin_and_function():
     (mark,) = marks_of_gerber(HEAD + pad("C1", "J1-2", 1, -1, "C1.B") + "M02*\n", layer=2)
-    assert mark == Mark("C1", 2, approx(1e-3, rel=1e-6), approx(-1e-3, rel=1e-6), Source.X2, "J1-2", "C1.B")
+    assert mark == Mark("C1", 2, approx(1e-3, rel=1e-6), approx(-1e-3, rel=1e-6), MarkSource.X2, "J1-2", "C1.B")
 
 
 def test_attributes_end_where_they_are_deleted():

@@ -11,12 +11,12 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
 from sitscad.extraction.artwork import ExtractionError
-from sitscad.extraction.differences import Kind, compare
+from sitscad.extraction.differences import DifferenceKind, compare
 from sitscad.extraction.nets import extract
 from tests.extraction.conftest import Board, count, pad, record, track, via
 
 
-def kinds(board: Board, folder) -> list[Kind]:
+def kinds(board: Board, folder) -> list[DifferenceKind]:
     return [difference.kind for difference in compare(extract(board.write(folder)))]
 
 
@@ -52,24 +52,24 @@ def test_a_package_is_read_through_its_fpc_folder(two_nets, tmp_path):
 
 def test_a_track_across_two_nets_is_a_short(two_nets, tmp_path):
     two_nets.layers[0] += track("C1", (1, 2), (1, 3))
-    assert kinds(two_nets, tmp_path) == [Kind.SHORT]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.SHORT]
 
 
 def test_a_hole_through_a_foreign_track_is_a_short(two_nets, tmp_path):
     two_nets.layers[1] += via("C2", 2, 3) + track("C2", (2, 3), (2, 1), (5, 1))
     two_nets.layers[0] += via("C2", 2, 3)
     two_nets.holes.append((2, 3))
-    assert kinds(two_nets, tmp_path) == [Kind.SHORT]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.SHORT]
 
 
 def test_a_gap_in_a_track_is_an_open(two_nets, tmp_path):
     two_nets.layers[0] = two_nets.layers[0].replace(track("C2", (0, 3), (5, 3)), track("C2", (0, 3), (4.5, 3)))
-    assert kinds(two_nets, tmp_path) == [Kind.OPEN]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.OPEN]
 
 
 def test_a_gap_cut_by_clear_polarity_is_an_open(two_nets, tmp_path):
     two_nets.layers[0] += "%LPC*%\nD13*\nX2000000Y3000000D03*\n"
-    assert kinds(two_nets, tmp_path) == [Kind.OPEN]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.OPEN]
 
 
 def test_a_winding_that_is_bypassed_leads_nowhere(two_nets, tmp_path):
@@ -77,14 +77,14 @@ def test_a_winding_that_is_bypassed_leads_nowhere(two_nets, tmp_path):
     two_nets.layers[0] += track("C1", (5, 0), (5, 2))
     two_nets.layers[1] = via("C1", 5, 0) + via("C1", 5, 2) + track("C1", (5, 0), (5, 1))
     (found,) = compare(extract(two_nets.write(tmp_path)))
-    assert (found.kind, found.nets, found.layer) == (Kind.DEAD_END, ("C1",), 2)
+    assert (found.kind, found.nets, found.layer) == (DifferenceKind.DEAD_END, ("C1",), 2)
     assert found.x == approx(5e-3, abs=6e-5) and 0.1e-3 < found.y < 1.1e-3
 
 
 def test_a_missing_hole_is_named_and_opens_the_net(two_nets, tmp_path):
     del two_nets.holes[1]
     differences = compare(extract(two_nets.write(tmp_path)))
-    assert [d.kind for d in differences] == [Kind.OPEN, Kind.NO_HOLE]
+    assert [d.kind for d in differences] == [DifferenceKind.OPEN, DifferenceKind.NO_HOLE]
     assert (differences[1].x, differences[1].y) == approx((5e-3, 2e-3), rel=1e-6)
 
 
@@ -94,14 +94,14 @@ def test_a_hole_off_its_pad_is_found_on_every_layer(two_nets, tmp_path, x, compl
     two_nets.layers[0] = two_nets.layers[0].replace(
         track("C1", (0, 0), (5, 0)), track("C1", (0, 0.0), (4.0, 0), (5, 0))
     )
-    differences = [d for d in compare(extract(two_nets.write(tmp_path))) if d.kind is Kind.HOLE_OFF_PAD]
+    differences = [d for d in compare(extract(two_nets.write(tmp_path))) if d.kind is DifferenceKind.HOLE_OFF_PAD]
     assert [d.layer for d in differences] == [1, 2]
     assert all(complaint in d.message for d in differences)
 
 
 def test_an_unplated_hole_joins_nothing_and_may_not_touch_copper(two_nets, tmp_path):
     two_nets.plating = "NonPlated"
-    assert set(kinds(two_nets, tmp_path)) == {Kind.OPEN, Kind.HOLE_OFF_PAD, Kind.NO_HOLE}
+    assert set(kinds(two_nets, tmp_path)) == {DifferenceKind.OPEN, DifferenceKind.HOLE_OFF_PAD, DifferenceKind.NO_HOLE}
 
 
 def test_turns_that_touch_are_a_loop(two_nets, tmp_path):
@@ -110,7 +110,7 @@ def test_turns_that_touch_are_a_loop(two_nets, tmp_path):
     (loop,) = extract(two_nets.write(tmp_path)).net("C2").loops
     assert loop.layer == 1
     assert loop.area == approx(1.9e-3 * 0.2e-3, rel=1e-3)
-    assert kinds(two_nets, tmp_path) == [Kind.LOOP]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.LOOP]
 
 
 def test_turns_that_almost_touch_are_a_loop_once_the_copper_is_grown(two_nets, tmp_path):
@@ -135,13 +135,13 @@ def test_three_stitching_holes_between_two_tracks_are_two_loops(tmp_path):
 
 def test_copper_of_no_net_is_found(two_nets, tmp_path):
     two_nets.layers[1] += "D10*\nX0Y8000000D02*\nX1000000Y8000000D01*\n"
-    assert kinds(two_nets, tmp_path) == [Kind.NO_NET]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.NO_NET]
 
 
 def test_a_contact_under_the_coverlay_is_found(two_nets, tmp_path):
     two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in ((0, 0), (0, 2), (0, 3)))
     (difference,) = compare(extract(two_nets.write(tmp_path)))
-    assert (difference.kind, difference.nets) == (Kind.COVERED, ("C2",))
+    assert (difference.kind, difference.nets) == (DifferenceKind.COVERED, ("C2",))
 
 
 def test_a_contact_mostly_under_the_coverlay_is_found(two_nets, tmp_path):
@@ -149,7 +149,7 @@ def test_a_contact_mostly_under_the_coverlay_is_found(two_nets, tmp_path):
     whole = ((0, 0), (0, 2), (0, 3))
     two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (5.4, 3)))
     (difference,) = compare(extract(two_nets.write(tmp_path)))
-    assert difference.kind is Kind.COVERED and "% of it under the coverlay" in difference.message
+    assert difference.kind is DifferenceKind.COVERED and "% of it under the coverlay" in difference.message
     two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (5.1, 3)))
     assert kinds(two_nets, tmp_path) == []
 
@@ -158,23 +158,23 @@ def test_an_opening_over_copper_that_is_no_contact_is_found(two_nets, tmp_path):
     whole = ((0, 0), (0, 2), (0, 3), (5, 3))
     two_nets.openings["Top"] = "".join(f"D13*\nX{count(x)}Y{count(y)}D03*\n" for x, y in (*whole, (2.5, 3)))
     (difference,) = compare(extract(two_nets.write(tmp_path)))
-    assert (difference.kind, difference.x) == (Kind.EXPOSED, approx(2.5e-3, abs=0.3e-3))
+    assert (difference.kind, difference.x) == (DifferenceKind.EXPOSED, approx(2.5e-3, abs=0.3e-3))
 
 
 def test_the_netlist_must_name_the_same_nets(two_nets, tmp_path):
     two_nets.netlist = two_nets.netlist.replace("327C2  ", "327C9  ")
-    assert kinds(two_nets, tmp_path) == [Kind.SHORT, Kind.NETLISTS, Kind.NETLISTS]
+    assert kinds(two_nets, tmp_path) == [DifferenceKind.SHORT, DifferenceKind.NETLISTS, DifferenceKind.NETLISTS]
 
 
 def test_a_netlist_record_where_no_copper_is(two_nets, tmp_path):
     two_nets.netlist += record("327", "C1", "J1-9", "01", 9, 9)
     (difference,) = compare(extract(two_nets.write(tmp_path)))
-    assert (difference.kind, difference.layer) == (Kind.NO_COPPER, 1)
+    assert (difference.kind, difference.layer) == (DifferenceKind.NO_COPPER, 1)
 
 
 def test_without_any_named_net_there_is_nothing_to_compare_with(tmp_path):
     bare = "D10*\nX0Y0D02*\nX1000000Y0D01*\n"
-    assert Kind.NO_INTENT in kinds(Board([bare]), tmp_path)
+    assert DifferenceKind.NO_INTENT in kinds(Board([bare]), tmp_path)
 
 
 def test_four_layers_are_joined_by_one_through_hole(tmp_path):

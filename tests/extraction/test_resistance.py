@@ -14,8 +14,8 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 
 from shapely import Point, Polygon, box
 
-from sitscad.extraction.artwork import Hole
-from sitscad.extraction.nets import Contact, ExtractedNet, Piece, extract
+from sitscad.extraction.artwork import PlottedHole
+from sitscad.extraction.nets import BarePad, ExtractedNet, Piece, extract
 from tests.oracles import copper_resistance as resistance
 from tests.oracles.copper_resistance import COPPER_RESISTIVITY, copper_resistance
 
@@ -24,8 +24,8 @@ SQUARE = COPPER_RESISTIVITY / THICKNESS
 """Resistance of a square of the sheet, ohm."""
 
 
-def contact(pin: str, shape, layer: int = 1) -> Contact:
-    return Contact(pin, None, "C1", layer, shape.centroid.x, shape.centroid.y, shape)
+def contact(pin: str, shape, layer: int = 1) -> BarePad:
+    return BarePad(pin, None, "C1", layer, shape.centroid.x, shape.centroid.y, shape)
 
 
 def net(shapes, a, b, holes=()) -> ExtractedNet:
@@ -74,7 +74,7 @@ def test_a_square_corner_is_0_559_squares():
 
 def test_two_layers_and_a_barrel_in_series():
     """Each layer's bar ends in a wide land, so that the spreading round the hole is the same in both cases."""
-    hole = Hole(0.0, 0.0, 0.2e-3, Point(0, 0).buffer(0.1e-3), True, (1, 2))
+    hole = PlottedHole(0.0, 0.0, 0.2e-3, Point(0, 0).buffer(0.1e-3), True, (1, 2))
     left, right = box(-5e-3, -0.5e-3, 0.5e-3, 0.5e-3), box(-0.5e-3, -0.5e-3, 5e-3, 0.5e-3)
     a, b = contact("J1-1", box(-5e-3, -1e-3, -4e-3, 1e-3), 1), contact("J1-2", box(4e-3, -1e-3, 5e-3, 1e-3), 2)
     board = net([left, right], a, b, [hole])

@@ -13,7 +13,7 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
 from sitscad.estimates import estimate
-from sitscad.extraction.differences import Kind, compare
+from sitscad.extraction.differences import DifferenceKind, compare
 from sitscad.extraction.intent import UNUSED
 from sitscad.extraction.nets import extract
 from sitscad.formats import ipc356
@@ -80,7 +80,7 @@ def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
         (tmp_path / path.name).write_text(text, encoding="utf-8")
     assert found
     kinds = [difference.kind for difference in compare(extract(tmp_path))]
-    assert kinds.count(Kind.LOOP) >= len(layout.coils)
+    assert kinds.count(DifferenceKind.LOOP) >= len(layout.coils)
 
 
 @pytest.mark.slow

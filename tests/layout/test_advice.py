@@ -17,7 +17,7 @@ from sitscad.fixes import moves as room
 from sitscad.fixes.search import Budget, Fix
 from sitscad.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
-from sitscad.layout.clearance import Breadth, Hole, Obstacles, Track
+from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.escape import BUDGET, SearchLimit, _Search
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
@@ -176,10 +176,10 @@ def test_tracks_that_are_asked_for_at_once_are_admitted_as_one_by_one(sensor):
     def track(layer=1):
         x, y = pick.uniform(0, 5e-3), pick.uniform(0, 5e-3)
         points = [Point(x + pick.uniform(0, 1e-3), y + pick.uniform(0, 1e-3)) for _ in range(pick.randint(2, 4))]
-        return Track(polyline(points), 0.1e-3, layer)
+        return TrackToPlace(polyline(points), 0.1e-3, layer)
 
     board = Obstacles(rules, 0.1e-3, Breadth(0.2e-3, 4.9e-3))
-    board.add([track() for _ in range(2)], [Hole(Point(1e-3, 4e-3), 0.4e-3, 0.2e-3)])
+    board.add([track() for _ in range(2)], [ViaToPlace(Point(1e-3, 4e-3), 0.4e-3, 0.2e-3)])
     asked = [track() for _ in range(200)]
     found = board.admits_each(asked).tolist()
     assert found == [board.admits([one]) for one in asked]

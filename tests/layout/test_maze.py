@@ -15,7 +15,7 @@ from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
 from sitscad.layout import routes
 from sitscad.layout.board import Role
-from sitscad.layout.clearance import Breadth, Hole, Track
+from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.escape import BUDGET, LOST, SearchLimit
 from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes
 from sitscad.layout.maze import Ground, Lattice, Maze, spread
@@ -75,7 +75,7 @@ def test_no_way_steps_across_a_thin_track_of_a_large_board():
     spec = grid(diameter=8e-3, turns=6, width=7.6e-5, spacing=7.6e-5, centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec, length=120e-3, half_width=30e-3)
     assert maze.step > 2 * maze.bus.pitch
-    wall = Track(polyline([Point(20e-3, -30e-3), Point(25e-3, 24e-3)]), maze.bus.width, 1)
+    wall = TrackToPlace(polyline([Point(20e-3, -30e-3), Point(25e-3, 24e-3)]), maze.bus.width, 1)
     maze.add([wall], [])
     entry = Point(120e-3, 0.0)
     ways = [pair[0].way for pair in maze.exits(spec.array.placements[0], entry)]
@@ -128,14 +128,14 @@ def test_a_step_is_taken_only_where_the_place_halfway_is_free():
 def test_no_way_passes_a_wall_from_edge_to_edge():
     spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
-    maze.add([Track(polyline([Point(20e-3, -15e-3), Point(21e-3, 15e-3)]), maze.bus.width, 1)], [])
+    maze.add([TrackToPlace(polyline([Point(20e-3, -15e-3), Point(21e-3, 15e-3)]), maze.bus.width, 1)], [])
     assert list(maze.exits(spec.array.placements[0], Point(40e-3, 0.0))) == []
 
 
 def test_ways_keep_off_holes_and_end_before_the_tail():
     spec = grid(centres=[(0.0, 0.0), (0.0, 12e-3)])
     maze = maze_of(spec)
-    holes = [Hole(Point(12e-3, k * 0.9e-3), 0.45e-3, 0.2e-3) for k in range(-6, 7)]
+    holes = [ViaToPlace(Point(12e-3, k * 0.9e-3), 0.45e-3, 0.2e-3) for k in range(-6, 7)]
     maze.add([], holes)
     way = next(maze.exits(spec.array.placements[0], Point(40e-3, 0.0)))[0].way
     assert min(p.distance(hole.centre) for p in dense(way) for hole in holes) >= 0.225e-3 + maze.bus.pitch / 2

@@ -23,8 +23,8 @@ from scipy.sparse.linalg import spsolve
 from shapely import Polygon, remove_repeated_points
 from shapely.geometry.base import BaseGeometry
 
-from sitscad.extraction.artwork import Hole
-from sitscad.extraction.nets import Contact, ExtractedNet
+from sitscad.extraction.artwork import PlottedHole
+from sitscad.extraction.nets import BarePad, ExtractedNet
 from sitscad.meshing import session
 from sitscad.record import record
 
@@ -98,8 +98,8 @@ CLEANING = 5e-8
 
 def copper_resistance(
     net: ExtractedNet,
-    start: Contact,
-    end: Contact,
+    start: BarePad,
+    end: BarePad,
     thickness: Sequence[float],
     *,
     resistivity: float = COPPER_RESISTIVITY,
@@ -143,7 +143,9 @@ def _barrel_conductance(diameter: float, length: float, plating: float | None, r
     return math.pi * (diameter - plating) * plating / (resistivity * length)
 
 
-def _conducting(shape: Polygon, layer: int, holes: Sequence[Hole], contacts: Sequence[Contact]) -> Iterator[Polygon]:
+def _conducting(
+    shape: Polygon, layer: int, holes: Sequence[PlottedHole], contacts: Sequence[BarePad]
+) -> Iterator[Polygon]:
     """The parts of a piece in which the potential varies: without the drilled holes and without the contacts' pads."""
     taken = [hole.shape for hole in holes if layer in hole.layers]
     taken += [contact.shape for contact in contacts if contact.layer == layer]
@@ -156,9 +158,9 @@ def _conducting(shape: Polygon, layer: int, holes: Sequence[Hole], contacts: Seq
 class _Nodes:
     """Numbers of the equipotential nodes: 0 and 1 are the contacts, then one for each plated hole on each layer."""
 
-    def __init__(self, net: ExtractedNet, contacts: tuple[Contact, Contact]) -> None:
+    def __init__(self, net: ExtractedNet, contacts: tuple[BarePad, BarePad]) -> None:
         self._contacts = contacts
-        self.barrels: list[tuple[Hole, int]] = [(hole, layer) for hole in net.holes for layer in hole.layers]
+        self.barrels: list[tuple[PlottedHole, int]] = [(hole, layer) for hole in net.holes for layer in hole.layers]
 
     def _shapes(self, layer: int) -> Iterator[tuple[int, BaseGeometry]]:
         """The shapes of holes and contacts on a layer, each with its node's number."""
@@ -184,7 +186,7 @@ class _Nodes:
             found[shapely.dwithin(shapely.points(points), shape, 2.0 * CLEANING)] = number
         return found
 
-    def hops(self, holes: Sequence[Hole]) -> Iterator[tuple[int, int, Hole, int, int]]:
+    def hops(self, holes: Sequence[PlottedHole]) -> Iterator[tuple[int, int, PlottedHole, int, int]]:
         """Every stretch of barrel between neighbouring layers: its two nodes, its hole, upper and lower layer."""
         number = {(id(hole), layer): n for n, (hole, layer) in enumerate(self.barrels, start=2)}
         for hole in holes:

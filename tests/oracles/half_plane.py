@@ -8,11 +8,11 @@ import numpy as np
 
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ProximityLoss
-from sitscad.physics.loss.proximity import Resolution, azimuth_cut, azimuth_system
+from sitscad.physics.loss.proximity import LossResolution, azimuth_cut, azimuth_system
 
 
 def azimuth_loss(layers: Sequence[SpiralLayer], azimuth: float, sector: float, conductivity: float,
-                 resolution: Resolution) -> ProximityLoss:
+                 resolution: LossResolution) -> ProximityLoss:
     """Loss of the turns in the half-plane of an azimuth, which stands for a `sector` (rad) of every one."""
     cut = azimuth_cut(layers, azimuth, sector)
     if cut is None:

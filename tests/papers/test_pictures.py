@@ -212,10 +212,10 @@ def test_marks_stand_at_their_places_and_do_not_hide_one_another(board):
     """A mark is a ring about its place, one for places that lie together; those outside the window are left out."""
     x0, y0, x1, y1 = board.body
     marks = [
-        board_picture.Mark(x0, y0, "1", "warning"),
-        board_picture.Mark(x0, y0 + 1e-5, "2", "error"),
-        board_picture.Mark(x1, y1, "3", "warning"),
-        board_picture.Mark(x1 + 5e-3, 0.0, "4", "note"),
+        board_picture.PicturePoint(x0, y0, "1", "warning"),
+        board_picture.PicturePoint(x0, y0 + 1e-5, "2", "error"),
+        board_picture.PicturePoint(x1, y1, "3", "warning"),
+        board_picture.PicturePoint(x1 + 5e-3, 0.0, "4", "note"),
     ]
     text = board_picture.picture(board, window=board.body, marks=marks)
     root = ET.fromstring(text)

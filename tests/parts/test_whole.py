@@ -13,7 +13,7 @@ from sitscad.layout.bending import tail_layers
 from sitscad.parts import mesh
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels
-from sitscad.scene.tail_path import Station, Stretch, tail_path
+from sitscad.scene.tail_path import BentStretch, Station, tail_path
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 pytestmark = pytest.mark.cad
@@ -86,7 +86,7 @@ def test_bends_keep_their_radius_and_end_level(layout):
 
 
 def test_a_station_goes_round_a_circle():
-    end = Station(0.0, 0.0, 0.0).after(Stretch(math.pi, math.pi))
+    end = Station(0.0, 0.0, 0.0).after(BentStretch(math.pi, math.pi))
     assert (end.x, end.z, end.angle) == approx((0.0, 2.0, math.pi), rel=1e-6, abs=1e-12)
 
 

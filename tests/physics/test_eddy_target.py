@@ -19,7 +19,7 @@ from sitscad.physics.eddy.image import Mirror, _factor, image_modes
 from sitscad.physics.eddy.surface import skin
 from sitscad.physics.eddy.target import solve, turned
 from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.metal.half_spaces import Plate, reflection
+from sitscad.physics.metal.half_spaces import MetalLayer, reflection
 from sitscad.physics.special_functions import j1
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
@@ -194,7 +194,7 @@ def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeabi
     k = 7.0 / gap * (1.0 + np.polynomial.legendre.leggauss(500)[0])
     share = 7.0 / gap * np.polynomial.legendre.leggauss(500)[1]
     spectrum = (EIGHT[0] * j1(k[:, None] * EIGHT[0])).sum(axis=1)
-    factor = reflection(k, FREQUENCY, [Plate(*metal, thickness)])
+    factor = reflection(k, FREQUENCY, [MetalLayer(*metal, thickness)])
     endless = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
     surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0, FINEST)
     target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))

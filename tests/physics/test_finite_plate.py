@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.physics.metal.finite_plate import (
     CoaxialRings,
-    Plate,
+    FinitePlate,
     magnetic_share,
     plate_loss_share,
     plate_share,
@@ -22,11 +22,11 @@ ALONE = CoaxialRings(np.array([2e-3]), np.zeros(1), np.ones(1))
 
 
 def rectangle(x, y, thickness=0.2e-3):
-    return Plate((x, y), thickness)
+    return FinitePlate((x, y), thickness)
 
 
 def disc(diameter, thickness=0.2e-3):
-    return Plate((diameter, diameter), thickness, is_round=True)
+    return FinitePlate((diameter, diameter), thickness, is_round=True)
 
 
 @pytest.mark.parametrize("plate", [rectangle(40e-3, 40e-3), rectangle(0.4, 0.1), disc(40e-3)])
@@ -182,7 +182,7 @@ def test_a_small_thin_magnetic_disc_is_a_dipole():
 def test_no_magnetic_plate_does_less_than_a_thinner_one(size):
     """The edge of a thick one was taken to be inside it: shares of 75,000, or an array of negative size."""
     shares = [
-        float(magnetic_share(Plate((size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
+        float(magnetic_share(FinitePlate((size, size), t), COIL, np.zeros((1, 2)), 1e-3)[0])
         for t in np.geomspace(1e-6, 0.1, 16)
     ]
     assert np.all(np.diff(shares) > -2e-3) and shares[0] > 0.0 and shares[-1] < 1.0 + 1e-9

@@ -16,7 +16,7 @@ from sitscad.physics.loss import bent_tracks, corners, proximity
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.current_modes import mode_system
 from sitscad.physics.loss.track_modes import Cut, ModeSet, local_points
-from sitscad.physics.metal.half_spaces import Plate, Reflector
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.physics.metal.near_metal import crowding_near_metal
 from tests.physics.windings import coil
 
@@ -83,7 +83,7 @@ def test_what_a_bend_shifts_is_left_out_of_the_crowding_where_it_is_asked_so():
     layers = tuple(coil(4 * MM, 3, 400 * UM, 100 * UM, [0.0], [35 * UM]))
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(layers, COPPER, resolution)
-    wall = Reflector(200 * UM, (Plate(1.0, 1000.0),))
+    wall = Reflector(200 * UM, (MetalLayer(1.0, 1000.0),))
     with_bends, without = (
         abs(crowding_near_metal(cuts, COPPER, resolution.modes, 200 * UM, bends).change(10.0, wall, None))
         for bends in (True, False)

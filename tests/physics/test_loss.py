@@ -24,7 +24,7 @@ from sitscad.physics.loss.resistance import lone_track_loss, via_resistance
 from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
 from sitscad.physics.metal.half_spaces import (
-    Plate,
+    MetalLayer,
     Reflector,
     distance_derivative,
     reflected_impedance,
@@ -111,7 +111,7 @@ def eddy_power_by_cells(layers, radii, across=12, through=3):
 def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -43 * UM, -130 * UM, -173 * UM], [18 * UM] * 4)
     radii = radii_at(layers, 0.3)
-    resolution = proximity.Resolution(ModeSet(8, 2, (8, 2)), 1, 30)
+    resolution = proximity.LossResolution(ModeSet(8, 2, (8, 2)), 1, 30)
     monkeypatch.setattr(proximity, "_end_flux", lambda *_: 0.0)
     ours = azimuth_loss(layers, 0.3, 2.0 * math.pi, COPPER, resolution)
     assert ours.strengths.sum() == approx(eddy_power_by_cells(layers, radii), rel=0.03)
@@ -119,7 +119,7 @@ def test_low_frequency_loss_against_the_flux_on_small_cells(monkeypatch):
 
 @pytest.mark.parametrize("tolerance", [0.03, 0.01])
 def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
-    finest = proximity.Resolution(ModeSet(10, 4, (10, 3)), 16, 36)
+    finest = proximity.LossResolution(ModeSet(10, 4, (10, 3)), 16, 36)
     for layers in (four_layers(), miniature(), coil(6 * MM, 1.5, 200 * UM, 100 * UM, (0, -60 * UM), [35 * UM] * 2)):
         ours = proximity.winding_loss(layers, COPPER, tolerance)
         fine = proximity.winding_loss(layers, COPPER, resolution=finest)
@@ -133,7 +133,7 @@ def test_modes_points_and_azimuths_keep_the_tolerance(tolerance):
 def test_wide_tracks_take_more_modes():
     layers = coil(30 * MM, 4, 900 * UM, 150 * UM, (0.0,), (35 * UM,))
     ours = proximity.winding_loss(layers, COPPER)
-    fine = proximity.winding_loss(layers, COPPER, resolution=proximity.Resolution(ModeSet(24, 4, (24, 3)), 4, 50))
+    fine = proximity.winding_loss(layers, COPPER, resolution=proximity.LossResolution(ModeSet(24, 4, (24, 3)), 4, 50))
     for frequency in (1e5, 1e6, 5e6, 10e6):
         assert ours.resistance_ratio(frequency) == approx(fine.resistance_ratio(frequency), rel=0.03)
 
@@ -161,7 +161,7 @@ def test_parallel_resistance_of_a_four_layer_coil_by_another_solver():
 def test_a_conductor_lowers_inductance_and_takes_power(gap, frequency, conductivity, thickness):
     spectrum = spiral_spectrum(bench(), gap)
     change, added = reflected_impedance(
-        spectrum, frequency, Reflector(gap, (Plate(conductivity, 1.0, thickness),)), None
+        spectrum, frequency, Reflector(gap, (MetalLayer(conductivity, 1.0, thickness),)), None
     )
     assert change < 0.0
     assert added > 0.0
@@ -169,18 +169,18 @@ def test_a_conductor_lowers_inductance_and_takes_power(gap, frequency, conductiv
 
 def test_reflection_limits():
     k = np.geomspace(10.0, 1e5, 30)
-    assert reflection(k, 5e6, (Plate(1e30),)) == approx(-1.0, rel=1e-6)
-    assert np.all(reflection(k, 5e6, (Plate(0.0),)) == 0.0)
-    assert reflection(k, 5e6, (Plate(0.0, 1e9),)) == approx(1.0, rel=1e-6)
-    plates = (Plate(COPPER, 1.0, 0.1e-3), Plate(0.0, 1.0, 0.3e-3), Plate(1.4e6, 1.02))
-    thick = reflection(k, 5e6, (Plate(COPPER, 1.0, 1.0), *plates[1:]))
-    assert thick == approx(reflection(k, 5e6, (Plate(COPPER),)), rel=1e-12)
+    assert reflection(k, 5e6, (MetalLayer(1e30),)) == approx(-1.0, rel=1e-6)
+    assert np.all(reflection(k, 5e6, (MetalLayer(0.0),)) == 0.0)
+    assert reflection(k, 5e6, (MetalLayer(0.0, 1e9),)) == approx(1.0, rel=1e-6)
+    plates = (MetalLayer(COPPER, 1.0, 0.1e-3), MetalLayer(0.0, 1.0, 0.3e-3), MetalLayer(1.4e6, 1.02))
+    thick = reflection(k, 5e6, (MetalLayer(COPPER, 1.0, 1.0), *plates[1:]))
+    assert thick == approx(reflection(k, 5e6, (MetalLayer(COPPER),)), rel=1e-12)
     assert np.all(np.abs(reflection(k, 5e6, plates)) <= 1.0)
 
 
 def test_two_perfect_plates_act_more_than_either_and_commute():
     spectrum = spiral_spectrum(bench(), 0.5e-3)
-    plate = (Plate(1e15),)
+    plate = (MetalLayer(1e15),)
     above, below = Reflector(0.5e-3, plate), Reflector(0.6e-3, plate)
     one = reflected_impedance(spectrum, 5e6, above, None)[0]
     other = reflected_impedance(spectrum, 5e6, None, below)[0]
@@ -192,13 +192,13 @@ def test_two_perfect_plates_act_more_than_either_and_commute():
 def test_the_wall_lies_half_a_skin_depth_inside():
     spectrum = spiral_spectrum(bench(), 1e-3)
     depth = skin_depth(5e6, COPPER)
-    real = reflected_impedance(spectrum, 5e6, Reflector(1e-3, (Plate(COPPER),)), None)[0]
-    ideal = reflected_impedance(spectrum, 5e6, Reflector(1e-3 + depth / 2, (Plate(1e18),)), None)[0]
+    real = reflected_impedance(spectrum, 5e6, Reflector(1e-3, (MetalLayer(COPPER),)), None)[0]
+    ideal = reflected_impedance(spectrum, 5e6, Reflector(1e-3 + depth / 2, (MetalLayer(1e18),)), None)[0]
     assert real == approx(ideal, rel=3e-4)
 
 
-@pytest.mark.parametrize(("plate", "expected"), [(Plate(1.389e6, 1.02), 540.0), (Plate(1.25e6, 100.0), 510.0),
-                                                 (Plate(COPPER), 730.0)])
+@pytest.mark.parametrize(("plate", "expected"), [(MetalLayer(1.389e6, 1.02), 540.0), (MetalLayer(1.25e6, 100.0), 510.0),
+                                                 (MetalLayer(COPPER), 730.0)])
 def test_metal_behind_a_jaw_coil(plate, expected):
     # 4 mm, 4 x 6.25 turns at 8 MHz: 1.52 kohm in air; 0.54, 0.51, 0.73 with 304, 17-4 steel, copper 0.5 mm behind
     layers = coil(4e-3, 6.25, 100 * UM, 100 * UM, [0, -68 * UM, -136 * UM, -204 * UM], [18 * UM] * 4)
@@ -213,8 +213,8 @@ def test_metal_behind_a_jaw_coil(plate, expected):
 
 def test_magnetic_steel_keeps_the_inductance_but_takes_more_power():
     spectrum = spiral_spectrum(four_layers(), 0.5e-3)
-    soft = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (Plate(1.25e6, 100.0),)))
-    plain = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (Plate(1.389e6, 1.02),)))
+    soft = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (MetalLayer(1.25e6, 100.0),)))
+    plain = reflected_impedance(spectrum, 8e6, None, Reflector(0.7e-3, (MetalLayer(1.389e6, 1.02),)))
     assert abs(soft[0]) < 0.02 * spiral_inductance_matrix(four_layers()).sum()
     assert soft[1] > 2.0 * plain[1]
 
@@ -224,7 +224,7 @@ def test_spectra_of_a_spiral_and_of_its_chords_agree():
     theta = np.linspace(0.0, layer[0].span, 12 * 48 + 1)
     r = layer[0].radius - layer[0].pitch / (2 * math.pi) * theta
     track = PolylineTrack(np.stack([r * np.cos(theta), r * np.sin(theta)], axis=1), 100 * UM, 35 * UM, 0.0)
-    plate = Reflector(1e-3, (Plate(COPPER),))
+    plate = Reflector(1e-3, (MetalLayer(COPPER),))
     a = reflected_impedance(spiral_spectrum(layer, 1e-3), 5e6, plate, None)
     b = reflected_impedance(polyline_spectrum([track], 1e-3), 5e6, plate, None)
     assert a == approx(b, rel=5e-3)
@@ -234,7 +234,7 @@ def test_image_of_a_ring_in_a_perfect_plate():
     # one narrow turn: the change is minus the mutual inductance of two rings twice the gap apart
     ring = coil(4e-3, 1.0, 10 * UM, 1e-4 * UM, (0.0,), (10 * UM,))
     gap = 0.7e-3
-    change, _ = reflected_impedance(spiral_spectrum(ring, gap), 5e6, Reflector(gap, (Plate(1e18),)), None)
+    change, _ = reflected_impedance(spiral_spectrum(ring, gap), 5e6, Reflector(gap, (MetalLayer(1e18),)), None)
     assert change == approx(-float(coaxial_rings(1.995e-3, 1.995e-3, (2 * gap) ** 2)), rel=1e-2)
 
 

@@ -10,7 +10,7 @@ from windings import coil
 from sitscad.physics.loss import mode_matrix, proximity
 from sitscad.physics.loss.mode_matrix import NearAndFar
 from sitscad.physics.loss.track_modes import Cut, ModeSet
-from sitscad.physics.metal.half_spaces import Plate, Reflector
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.physics.metal.near_metal import crowding_near_metal
 
 COPPER = 58e6
@@ -68,7 +68,7 @@ def test_it_takes_a_fraction_of_the_room():
 def test_losses_are_those_of_all_modes(monkeypatch):
     layers = tuple(coil(30e-3, 35, 200 * UM, 60 * UM, [0.0, -60 * UM], [35 * UM] * 2))
     frequencies = np.array([1e5, 1e6, 1e7])
-    wall = Reflector(100 * UM, (Plate(COPPER),))
+    wall = Reflector(100 * UM, (MetalLayer(COPPER),))
     found = []
     for many in (60, 1000):
         monkeypatch.setattr(mode_matrix, "MANY", many)

@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.metal.opening import Opening, gained_inductance
 from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
 
@@ -18,11 +18,11 @@ CORNERS = np.array([(-2.0, -0.8), (2.0, -0.8), (2.0, 0.8), (-2.0, 0.8), (-2.0, -
 LONG = PolylineTrack(CORNERS, 80e-6, 30e-6, 0.0)
 
 
-def taken_away(roof: Plate | None) -> float:
+def taken_away(roof: MetalLayer | None) -> float:
     """What the whole slab takes of the coil's inductance (H) under a mirror, by its waves."""
     spectrum, at = polyline_spectrum([LONG], GAP), np.array([1e6])
     above = None if roof is None else Reflector(ROOM - GAP, (roof,))
-    floors = Reflector(GAP, (Plate(1e18),)), None
+    floors = Reflector(GAP, (MetalLayer(1e18),)), None
     whole, none = (
         0.0 if above is None and floor is None else reflected_inductances(spectrum, at, above, floor, (0.0,))[0, 0].real
         for floor in floors
@@ -30,7 +30,7 @@ def taken_away(roof: Plate | None) -> float:
     return float(none - whole)
 
 
-@pytest.mark.parametrize(("roof", "echo"), [(None, 1.0), (Plate(1e18), 1.0), (Plate(0.0, 1e6), -1.0)])
+@pytest.mark.parametrize(("roof", "echo"), [(None, 1.0), (MetalLayer(1e18), 1.0), (MetalLayer(0.0, 1e6), -1.0)])
 def test_of_an_elongated_coil_over_a_wide_thin_frame_nothing_is_left(roof, echo):
     wide = Opening((14e-3, 11e-3), 20e-6)
     gained = gained_inductance(wide, [LONG], GAP, math.inf if roof is None else ROOM, echo)

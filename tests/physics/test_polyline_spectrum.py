@@ -14,7 +14,7 @@ from sitscad.physics.loss.corner_excess import Loops, moment
 from sitscad.physics.loss.corners import bend_loops
 from sitscad.physics.metal import polyline_spectrum as polyline_spectrum_module
 from sitscad.physics.metal.figures import Rows, figures
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
 from sitscad.physics.metal.polyline_spectrum import (
     _beside,
     _Directions,
@@ -32,7 +32,7 @@ BLUNT = MM * np.array([(-1.0, -1.0), (0.5, -1.2), (1.1, 0.2), (0.2, 1.0), (-1.0,
 
 def over_mirror(tracks, gap, loops=()):
     spectrum = polyline_spectrum(tracks, gap, loops)
-    return reflected_impedance(spectrum, 5e6, Reflector(gap, (Plate(1e30),)), None)[0]
+    return reflected_impedance(spectrum, 5e6, Reflector(gap, (MetalLayer(1e30),)), None)[0]
 
 
 @pytest.mark.parametrize("corners", [SQUARE, BLUNT], ids=["square", "blunt"])

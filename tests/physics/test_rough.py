@@ -11,9 +11,8 @@ from sitscad.physics.inductance.rings import mean_ring_inductance
 from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
 from sitscad.physics.loss.proximity import ROUGH, winding_loss
 from sitscad.physics.metal.current_spectrum import ring_spectrum, spiral_spectrum
-from sitscad.physics.metal.finite_plate import CoaxialRings, plate_share, sheet_shares
-from sitscad.physics.metal.finite_plate import Plate as Sheet
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share, sheet_shares
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 
 COPPER = 58e6
 
@@ -50,7 +49,7 @@ def test_one_cut_has_the_resistance_within_a_tenth(case):
 
 def test_rings_are_reflected_as_spirals_are():
     layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([3e6, 8e6])
-    sides = Reflector(0.6e-3, (Plate(COPPER),)), Reflector(0.9e-3, (Plate(1.4e6),))
+    sides = Reflector(0.6e-3, (MetalLayer(COPPER),)), Reflector(0.9e-3, (MetalLayer(1.4e6),))
     rings, spirals = (reflected_inductances(one(layers, 0.6e-3), at, *sides, (0.0,)) for one in
                       (ring_spectrum, spiral_spectrum))
     assert np.all(np.abs(rings / spirals - 1.0) < 2e-3)
@@ -61,7 +60,7 @@ def test_rings_are_reflected_as_spirals_are():
 def test_rough_shares_are_within_a_few_hundredths(floor, is_round):
     radii = np.tile(np.linspace(1.0e-3, 2.0e-3, 8), 2)
     coil = CoaxialRings(radii, np.repeat([-40e-6, -100e-6], 8), np.ones(16))
-    plate = Sheet((5e-3, 5e-3 if is_round else 4.2e-3), 0.15e-3, is_round)
+    plate = FinitePlate((5e-3, 5e-3 if is_round else 4.2e-3), 0.15e-3, is_round)
     places, gaps = np.array([[0.0, 0.0], [1.2e-3, 0.0], [1.2e-3, 0.3e-3]]), np.array([0.5e-3, 0.65e-3, 0.7e-3])
     exact = np.array([plate_share(plate, coil, places, gap, floor) for gap in gaps])
     rough = sheet_shares(plate, coil, places, gaps, floor)

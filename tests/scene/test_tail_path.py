@@ -7,11 +7,12 @@ import math
 import pytest
 from tolerance import approx
 
-from sitscad.scene.tail_path import Station, Stretch, TailPath
+from sitscad.scene.tail_path import BentStretch, Station, TailPath
 
 WAY = TailPath(
     Station(0.0, 0.0, 0.0),
-    (Stretch(3e-3), Stretch(1.2e-3, -1.5), Stretch(2e-3), Stretch(2e-3, 2.4), Stretch(1.5e-3, 4.0), Stretch(1e-3)),
+    (BentStretch(3e-3), BentStretch(1.2e-3, -1.5), BentStretch(2e-3), BentStretch(2e-3, 2.4), BentStretch(1.5e-3, 4.0),
+     BentStretch(1e-3)),
 )
 
 

@@ -12,7 +12,7 @@ from sitscad.estimates.winding.losses import losses_near_metal
 from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spirals, reflected_by
 from sitscad.geometry.path import Arc, Point, rounded_polyline
 from sitscad.physics.loss.bent_tracks import BentTrack
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec.coil import CoilSpec
 
 UM, MM = 1e-6, 1e-3
@@ -56,7 +56,7 @@ def changes_by_mirror(shape, track, turns, size, pitch, mirror, frequencies):
     geometry = WindingGeometry(spec, (), (), (track,))
     placed = SimpleNamespace(outer_angle=0.0, sense=1, inward=True, z=track.z, thickness=track.thickness)
     spirals = equivalent_spirals(geometry, SimpleNamespace(windings=[placed]))
-    wall = Reflector(mirror, (Plate(1e30),))
+    wall = Reflector(mirror, (MetalLayer(1e30),))
     reflected = reflected_inductances(reflected_by(geometry, mirror), frequencies, wall, None, (0.0,))[:, 0]
     crowding = losses_near_metal(spirals, COPPER, mirror, is_round=False).changes(frequencies, wall, None)
     return float(reflected[0].real), reflected + crowding

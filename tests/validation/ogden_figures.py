@@ -15,7 +15,7 @@ import sys
 
 from pad_figures import POSES, TILT
 
-from sitscad.mechanics.elements import Pad, Solid, fanned
+from sitscad.mechanics.elements import GluedPlate, HalfPad, fanned
 
 WHAT = ("exponent", "skin_exponent")
 FEW = ((0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.4, -0.2, 0), (0.4, -0.2, TILT), (0.5, 0, 0))
@@ -35,12 +35,12 @@ def main() -> None:
     parser.add_argument("--exponents", default="2,3.05")
     asked = parser.parse_args()
     along, across = (float(width) for width in asked.widths.split(","))
-    solid = Solid(along, across, 1.0, asked.round, asked.rim, asked.skin)
+    solid = GluedPlate(along, across, 1.0, asked.round, asked.rim, asked.skin)
     given = (along, across, int(asked.round), asked.rim, asked.skin, asked.skin_modulus, asked.degree)
     lines = csv.writer(sys.stdout, lineterminator="\n")
     for exponent in map(float, asked.exponents.split(",")):
-        pad = Pad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1),
-                  exponents=(exponent, asked.skin_exponent))
+        pad = HalfPad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1),
+                      exponents=(exponent, asked.skin_exponent))
         for pose in FILMED if asked.skin else FEW if asked.few else (*POSES, (0, 0.1, 0)):
             try:
                 held = pad.move(pose)

@@ -15,7 +15,7 @@ import csv
 import math
 import sys
 
-from sitscad.mechanics.elements import Pad, Solid, fanned
+from sitscad.mechanics.elements import GluedPlate, HalfPad, fanned
 
 TILT = math.radians(5.0)
 POSES = ((0, 0, 0), (0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.25, -0.3, 0), (0.4, -0.2, 0),
@@ -34,8 +34,8 @@ def main() -> None:
     parser.add_argument("--degree", type=int, default=4)
     asked = parser.parse_args()
     along, across = (float(width) for width in asked.widths.split(","))
-    solid = Solid(along, across, 1.0, asked.round, asked.rim, asked.skin)
-    pad = Pad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1))
+    solid = GluedPlate(along, across, 1.0, asked.round, asked.rim, asked.skin)
+    pad = HalfPad(solid, 2, skin=asked.skin_modulus, order=asked.degree, mesh=fanned(solid, 2, 1))
     given = (along, across, int(asked.round), asked.rim, asked.skin, asked.skin_modulus, asked.degree)
     lines = csv.writer(sys.stdout, lineterminator="\n")
     for pose in POSES:

@@ -85,7 +85,7 @@ def finer(spec: CoilSpec, coil: Coil) -> ProximityLoss:
         tracks = [bent_track(w, spec.trace_width) for w in coil.windings]
         return bent_loss(tracks, COPPER, modes, 10, fine.steps + 10)
     parts = [
-        azimuth_loss(spirals, *sector, COPPER, proximity.Resolution(modes, 37, fine.steps + 10))
+        azimuth_loss(spirals, *sector, COPPER, proximity.LossResolution(modes, 37, fine.steps + 10))
         for sector in proximity.sectors(spirals, 37)
     ]
     return joined(parts)

@@ -363,7 +363,7 @@ def test_arcs_and_spirals_agree():
         tracks.append(BentTrack(nodes[:-1], nodes[1:], turns, layer.width, layer.thickness, layer.z))
     modes = ModeSet(6, 2, (6, 2))
     arcs = bent_winding_loss(tracks, COPPER, modes, 2, 20)
-    spirals = proximity.winding_loss(layers, COPPER, resolution=proximity.Resolution(modes, 12, 20))
+    spirals = proximity.winding_loss(layers, COPPER, resolution=proximity.LossResolution(modes, 12, 20))
     for frequency in (1e6, 5e6, 10e6):
         assert arcs.resistance_ratio(frequency) == approx(spirals.resistance_ratio(frequency), rel=3e-3)
         assert inductance_change(arcs, frequency) == approx(inductance_change(spirals, frequency), rel=3e-3)

@@ -9,14 +9,14 @@ from tolerance import approx
 
 pytest.importorskip("ngsolve", reason="pip install sitscad[fe]")
 
-from sitscad.mechanics.elements import BOARD, FREE, MIDDLE, PLATE, Pad, Solid, fanned
+from sitscad.mechanics.elements import BOARD, FREE, MIDDLE, PLATE, GluedPlate, HalfPad, fanned
 
 pytestmark = pytest.mark.slow
-SQUARE = Solid(4e-3, 4e-3, 2e-3)
+SQUARE = GluedPlate(4e-3, 4e-3, 2e-3)
 
 
-@pytest.mark.parametrize("solid", [SQUARE, Solid(9e-3, 3e-3, 1e-3), Solid(4e-3, 4e-3, 2e-3, rim=1e-3),
-                                   Solid(4e-3, 4e-3, 2e-3, skin=0.1e-3)])
+@pytest.mark.parametrize("solid", [SQUARE, GluedPlate(9e-3, 3e-3, 1e-3), GluedPlate(4e-3, 4e-3, 2e-3, rim=1e-3),
+                                   GluedPlate(4e-3, 4e-3, 2e-3, skin=0.1e-3)])
 def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
     mesh = fanned(solid, 2, 1)
     corners = mesh.points[mesh.elements]
@@ -33,19 +33,19 @@ def test_the_mesh_fills_half_of_the_solid_and_its_faces_close_it(solid):
 
 
 def test_a_disc_at_rest_agrees_with_axisymmetric_elements_of_another_kind():
-    disc = Pad(Solid(4e-3, 4e-3, 2e-3, is_round=True), 2, 50e3).move((0.0, 0.0, 0.0))
+    disc = HalfPad(GluedPlate(4e-3, 4e-3, 2e-3, is_round=True), 2, 50e3).move((0.0, 0.0, 0.0))
     shear, poisson = 50e3, 0.49995
     assert disc.stiffness[1, 1] == approx(stiffness(2e-3, 2e-3, 2e-3, shear, poisson, 16), rel=0.01)
 
 
 def test_board_and_plate_may_be_swapped():
     """Turned by half of its tilt, the frame between board and plate sees shear and tilt apart: M = -h/2 F."""
-    rest = Pad(SQUARE, 2, 50e3).move((0.0, 0.0, 0.0))
+    rest = HalfPad(SQUARE, 2, 50e3).move((0.0, 0.0, 0.0))
     assert rest.stiffness[2, 0] == approx(-1e-3 * rest.stiffness[0, 0], rel=1e-6)
 
 
 def test_stiffness_is_the_change_of_the_force():
-    pad, small = Pad(SQUARE, 2, 50e3, order=3), 1e-4
+    pad, small = HalfPad(SQUARE, 2, 50e3, order=3), 1e-4
     here = pad.move((0.3e-3, -0.3e-3, 0.02))
     moves = np.diag([2e-3 * small, 2e-3 * small, small])
     for k, move in enumerate(moves):
@@ -58,7 +58,7 @@ def test_stiffness_is_the_change_of_the_force():
 
 def test_elements_have_converged():
     """Twice the degrees of freedom change compression at rest by under 0.2 %, and under a quarter of the thickness."""
-    coarse, fine = Pad(SQUARE, 2, 1.0), Pad(SQUARE, 2, 1.0, mesh=fanned(SQUARE, 2, 2))
+    coarse, fine = HalfPad(SQUARE, 2, 1.0), HalfPad(SQUARE, 2, 1.0, mesh=fanned(SQUARE, 2, 2))
     for pose in ((0.0, 0.0, 0.0), (0.0, -0.5e-3, 0.0)):
         one, other = coarse.move(pose), fine.move(pose)
         assert one.stiffness[1, 1] == approx(other.stiffness[1, 1], rel=0.01)
@@ -67,7 +67,7 @@ def test_elements_have_converged():
 
 
 def test_a_soft_skin_of_the_pads_own_material_is_a_wider_pad():
-    film = Pad(Solid(3.6e-3, 3.6e-3, 2e-3, skin=0.2e-3), 2, 1.0, skin=1.0).move((0.0, 0.0, 0.0))
-    wide = Pad(SQUARE, 2, 1.0).move((0.0, 0.0, 0.0))
+    film = HalfPad(GluedPlate(3.6e-3, 3.6e-3, 2e-3, skin=0.2e-3), 2, 1.0, skin=1.0).move((0.0, 0.0, 0.0))
+    wide = HalfPad(SQUARE, 2, 1.0).move((0.0, 0.0, 0.0))
     assert film.stiffness[1, 1] == approx(wide.stiffness[1, 1], rel=0.02)
     assert film.stiffness[0, 0] == approx(wide.stiffness[0, 0], rel=0.02)

@@ -12,7 +12,7 @@ from tolerance import approx
 from sitscad.physics.constants import MU0
 from sitscad.physics.metal.finite_plate import (
     CoaxialRings,
-    Plate,
+    FinitePlate,
     loss_share_error,
     magnetic_share,
     magnetic_share_error,
@@ -63,7 +63,7 @@ def share_and_reference(rings, size, thickness, offset, gap, floor, across=24, t
     radii, heights = rings
     endless = endless_change(radii, heights, gap, floor)
     box = converged_change(size, thickness, offset, radii, heights, gap, floor=floor, across=across, through=through)
-    plate, winding = Plate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
+    plate, winding = FinitePlate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     share = plate_share(plate, winding, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
     return float(share), box / endless, share_error(plate, winding)
 
@@ -103,7 +103,7 @@ def test_the_loss_share_is_what_boxes_lose_by_wheeler_s_rule(case):
         return box, endless_change(radii, heights, place, floor)
 
     (more, more_endless), (less, less_endless) = receded(-10e-6), receded(10e-6)
-    plate, rings = Plate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
+    plate, rings = FinitePlate(size, thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     ours = plate_loss_share(plate, rings, np.array([[offset, 0.0]]), gap, -math.inf if floor is None else floor)[0]
     reference = (more - less) / (more_endless - less_endless)
     assert ours == approx(reference, rel=loss_share_error(plate, rings))
@@ -121,7 +121,7 @@ def shares_and_discs(gap, diameter, thickness):
 
     disc, endless = disc_change(EIGHT, gap, diameter, thickness), disc_change(EIGHT, gap, ENDLESS, thickness)
     depth = min(0.25 * thickness, 0.5 * SKIN)
-    plate = Plate((diameter - 2 * depth,) * 2, thickness - 2 * depth, is_round=True)
+    plate = FinitePlate((diameter - 2 * depth,) * 2, thickness - 2 * depth, is_round=True)
     rings = CoaxialRings(EIGHT, np.zeros(8), np.ones(8))
     ours = (float(share(plate, rings, np.zeros((1, 2)), gap + depth)[0]) for share in (plate_share, plate_loss_share))
     return tuple(ours), (disc[0] / endless[0], disc[1] / endless[1]), (
@@ -168,7 +168,7 @@ def test_discs_of_rings_converge():
 def test_a_thin_box_is_the_sheet():
     radii, heights = JAW
     box = converged_change((4.5e-3, 4.2e-3), 20e-6, BETWEEN, radii, heights, 1e-3, across=24, through=2)
-    sheet = plate_share(Plate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
+    sheet = plate_share(FinitePlate((4.5e-3, 4.2e-3), 20e-6), CoaxialRings(radii, heights, np.ones_like(radii)),
                         np.array([[BETWEEN, 0.0]]), 1e-3)[0]
     assert sheet == approx(box / endless_change(radii, heights, 1e-3), rel=0.03)
 
@@ -195,7 +195,7 @@ def test_a_magnetic_plate_has_the_share_of_a_box_of_poles(case):
     coarse, better = (pole_share(sides, thickness, offset, radii, heights, gap, *n) for n in ((16, 4), (24, 6)))
     reference = 3.0 * better - 2.0 * coarse
     assert better == approx(reference, rel=0.05 if thickness <= 0.2 * sides.min() else 0.15)
-    plate, rings = Plate(tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
+    plate, rings = FinitePlate(tuple(sides), thickness), CoaxialRings(radii, heights, np.ones_like(radii))
     ours = magnetic_share(plate, rings, np.array([[offset, 0.0]]), gap)[0]
     error = magnetic_share_error(plate, rings)
     assert ours == approx(reference, rel=error)

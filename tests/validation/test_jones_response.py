@@ -28,7 +28,7 @@ from sitscad.estimates.response.placed import Cover  # noqa: E402
 from sitscad.estimates.response.plate import solved_plate  # noqa: E402
 from sitscad.physics.constants import skin_depth  # noqa: E402
 from sitscad.physics.eddy.target import turned  # noqa: E402
-from sitscad.physics.metal.finite_plate import CoaxialRings, Plate, plate_share  # noqa: E402
+from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share  # noqa: E402
 
 MM, FREQUENCY = 1e-3, 5e6
 SCAN_GAP, NEAR, FAR = 0.95 * MM, 0.2 * MM, 1.06 * MM
@@ -132,7 +132,7 @@ def by_finite_plate(size, gap, moves):
     """Change (uH) of both coils, 8 mm apart, for displacements of the target (m) by the cheaper method: (moves, 2)."""
     (radii, heights) = BENCH
     depth = 0.5 * skin_depth(FREQUENCY, 5.8e7)
-    plate = Plate(tuple(MM * s - 2 * depth for s in size), 0.2 * MM - 2 * depth)
+    plate = FinitePlate(tuple(MM * s - 2 * depth for s in size), 0.2 * MM - 2 * depth)
     offsets = np.array([[side * 4e-3 - x, -y] for x, y in moves for side in (-1, 1)])
     shares = plate_share(plate, CoaxialRings(radii, heights, np.ones_like(radii)), offsets, gap + depth)
     return 1e6 * endless_change(radii, heights, gap + depth) * shares.reshape(-1, 2)

@@ -23,7 +23,7 @@ from sitscad.physics.inductance.spirals import spiral_inductance_matrix
 from sitscad.physics.loss import proximity
 from sitscad.physics.metal import near_metal
 from sitscad.physics.metal.current_spectrum import spiral_spectrum
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_impedance
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
 from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
 from tests.oracles.filament_tracks import track_mutual_inductance
 from tests.oracles.losses import inductance_change
@@ -64,7 +64,7 @@ def by_filaments(name, gap, metal, frequency, cells=None):
 def by_modes(layers, gap, metal, frequency, tolerance=0.03, aware=True):
     """Impedance (ohm), inductance in free air (H); without `aware` the currents do not see the metal."""
     wall = 0.5 * layers[0].thickness + gap
-    plate = Reflector(wall, (Plate(1e30 if math.isinf(metal) else metal),))
+    plate = Reflector(wall, (MetalLayer(1e30 if math.isinf(metal) else metal),))
     resolution = proximity.suited_resolution(layers, COPPER, tolerance)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
     loss = proximity.winding_loss(layers, COPPER, tolerance)
@@ -133,7 +133,7 @@ def test_far_metal_changes_nothing_of_the_crowding():
     changes = []
     for gap in (0.3e-3, 1e-3, 3e-3, 10e-3):
         crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, gap)
-        changes.append(abs(crowding.change(5e6, Reflector(gap, (Plate(COPPER),)), None)))
+        changes.append(abs(crowding.change(5e6, Reflector(gap, (MetalLayer(COPPER),)), None)))
     assert np.all(np.diff(changes) < 0.0)
     assert changes[-1] < 1e-3 * changes[0]
     assert crowding.change(5e6, None, None) == 0.0
@@ -144,7 +144,7 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
     layers = coil(10 * MM, turns, 500 * UM, 100 * UM, (0.0,), (35 * UM,))
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
-    metal = Reflector(0.1e-3, (Plate(COPPER),)), None
+    metal = Reflector(0.1e-3, (MetalLayer(COPPER),)), None
     usual = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.1e-3).change(5e6, *metal)
     monkeypatch.setattr(near_metal, "STEPS", 60)
     everything = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.1e-3).change(5e6, *metal)
@@ -156,7 +156,7 @@ def test_the_subspace_is_large_enough_and_never_larger_than_the_space(turns, mon
 def test_metal_on_both_sides_against_filaments(frequency):
     # copper above, steel below, and all their echoes
     layers, cells, count = COILS["crossing"]
-    roof, floor = Reflector(0.2e-3, (Plate(COPPER),)), Reflector(0.3e-3, (Plate(STEEL),))
+    roof, floor = Reflector(0.2e-3, (MetalLayer(COPPER),)), Reflector(0.3e-3, (MetalLayer(STEEL),))
     reference = 0j
     for rings in filaments("crossing", cells):
         seen = rings.between_metals((0.2e-3, COPPER), (-0.3e-3, STEEL), frequency)
@@ -180,7 +180,7 @@ def test_metal_on_both_sides_acts_like_a_perfect_mirror_and_its_echoes():
     resolution = proximity.suited_resolution(layers, COPPER, 0.03)
     cuts = proximity.winding_cuts(tuple(layers), COPPER, resolution)
     crowding = near_metal.crowding_near_metal(cuts, COPPER, resolution.modes, 0.2e-3)
-    one, other = Reflector(0.2e-3, (Plate(COPPER),)), Reflector(0.3e-3, (Plate(STEEL),))
+    one, other = Reflector(0.2e-3, (MetalLayer(COPPER),)), Reflector(0.3e-3, (MetalLayer(STEEL),))
     assert crowding.change(5e6, one, other) == approx(crowding.change(5e6, other, one), rel=1e-6)
     assert abs(crowding.change(5e6, one, one)) > abs(crowding.change(5e6, one, None))
 
@@ -201,7 +201,7 @@ def test_the_spectrum_of_a_spiral_is_that_of_its_images(count, turns, width, tol
     layers = coil(8 * MM, turns, width * UM, 100 * UM, heights, (18 * UM,) * count)
     images = [replace(layer, z=2.0 * gap - layer.z) for layer in layers]
     exact = -spiral_inductance_matrix([*layers, *images])[:count, count:].sum()
-    ours, _ = reflected_impedance(spiral_spectrum(layers, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
+    ours, _ = reflected_impedance(spiral_spectrum(layers, gap), 5e6, Reflector(gap, (MetalLayer(1e30),)), None)
     assert ours == approx(exact, rel=tolerance)
 
 
@@ -225,15 +225,15 @@ def test_layers_of_a_polygon_are_reflected_where_they_lie(half_turn_count, gap):
     tracks = [PolylineTrack(c, 100 * UM, 18 * UM, z) for c, z in zip(lines, (0.0, -60 * UM), strict=True)]
     images = [PolylineTrack(t.corners, t.width, t.thickness, 2.0 * gap - t.z) for t in tracks]
     exact = -sum(track_mutual_inductance(a, b) for a in tracks for b in images)
-    ours, _ = reflected_impedance(polyline_spectrum(tracks, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
+    ours, _ = reflected_impedance(polyline_spectrum(tracks, gap), 5e6, Reflector(gap, (MetalLayer(1e30),)), None)
     assert ours == approx(exact, rel=6e-3)
     copies = [replace(tracks[0], z=t.z) for t in tracks]
-    copied, _ = reflected_impedance(polyline_spectrum(copies, gap), 5e6, Reflector(gap, (Plate(1e30),)), None)
+    copied, _ = reflected_impedance(polyline_spectrum(copies, gap), 5e6, Reflector(gap, (MetalLayer(1e30),)), None)
     if half_turn_count == 1:
         assert abs(copied / exact - 1.0) > 0.2
 
 
-@pytest.mark.parametrize("metal", [Plate(COPPER, 1.0, 0.2e-3), Plate(STEEL), Plate(36e6, 1.0, 20e-6)])
+@pytest.mark.parametrize("metal", [MetalLayer(COPPER, 1.0, 0.2e-3), MetalLayer(STEEL), MetalLayer(36e6, 1.0, 20e-6)])
 @pytest.mark.parametrize("gap", [0.2e-3, 1.0e-3])
 def test_one_subspace_serves_metal_about_there(gap, metal):
     """It is that of a mirror up to an eighth nearer or farther: what it leaves out is as little as in its own."""

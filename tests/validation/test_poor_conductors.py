@@ -16,7 +16,7 @@ from tolerance import approx
 from sitscad.estimates.states import finite_target
 from sitscad.physics.constants import MU0
 from sitscad.physics.metal.finite_plate import CoaxialRings
-from sitscad.physics.metal.half_spaces import Plate, reflection
+from sitscad.physics.metal.half_spaces import MetalLayer, reflection
 from sitscad.physics.special_functions import j1
 from sitscad.spec.materials import Conductor, Target
 
@@ -40,7 +40,7 @@ def endless(gap, thickness, metal):
     nodes, weights = np.polynomial.legendre.leggauss(500)
     k, share = 7.0 / gap * (1.0 + nodes), 7.0 / gap * weights
     spectrum = (EIGHT * j1(k[:, None] * EIGHT)).sum(axis=1)
-    factor = reflection(k, finite_target.FREQUENCY, [Plate(*METALS[metal], thickness)])
+    factor = reflection(k, finite_target.FREQUENCY, [MetalLayer(*METALS[metal], thickness)])
     change = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
     return change.real, -OMEGA * change.imag
 

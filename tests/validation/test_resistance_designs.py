@@ -45,7 +45,7 @@ def test_quarter_turns_on_four_layers_take_azimuths_enough():
     resolution = proximity.suited_resolution(layers, designs.COPPER, USUAL_TOLERANCE)
     assert len(proximity.sectors(layers, resolution.cuts)) == 8
     usual = proximity.winding_loss(layers, designs.COPPER).resistance_ratio(8.34e6)
-    many = proximity.Resolution(resolution.modes, 32, resolution.steps)
+    many = proximity.LossResolution(resolution.modes, 32, resolution.steps)
     converged = proximity.winding_loss(layers, designs.COPPER, resolution=many).resistance_ratio(8.34e6)
     assert usual == approx(converged, rel=2e-3)
     assert proximity.missed_crossings(layers, 3) > 0.023  # the error that was, of the loss that is added

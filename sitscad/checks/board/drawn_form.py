@@ -39,7 +39,7 @@ def _cell(point: Point) -> tuple[int, int]:
 
 
 @record
-class Loop:
+class ConductorLoop:
     """A closed way along conductors, seen from above; ``layer`` is that of the track that closes it."""
 
     points: tuple[Point, ...]
@@ -119,10 +119,10 @@ class TrackGraph:
         return tuple(found)
 
 
-def closed_loops(graph: TrackGraph) -> Iterator[Loop]:
+def closed_loops(graph: TrackGraph) -> Iterator[ConductorLoop]:
     """Every loop that a track closes."""
     tree: dict[Node, list[tuple[Node, _Edge]]] = defaultdict(list)
-    parts = _Parts()
+    parts = _Joined()
     for edge in graph.edges:
         if parts.join(edge.one, edge.other):
             tree[edge.one].append((edge.other, edge))
@@ -150,7 +150,7 @@ def loose_ends(graph: TrackGraph) -> Iterator[tuple[Point, int, str]]:
 
 def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
     """Contacts of one net that no copper joins: one of the net's first part, and one of each other part."""
-    parts = _Parts()
+    parts = _Joined()
     for edge in graph.edges:
         parts.join(edge.one, edge.other)
     for net in dict.fromkeys(pad.net for pad in graph.layout.all_pads if not pad.is_unused):
@@ -199,7 +199,7 @@ def _along(segment: Segment, point: Point) -> float:
     return float(share * segment.length)
 
 
-def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Loop:
+def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> ConductorLoop:
     """The loop of a closing edge and the way back through the tree."""
     way = _way_back(tree, closing.other, closing.one)
     points, nets = list(closing.points), {closing.trace.net}
@@ -208,7 +208,7 @@ def _loop(tree: dict[Node, list[tuple[Node, _Edge]]], closing: _Edge) -> Loop:
         forward = points[-1].distance(stretch[0]) <= points[-1].distance(stretch[-1])
         points += stretch if forward else stretch[::-1]
         nets.add(edge.trace.net)
-    return Loop(tuple(points), tuple(sorted(nets)), closing.trace.layer)
+    return ConductorLoop(tuple(points), tuple(sorted(nets)), closing.trace.layer)
 
 
 def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Node) -> Sequence[_Edge]:
@@ -226,7 +226,7 @@ def _way_back(tree: dict[Node, list[tuple[Node, _Edge]]], start: Node, goal: Nod
     return ()
 
 
-class _Parts:
+class _Joined:
     """Nodes that are joined (union-find)."""
 
     def __init__(self) -> None:

@@ -41,7 +41,7 @@ TOLD_FROM_NOISE = 3.0
 
 
 @record
-class Response:
+class SignalChange:
     """What a coil's inductance, as the converter makes it, does from rest to pressed (H), one step of it (H), how many
     steps of the converter that is, and one sigma of its noise by the law measured on the converter, in steps.
     """
@@ -53,7 +53,7 @@ class Response:
     noise: float
 
 
-def responses(design: Design) -> list[Response]:
+def responses(design: Design) -> list[SignalChange]:
     """The response of every coil that has both states."""
     found, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
@@ -65,7 +65,7 @@ def responses(design: Design) -> list[Response]:
             noise = conversion.noise(rest.frequency) / conversion.quantum(rest.frequency)
             step = conversion.inductance_step(before, rest.frequency)
             steps = conversion.steps(rest.frequency, pressed.frequency)
-            found.append(Response(coil.name, after - before, step, steps, noise))
+            found.append(SignalChange(coil.name, after - before, step, steps, noise))
     return found
 
 
@@ -107,12 +107,12 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _is_lost(found: Sequence[Response]) -> bool:
+def _is_lost(found: Sequence[SignalChange]) -> bool:
     """Whether no coil's change is told from the noise."""
     return all(response.steps < TOLD_FROM_NOISE * response.noise for response in found)
 
 
-def _not_felt(deaf: Sequence[Response], best: Response, force: str) -> Violation:
+def _not_felt(deaf: Sequence[SignalChange], best: SignalChange, force: str) -> Violation:
     """The finding that no coil's change under a force is told from the noise."""
     return Violation(
         f"the sensor feels nothing: from rest to pressed by {force} no coil changes by the {TOLD_FROM_NOISE:g} sigma "
@@ -142,14 +142,14 @@ def _unasked(design: Design) -> Iterator[Verdict]:
                       key="elastomer.thickness", measured=best.steps, limit=FEWEST_STEPS, unit="steps")
 
 
-def _changes(deaf: Sequence[Response]) -> str:
+def _changes(deaf: Sequence[SignalChange]) -> str:
     """Every change in henries and steps, in the order of the coils."""
     words = [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
     verb = "its inductance changes by" if len(words) == 1 else "the inductances change by"
     return f"{verb} {', '.join(words)}"
 
 
-def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
+def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
     """Where the deaf coils stand to the target, and what would reach them."""
     target = spec.target
     assert target is not None
@@ -167,7 +167,7 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[Response]) -> str:
     )
 
 
-def _over_all_coils(spec: SensorSpec, deaf: Sequence[Response]) -> Advice:
+def _over_all_coils(spec: SensorSpec, deaf: Sequence[SignalChange]) -> Advice:
     """A hint with the target over the middle of the coils; one that is there has to cover all of them."""
     target = spec.target
     assert target is not None

@@ -83,7 +83,7 @@ Polygons = list[list[tuple[float, float]]]
 
 
 @record
-class Place:
+class SectionView:
     """From the section's millimetres (y across the jaw, z upwards) to pixels: scale, the left edge and the top."""
 
     scale: float
@@ -95,7 +95,7 @@ class Place:
         return Point((y - self.left) * self.scale, (z - self.top) * self.scale)
 
 
-def _outlines(polygons: Polygons, place: Place) -> list[Path]:
+def _outlines(polygons: Polygons, place: SectionView) -> list[Path]:
     return [closed_polygon([place(*point) for point in polygon]) for polygon in polygons]
 
 
@@ -125,7 +125,7 @@ def _port(cuts: list[tuple[Solid, Polygons]], spec: SensorSpec, top: float) -> t
 
 
 def _labels(
-    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: Place, x: float, height: float
+    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: SectionView, x: float, height: float
 ) -> tuple[float, float, float, float]:
     """Names with thicknesses beside the section, from the top down, each with a line to its layer; the box of all."""
     rows: list[tuple[Point | None, float, str]] = []
@@ -178,7 +178,7 @@ def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:
             axis, radius, other = port
             y0, y1, z0 = min(y0, -radius), max(y1, radius), min(z0, axis - radius)
             z1 = max(axis + radius, *(point[1] for polygon in other for point in polygon))
-        place = Place(260.0 / (y1 - y0), y0, z1)
+        place = SectionView(260.0 / (y1 - y0), y0, z1)
         if port is not None:
             sheet.draw(_outlines(other, place), AREA, OTHER, "section-opposing-jaw")
         for solid, polygons in cuts:

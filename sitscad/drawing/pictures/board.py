@@ -72,7 +72,7 @@ ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
 """Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
 
 
-class Mark(NamedTuple):
+class PicturePoint(NamedTuple):
     """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
 
     x: float
@@ -92,7 +92,7 @@ def colour(layer: int) -> str:
     return COLOURS[(layer - 1) % len(COLOURS)]
 
 
-def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Mark]) -> list[tuple[Sign, str]]:
+def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[PicturePoint]) -> list[tuple[Sign, str]]:
     """A sign and its meaning for everything that the picture shows."""
     plate = layout.stiffener
 
@@ -168,8 +168,8 @@ BOARD, EDGE, WHITE = "#f6e7c1", "#222222", "#ffffff"
 
 
 def picture(
-    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None, marks: Iterable[Mark] = (),
-    name: str = "board",
+    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None,
+    marks: Iterable[PicturePoint] = (), name: str = "board",
 ) -> str:
     """A picture of the layout as SVG text.
 
@@ -287,10 +287,10 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
                 sheet.text(x, y - 0.35 * size, words, size, "middle")
 
 
-def _marks(sheet: Sheet, marks: list[Mark], view: View, name: str) -> None:
+def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
     """A ring at each place, with its text beside it; places that would hide one another share a ring."""
     taken: list[tuple[float, float, float]] = []
-    groups: list[list[Mark]] = []
+    groups: list[list[PicturePoint]] = []
     for mark in marks:
         here = Point(view.x(mark.x), view.y(mark.y))
         near = (g for g in groups if here.distance(Point(view.x(g[0].x), view.y(g[0].y))) < 26.0)
@@ -324,7 +324,7 @@ _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 Points = Array
 
 
-def dot_picture(layout: Layout, marks: Iterable[Mark] = (), columns: int = COLUMNS) -> str:
+def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int = COLUMNS) -> str:
     """The part with the coils as seen from the top, to scale: its outline, the tracks of layer 1, and the words of
     `marks` at their places. Lines of at most `columns` letters.
     """

@@ -45,7 +45,7 @@ class Coloured:
 
 
 @record(eq=False)
-class View:
+class SpaceView:
     """From space to the sheet: unit vectors right, up and to the viewer, the scale, and the left upper corner."""
 
     right: Array
@@ -68,16 +68,16 @@ def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
     return right, np.cross(toward, right), toward
 
 
-def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: tuple[float, float]) -> View:
+def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: tuple[float, float]) -> SpaceView:
     """The view along `axes` in which all meshes fill a size on the sheet."""
     points = np.concatenate([mesh.vertices for mesh in meshes])
     across, upwards = points @ axes[0], points @ axes[1]
     scale = min(size[0] / np.ptp(across), size[1] / np.ptp(upwards))
-    return View(*axes, float(scale), (float(across.min()), float(upwards.max())))
+    return SpaceView(*axes, float(scale), (float(across.min()), float(upwards.max())))
 
 
 def rendered(
-    sheet: Sheet, meshes: Sequence[Coloured], view: View, size: tuple[float, float], opacity: float = 1.0
+    sheet: Sheet, meshes: Sequence[Coloured], view: SpaceView, size: tuple[float, float], opacity: float = 1.0
 ) -> None:
     """Draw meshes on a sheet from (0, 0) right and down within `size`; not opaque, earlier ones show through."""
     wide, high = (int(np.ceil(side * FINE)) for side in size)
@@ -314,7 +314,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
     return svg(sheet)
 
 
-def _axes(sheet: Sheet, view: View, place: tuple[float, float]) -> None:
+def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
     """The axes as they are seen, each as long as the millimetres that are written beside them."""
     length = next((size for size in (0.2, 0.5, 1.0, 2.0, 5.0) if size * view.scale > LEAST_AXIS), 10.0)
     start = Point(*place)

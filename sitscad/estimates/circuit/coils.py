@@ -16,9 +16,9 @@ from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.states.assembly import Assembly, Reflection, SolvedReflection, Surroundings, metal_behind
+from sitscad.estimates.states.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, TargetChanges, TargetShares
-from sitscad.estimates.states.window import Missing, WindowedReflection, missing_parts
+from sitscad.estimates.states.window import WindowedReflection, WindowEffect, missing_parts
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
@@ -82,7 +82,7 @@ def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
 
 
 def coil_circuits(
-    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: Assembly, shares: TargetShares,
+    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates, shares: TargetShares,
     spared: Mapping[str, Mapping[int, float]], solved: TargetChanges | None = None,
 ) -> list[CoilCircuit]:
     """The circuits of all coils in their order; `matrix` (H) is that of the bare windings, `spared` are the squares of
@@ -142,14 +142,14 @@ def _distances(layout: Layout) -> list[list[float]]:
 
 
 def _reflections(
-    winding: SolvedWinding, assembly: Assembly, distances: list[float], layout: Layout,
+    winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
     target: TargetShares | TargetChanges,
 ) -> dict[str, dict[str, Reflection]]:
     """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
     target have one in common.
     """
     missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
-    known: dict[tuple[str, tuple[complex, ...], Missing | None], Reflection] = {}
+    known: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
     found: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
     for around in assembly.states:
         for k, name in enumerate(found):
@@ -170,7 +170,7 @@ def _reflections(
 
 def _reflection(
     around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | TargetChanges,
-    number: int, name: str, missing: Missing | None,
+    number: int, name: str, missing: WindowEffect | None,
 ) -> Reflection:
     spectrum = winding.spectrum
     if isinstance(target, TargetChanges) and around.name in target.changes:
@@ -191,7 +191,7 @@ def _reflection(
 
 
 def handed_over(
-    solved: TargetChanges, part: float, layout: Layout, winding: SolvedWinding, assembly: Assembly,
+    solved: TargetChanges, part: float, layout: Layout, winding: SolvedWinding, assembly: AssemblyStates,
     shares: TargetShares,
 ) -> TargetChanges:
     """A part of what was solved, with the rest by shares; the errors of both alike."""

@@ -14,7 +14,7 @@ from sitscad.arrays import Array
 from sitscad.estimates.winding.losses import Strip
 from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Layout, Pair, Role, Trace, Via
+from sitscad.layout.board import Coil, Layout, LeadPair, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
@@ -137,7 +137,7 @@ inductance (H) of stubs and of the tracks to the contacts, where both run apart.
 GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart for their skin effect
 
 
-def sketched_leads(pairs: Sequence[Pair], stackup: Stackup, conductivity: float) -> LeadEstimate:
+def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: float) -> LeadEstimate:
     """Figures of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
     copper = {layer.number: layer for layer in stackup.copper}
     strips, inductance, capacitance = [], 0.0, 0.0

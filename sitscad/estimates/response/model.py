@@ -14,12 +14,12 @@ from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_by_elements
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
-from sitscad.estimates.response.plate import LOSSY, Plate, endless_like, plate_over_jaw, stated_errors
+from sitscad.estimates.response.plate import LOSSY, TargetPlate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.terminals import at_frequencies, curves, oscillating
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
-from sitscad.estimates.states.assembly import Assembly, Surroundings, metal_behind
+from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.steps import BAND, Wound, wind
@@ -28,8 +28,7 @@ from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
-from sitscad.physics.metal.half_spaces import Plate as Sheet
-from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.resonator import Network
 from sitscad.record import record
 from sitscad.scene.state import REST, REST_POSE, State
@@ -46,7 +45,7 @@ HEIGHTS = 4  # Heights, evenly spaced in their logarithm, at which the crowding 
 class _Near:
     # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
     # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
-    plate: Plate
+    plate: TargetPlate
     bare: Callable[[Array], ComplexArray]
     heights: Array
     crowding: Callable[[Array], ComplexArray]
@@ -230,7 +229,7 @@ class ResponseModel:
         spec, coils, lowest, target = self.spec, self.layout.coils, cover.lowest, self.spec.target
         assert target is not None
         metal = target.material
-        sheet = Sheet(metal.conductivity, metal.relative_permeability, target.thickness)
+        sheet = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
 
         def endless(height: float) -> Reflector:
             return Reflector(max(height, LEAST_HEIGHT), (sheet,))
@@ -256,7 +255,7 @@ class ResponseModel:
         whole = whole - reflected_inductances(winding.spectrum, frequencies, None, self.behind, (0.0,))
         return np.asarray(crowded / whole[:, 0])
 
-    def _bare(self, winding: SolvedWinding, assembly: Assembly, frequencies: Array) -> ComplexArray:
+    def _bare(self, winding: SolvedWinding, assembly: AssemblyStates, frequencies: Array) -> ComplexArray:
         """The coils in their places without the target: complex inductance matrices (H) at their contacts."""
         circuits = self._circuits(winding, assembly)
         found = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
@@ -270,7 +269,7 @@ class ResponseModel:
                 found[:, i, j] = found[:, j, i] = self.wound.matrix[i, j] + change
         return found
 
-    def _circuits(self, winding: SolvedWinding, assembly: Assembly | None = None) -> Sequence[CoilCircuit]:
+    def _circuits(self, winding: SolvedWinding, assembly: AssemblyStates | None = None) -> Sequence[CoilCircuit]:
         wound = self.wound
         return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()),
                              wound.spared)

@@ -17,7 +17,7 @@ from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
-    from sitscad.mechanics.elements import Solid
+    from sitscad.mechanics.elements import GluedPlate
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
 """Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
@@ -103,12 +103,11 @@ def pushed_by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Arr
 
 def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) -> tuple[float, float, float]:
     """Place along the shear and up (m) and turn (rad) under a load: Newton's method from the law's pose."""
-    from sitscad.mechanics.elements import Pad as Elements
-    from sitscad.mechanics.elements import fanned
+    from sitscad.mechanics.elements import HalfPad, fanned
 
     solid, free = _solid(pad, along_y), 2 if is_held else 3
-    elements = Elements(solid, CELLS, pad.shear_modulus, pad.film_modulus, DEGREE, fanned(solid, CELLS, 1),
-                        (pad.exponent, pad.film_exponent))
+    elements = HalfPad(solid, CELLS, pad.shear_modulus, pad.film_modulus, DEGREE, fanned(solid, CELLS, 1),
+                       (pad.exponent, pad.film_exponent))
     guess = pad.pose(np.array([[normal, 0.0, shear] if along_y else [normal, shear, 0.0]]), is_held)[0]
     pose = np.array([guess[1], guess[2], -guess[3]]) if along_y else guess[[0, 2, 4]]
     if not np.all(np.isfinite(guess)):
@@ -132,9 +131,9 @@ def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) 
     raise NoResponse("finite elements: no equilibrium was found, the pad gives way sideways")
 
 
-def _solid(pad: Pad, along_y: bool) -> Solid:
+def _solid(pad: Pad, along_y: bool) -> GluedPlate:
     """The pad as its mesh is told, its first width along the shear."""
-    from sitscad.mechanics.elements import Solid
+    from sitscad.mechanics.elements import GluedPlate
 
     face = pad.face
     if pad.webs.width:
@@ -145,7 +144,7 @@ def _solid(pad: Pad, along_y: bool) -> Solid:
     if pad.rim and pad.film:
         raise NoResponse("finite elements know a film round a target that covers its pad, not one beyond a rim")
     widths = (face.width_y, face.width_x) if along_y else (face.width_x, face.width_y)
-    return Solid(*widths, pad.thickness, is_round, pad.rim, pad.film)
+    return GluedPlate(*widths, pad.thickness, is_round, pad.rim, pad.film)
 
 
 def straight(pad: Pad, loads: Array) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.response.placed import Cover, tabled
 from sitscad.estimates.states.assembly import metal_behind
-from sitscad.estimates.states.window import Missing, missing_parts
+from sitscad.estimates.states.window import WindowEffect, missing_parts
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics import constants
@@ -25,8 +25,7 @@ from sitscad.physics.eddy.graded_line import FINER, FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.surface import Surface, skin
 from sitscad.physics.eddy.target import SolvedTarget, changes_at, solve
-from sitscad.physics.metal.half_spaces import Plate as Layer
-from sitscad.physics.metal.half_spaces import Reflector, reflection
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
 from sitscad.solutions import solved
@@ -194,7 +193,7 @@ class Solving:
 
 
 @record(eq=False)
-class Plate:
+class TargetPlate:
     """A target of metal or ferrite over coils; `mirror_error` is what taking the image of the target's own currents in
     a perfect mirror adds to the relative error.
     """
@@ -226,10 +225,10 @@ class Plate:
 
 
 @record(eq=False)
-class WindowedPlate(Plate):
+class WindowedPlate(TargetPlate):
     """A target before a jaw with a window, `missing` for each coil: what it changes grows by that."""
 
-    missing: tuple[Missing, ...] = ()
+    missing: tuple[WindowEffect, ...] = ()
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
         """As of `Plate`."""
@@ -240,7 +239,7 @@ class WindowedPlate(Plate):
         return found[0] * both, found[1] * both
 
 
-def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, finer: float = 1.0) -> Plate:
+def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, finer: float = 1.0) -> TargetPlate:
     """The target of a layout solved at frequencies (Hz) with what is behind the board, a window in the jaw included."""
     spec, missing = layout.spec, missing_parts(layout)
     plate = solved_plate(spec, layout.coils, frequencies, metal_behind(spec), cover, finer)
@@ -254,13 +253,13 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, f
 def solved_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
     finer: float = 1.0,
-) -> Plate:
+) -> TargetPlate:
     """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`."""
     bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec, cover.reach)
     part = cover.part(spec).target
     assert part is not None
     found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
-    return Plate(found, found.mirror_error)
+    return TargetPlate(found, found.mirror_error)
 
 
 _solving = lru_cache(maxsize=4)(Solving)
@@ -320,7 +319,7 @@ def endless_like(spec: SensorSpec) -> Callable[[Array], ComplexArray]:
     """
     assert spec.target is not None
     target, k = spec.target, np.array([MOST_WAVES / max(spec.coil.size)])
-    layer = Layer(_conductivity(target), target.material.relative_permeability, target.thickness)
+    layer = MetalLayer(_conductivity(target), target.material.relative_permeability, target.thickness)
 
     def factors(frequencies: Array) -> ComplexArray:
         return reflection(k, frequencies[:, None], [layer])[:, 0]

@@ -25,7 +25,7 @@ from sitscad.estimates.states.pressing import (
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.bodies import metal_face, room_behind, shield_span, target, target_lines
@@ -49,7 +49,7 @@ class Surroundings:
 
 
 @record
-class Assembly:
+class AssemblyStates:
     """The states that exist with what is round the coils in each, the gaps (m) by name, the compression, and what is
     worth saying about the model.
 
@@ -65,7 +65,7 @@ class Assembly:
     scatter: PressingScatter | None = None
 
 
-def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> Assembly:
+def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
 
     `sigmas` are the standard deviations (m) of the elastomer's thickness and size, and of the glue below the target;
@@ -101,7 +101,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)
-    return Assembly(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
+    return AssemblyStates(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
 
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
@@ -145,19 +145,19 @@ def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
     return replace(spec, **parts) if parts and temperature != 20.0 else spec
 
 
-def _plate(material: Conductor, thickness: float = math.inf) -> Plate:
-    return Plate(material.conductivity, material.relative_permeability, thickness)
+def _plate(material: Conductor, thickness: float = math.inf) -> MetalLayer:
+    return MetalLayer(material.conductivity, material.relative_permeability, thickness)
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
     """The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone."""
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = shield_span(spec), metal_face(spec)
-    plates: list[Plate] = []
+    plates: list[MetalLayer] = []
     if spec.shield is not None and sheet is not None:
         plates.append(_plate(spec.shield.material, spec.shield.thickness))
         if material is not None and metal is not None and sheet[0] - metal > CONTACT:
-            plates.append(Plate(0.0, 1.0, sheet[0] - metal))
+            plates.append(MetalLayer(0.0, 1.0, sheet[0] - metal))
     if material is not None:
         plates.append(_plate(material))
     nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
@@ -187,7 +187,7 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
 
 def mirror(reflector: Reflector | None) -> Reflector | None:
     """A conductor without loss in its place: what is then lost is lost in the other."""
-    return None if reflector is None else Reflector(reflector.distance, (Plate(LOSSLESS),))
+    return None if reflector is None else Reflector(reflector.distance, (MetalLayer(LOSSLESS),))
 
 
 LOSSLESS = 1e18  # Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's

@@ -15,7 +15,7 @@ from sitscad.physics.constants import skin_depth
 from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
-    Plate,
+    FinitePlate,
     eased,
     loss_share_error,
     magnetic_share,
@@ -26,8 +26,7 @@ from sitscad.physics.metal.finite_plate import (
     sheet_shares,
     stepped,
 )
-from sitscad.physics.metal.half_spaces import Plate as Layer
-from sitscad.physics.metal.half_spaces import reflection
+from sitscad.physics.metal.half_spaces import MetalLayer, reflection
 from sitscad.record import record
 from sitscad.scene.state import in_words
 from sitscad.spec.coil import CoilSpec
@@ -285,7 +284,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
     if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
     like = like_a_conductor(target, float(rings.radii.mean()) + gap)
-    magnet = Plate(target.size, target.thickness, target.outline.is_round)
+    magnet = FinitePlate(target.size, target.thickness, target.outline.is_round)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= PURE:
@@ -355,7 +354,7 @@ def like_a_conductor(target: Target, distance: float) -> float:
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
         return 1.0
-    layer = Layer(metal.conductivity, metal.relative_permeability, target.thickness)
+    layer = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
     factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [layer])[0])
     return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
 
@@ -414,11 +413,11 @@ def _skin_depth(target: Target) -> float:
     return skin_depth(FREQUENCY, conductivity, target.material.relative_permeability)
 
 
-def _plate(target: Target) -> tuple[Plate, float]:
+def _plate(target: Target) -> tuple[FinitePlate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper.
     depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
-    return Plate(size, target.thickness - 2.0 * depth, target.outline.is_round), depth
+    return FinitePlate(size, target.thickness - 2.0 * depth, target.outline.is_round), depth
 
 
 def _notes(

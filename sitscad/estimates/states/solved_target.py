@@ -17,7 +17,7 @@ from sitscad.estimates.response.plate import (
     solving_work,
     stated_errors,
 )
-from sitscad.estimates.states.assembly import Assembly, metal_behind
+from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.places import cell_placements, cell_specs
@@ -35,7 +35,7 @@ MOST, MAGNETIC = 650.0**3, 560.0**3
 large: one or two seconds."""
 
 
-def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, band: tuple[float, float]) -> bool:
+def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: AssemblyStates, band: tuple[float, float]) -> bool:
     """Whether the target of the states can be solved in a second or two: not where it is far larger than what it is
     near to.
     """
@@ -47,14 +47,14 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: Assembly, b
     return solving_work(spec, coils, math.sqrt(band[0] * band[1]), metal_behind(spec), cover) <= most
 
 
-def _placed(spec: SensorSpec, assembly: Assembly) -> Placed:
+def _placed(spec: SensorSpec, assembly: AssemblyStates) -> Placed:
     states = [around.state for around in assembly.states if around.above is not None]
     poses = np.zeros((len(states), 6))
     poses[:, 2] = [state.pose.z if state.pose is not None else 0.0 for state in states]
     return Placed.of(spec, at_rest(spec), poses)
 
 
-def solved_target(layout: Layout, assembly: Assembly, band: tuple[float, float], scale: float) -> TargetChanges:
+def solved_target(layout: Layout, assembly: AssemblyStates, band: tuple[float, float], scale: float) -> TargetChanges:
     """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance. Of
     cells one is solved, and what a target does to coils of other cells is none.
     """

@@ -22,7 +22,7 @@ from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.constants import skin_depth
-from sitscad.physics.metal.half_spaces import Plate, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.metal.opening import Opening, gained_inductance
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
@@ -60,7 +60,7 @@ without a jaw."""
 
 
 @record
-class Missing:
+class WindowEffect:
     """What a window takes away of the jaw's effect on a coil without a target: parts (no unit) of inductance and loss,
     and how far off either may be. What a target changes of the coil grows with its size: `growth` is the first part of
     it and the second for every `scale` (H) of change, `moving` how far off that may be, relative.
@@ -79,7 +79,7 @@ class Missing:
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 
-def missing_parts(layout: Layout) -> Mapping[str, Missing]:
+def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     """What is missing of the jaw's effect on each coil, by its name; empty without a window."""
     spec, face = layout.spec, metal_face(layout.spec)
     jaw = spec.mount.jaw if spec.mount is not None else None
@@ -112,7 +112,7 @@ def through_window(layout: Layout, coil: str, change: Array) -> Array:
 def _missing(
     spec: CoilSpec, coil: Coil, jaw: Jaw, place: tuple[float, float], behind: tuple[Reflector | None, Reflector | None],
     between: tuple[float | None, float, float],
-) -> Missing:
+) -> WindowEffect:
     """Of one coil at a place (m) from the window's middle; `behind` are all metal behind the board and that without the
     jaw, `between` how far (m) above the board's top face the target's is at rest (None without one), how far below it
     the jaw's, and the target's `echo` as in `gained_inductance`.
@@ -131,7 +131,7 @@ def _missing(
     inside = math.sqrt(max(drawn.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(drawn.height - drawn.radius + inside, 0.1 * drawn.height)
     opening, at = Opening(size, deep), np.array([FREQUENCY])
-    mirrors = (Plate(LOSSLESS) if echo > 0.0 else Plate(0.0, FERRITE),), (Plate(LOSSLESS),)
+    mirrors = (MetalLayer(LOSSLESS) if echo > 0.0 else MetalLayer(0.0, FERRITE),), (MetalLayer(LOSSLESS),)
 
     def returned(away: float | None, under: float) -> float:
         """What perfect mirrors so far (m) above and below z = 0 add to the coil's inductance (H)."""
@@ -152,7 +152,7 @@ def _missing(
     part, lost = min(0.5 * (less / low + more / high), 1.0), min((more - less) / (high - low), 1.0)
     part, lost = round(part, DIGITS), round(lost, DIGITS)
     error = 1.0 if metal.relative_permeability > MAGNETIC else min(ERROR + PER_DEPTH * depth / min(size), 1.0)
-    found = Missing(part, lost, error * part, (error + LOSS_ERROR * (1.0 - part)) * part)
+    found = WindowEffect(part, lost, error * part, (error + LOSS_ERROR * (1.0 - part)) * part)
     if roof is None:
         return found
     at_roofs = [effects(away, 0.5 * depth) for away in roofs]
@@ -181,7 +181,7 @@ class WindowedReflection(Reflection):
     there without it `none`.
     """
 
-    def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: Missing) -> None:
+    def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
         for name in ("shares", "factors", "target_change", "of_target", "endless_change", "unsure"):
             setattr(self, name, getattr(real, name))

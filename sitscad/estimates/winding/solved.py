@@ -16,7 +16,7 @@ from functools import lru_cache
 from sitscad.arrays import Array
 from sitscad.estimates.circuit.neighbours import inductance_matrix, rings_beside_each_other
 from sitscad.estimates.circuit.tank import CoilCircuit
-from sitscad.estimates.states.assembly import Assembly
+from sitscad.estimates.states.assembly import AssemblyStates
 from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import (
@@ -177,7 +177,8 @@ _spectrum = lru_cache(maxsize=4)(reflected_by)
 
 
 def solve_winding(
-    spec: CoilSpec, first: Coil, assembly: Assembly, conductivity: float, method: str | None, tolerance: float | None
+    spec: CoilSpec, first: Coil, assembly: AssemblyStates, conductivity: float, method: str | None,
+    tolerance: float | None,
 ) -> SolvedWinding:
     """The winding of the first of alike coils, its copper of a conductivity (S/m); see `sitscad.estimates.estimate`."""
     bare, rough = replace(first, series=()), is_rough(tolerance)

@@ -19,7 +19,7 @@ from sitscad.formats.kicad.library import ALONE, courtyard, property_text
 from sitscad.formats.kicad.sexpr import copper_names, curve, drawn, grid, identity, length, node, quoted, xy
 from sitscad.geometry.path import Arc, Path, Point, bounding_box, polar, polyline
 from sitscad.layout.board import Coil, Layout, Role, Trace, Via
-from sitscad.layout.clearance import Hole, hole_keep_out
+from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 from sitscad.record import record
 from sitscad.units import show
 
@@ -39,7 +39,7 @@ class _End:
     at: Point
     layer: int
     size: float
-    hole: Hole | None = None
+    hole: ViaToPlace | None = None
     track: Trace | None = None
 
 
@@ -104,15 +104,15 @@ class _Footprint:
         last = self.traces[-1]
         if last.role is not Role.WINDING:
             via = self.joints.pop()
-            return first, _End(via.centre, last.layer, via.pad, Hole(via.centre, via.pad, via.drill))
+            return first, _End(via.centre, last.layer, via.pad, ViaToPlace(via.centre, via.pad, via.drill))
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
-    def _end(self, at: Point, layer: int, taken: Sequence[Hole]) -> _End:
+    def _end(self, at: Point, layer: int, taken: Sequence[ViaToPlace]) -> _End:
         """Where an end of the winding gets its pad, by a hole inside the board; ValueError where none fits."""
         if self.names[layer - 1] in _OUTER:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):
-            hole = Hole(way, self.layout.spec.fpc.rules.via_pad, self.layout.spec.fpc.rules.via_drill)
+            hole = ViaToPlace(way, self.layout.spec.fpc.rules.via_pad, self.layout.spec.fpc.rules.via_drill)
             if self._is_free(hole, taken):
                 width, net = self.layout.spec.coil.trace_width, self.coil.net
                 return _End(way, layer, hole.pad, hole, Trace(polyline([at, way]), width, layer, net, Role.STUB))
@@ -126,13 +126,13 @@ class _Footprint:
                 angle = outward + math.radians(degrees)
                 yield at.shifted(reach * 50e-6 * math.cos(angle), reach * 50e-6 * math.sin(angle))
 
-    def _is_free(self, hole: Hole, taken: Sequence[Hole]) -> bool:
+    def _is_free(self, hole: ViaToPlace, taken: Sequence[ViaToPlace]) -> bool:
         """Whether a hole keeps the fabricator's distances from all turns and joints and from the other end's hole."""
         spec = self.layout.spec
         rules, spacing = spec.fpc.rules, max(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
         away = hole_keep_out(hole, rules, spacing) + spec.coil.trace_width / 2
         apart = max(hole.pad + 2 * spacing + spec.coil.trace_width, hole.drill + rules.hole_to_hole)
-        holes = [*taken, *(Hole(via.centre, via.pad, via.drill) for via in self.joints)]
+        holes = [*taken, *(ViaToPlace(via.centre, via.pad, via.drill) for via in self.joints)]
         return all(trace.path.distance(hole.centre) >= away for trace in self.traces) and all(
             other.centre.distance(hole.centre) >= apart for other in holes
         )
@@ -175,13 +175,13 @@ class _Footprint:
             head = f'pad "{number}" smd circle {where} (size {size} {size}) (layers {layer})'
             yield f"({head} {identity(*self.owner, 'pad', number)})"
         for number, via in enumerate(self.joints, 3):
-            holes.append(Hole(via.centre, via.pad, via.drill))
+            holes.append(ViaToPlace(via.centre, via.pad, via.drill))
             yield self._hole(number, holes[-1])
         tracks = ((name, hole) for hole in holes for name in _OUTER if self._strokes(name, hole))
         for number, (name, hole) in enumerate(tracks, 3 + len(self.joints)):
             yield self._track_pad(number, name, hole)
 
-    def _hole(self, number: int, hole: Hole) -> str:
+    def _hole(self, number: int, hole: ViaToPlace) -> str:
         """A plated hole with its ring on every layer, and on inner layers the tracks that end at it."""
         size = f"(size {length(hole.pad)} {length(hole.pad)})"
         inner = [(name, self._strokes(name, hole)) for name in self.names[1:-1]]
@@ -194,7 +194,7 @@ class _Footprint:
             identity(*self.owner, "pad", number),
         )
 
-    def _track_pad(self, number: int, name: str, hole: Hole) -> str:
+    def _track_pad(self, number: int, name: str, hole: ViaToPlace) -> str:
         size = length(self.layout.spec.coil.trace_width)
         return node(
             f'pad "{number}" smd custom {self._at(hole)} (size {size} {size}) (layers {quoted(name)})',
@@ -202,10 +202,10 @@ class _Footprint:
             identity(*self.owner, "pad", number),
         )
 
-    def _at(self, hole: Hole) -> str:
+    def _at(self, hole: ViaToPlace) -> str:
         return xy("at", grid(hole.centre), self.origin)
 
-    def _strokes(self, name: str, hole: Hole) -> list[str]:
+    def _strokes(self, name: str, hole: ViaToPlace) -> list[str]:
         """The tracks on one layer that end at a hole, drawn about it."""
         at = grid(hole.centre)
         return [
@@ -228,7 +228,7 @@ class _Footprint:
         )
 
 
-def _form(hole: Hole, strokes: list[str]) -> tuple[str, ...]:
+def _form(hole: ViaToPlace, strokes: list[str]) -> tuple[str, ...]:
     """A ring's form on one layer: round, or round with the tracks that end at it. KiCad draws the round of a composed
     form with corners up to 5 um inside it, and then finds the ring too narrow; so that round is written as a polygon
     about it, with corners 0.3 um outside.

@@ -47,7 +47,7 @@ class Pin:
 
 
 @record
-class Part:
+class SchematicPart:
     """A part of the circuit: reference, value, the symbol that it shares with others, its pins on the left and on the
     right from the top down, and its place on the sheet (in steps of 2.54 mm).
     """
@@ -109,7 +109,7 @@ def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
     return {f"firmware/wiring/{name}": text.encode("utf-8") for name, text in texts.items()}
 
 
-def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
+def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     """All parts with their nets."""
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
@@ -126,28 +126,28 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[Part, ...]:
         for k, (value, one, other) in enumerate(two_ended):
             ends = (Pin(1, "~", "passive", one),), (Pin(2, "~", "passive", other),)
             # from 101, for coils are called C1, too
-            found.append(Part(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
+            found.append(SchematicPart(f"{symbol}{k + 101}", value, symbol, *ends, (column, 6 + 4 * k)))
     row_below = 10 + 4 * len(resistors)
     clock = f"{spec.readout.clock / 1e6:g}MHz"
     found.append(
-        Part("Y1", clock, "oscillator", (Pin(1, "OE", "input", "VDD"), Pin(2, "GND", "power_in", "GND")),
-             (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, row_below)),
+        SchematicPart("Y1", clock, "oscillator", (Pin(1, "OE", "input", "VDD"), Pin(2, "GND", "power_in", "GND")),
+                      (Pin(4, "VDD", "power_in", "VDD"), Pin(3, "OUT", "output", "CLK")), (62, row_below)),
     )
     interrupts = [f"INTB{k + 1}" for k in range(number)]
     host = [("VDD", "power_out"), ("GND", "power_out")]
     host += [(net, "passive") for net in (*serial, "SD", *interrupts)]
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
-    found.append(Part("J2", "controller", "controller", pins, (), (62, row_below + 8)))
+    found.append(SchematicPart("J2", "controller", "controller", pins, (), (62, row_below + 8)))
     tail = tuple(
         Pin(socket_pad(layout, one.number), one.pin, "passive", one.pin if one.net != "-" else "")
         for one in contacts(layout)
     )
     symbol = spec.fpc.tail.connector.name if spec.fpc.tail is not None else "tail"
-    found.append(Part("J1", spec.name, symbol, (), tail, (14, row)))
+    found.append(SchematicPart("J1", spec.name, symbol, (), tail, (14, row)))
     return tuple(found)
 
 
-def _converter(layout: Layout, number: int) -> Part:
+def _converter(layout: Layout, number: int) -> SchematicPart:
     device = layout.spec.readout.device
     own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
            if at.converter == number]
@@ -161,7 +161,7 @@ def _converter(layout: Layout, number: int) -> Part:
         right += [(f"IN{channel}{end}", f"{coil}.{end}" if coil else "") for end in "AB"]
     right.append(("DAP", "GND"))
     pins = tuple(Pin(len(PINS) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
-    return Part(f"U{number + 1}", device.part, device.part, left, pins, (14, 4 + 24 * number))
+    return SchematicPart(f"U{number + 1}", device.part, device.part, left, pins, (14, 4 + 24 * number))
 
 
 # -------------------------------------------------------------------------------------------------------- the files
@@ -171,7 +171,7 @@ def _mm(steps: float) -> str:
     return decimal(STEP * steps)
 
 
-def _symbols(found: Iterable[Part], prefix: str = "") -> Iterator[str]:
+def _symbols(found: Iterable[SchematicPart], prefix: str = "") -> Iterator[str]:
     """Every symbol once: a box with its pins. Symbols count y upwards."""
     for part in {part.symbol: part for part in found}.values():
         box = f"(rectangle (start {_mm(-part.half)} {_mm(1)}) (end {_mm(part.half)} {_mm(-part.height)})"
@@ -196,7 +196,7 @@ def _symbols(found: Iterable[Part], prefix: str = "") -> Iterator[str]:
         )
 
 
-def _schematic(name: str, found: tuple[Part, ...]) -> str:
+def _schematic(name: str, found: tuple[SchematicPart, ...]) -> str:
     root = uuid_of(name, "wiring")
     return node(
         "kicad_sch", "(version 20250114)", '(generator "sitscad")', '(generator_version "9.0")', f'(uuid "{root}")',
@@ -209,7 +209,7 @@ def _schematic(name: str, found: tuple[Part, ...]) -> str:
     ) + "\n"
 
 
-def _connected(name: str, part: Part) -> Iterator[str]:
+def _connected(name: str, part: SchematicPart) -> Iterator[str]:
     """A label at every pin's end, or the mark of one that is on no net."""
     x, y = part.place[0] + MARGIN, part.place[1] + MARGIN
     for pin, side, row in part.at():
@@ -223,7 +223,7 @@ def _connected(name: str, part: Part) -> Iterator[str]:
             yield node(f"label {quoted(pin.net)}", f"(at {at} {where})", font, names)
 
 
-def _instance(name: str, root: str, part: Part) -> str:
+def _instance(name: str, root: str, part: SchematicPart) -> str:
     x, y = part.place[0] + MARGIN, part.place[1] + MARGIN
     shown = (("Reference", part.reference, y - 1.5), ("Value", part.value, y + part.height + 0.5))
     return node(
@@ -241,11 +241,11 @@ def _instance(name: str, root: str, part: Part) -> str:
     )
 
 
-def _height(found: tuple[Part, ...]) -> int:
+def _height(found: tuple[SchematicPart, ...]) -> int:
     return max(part.place[1] + part.height for part in found)
 
 
-def _picture(name: str, found: tuple[Part, ...]) -> Sheet:
+def _picture(name: str, found: tuple[SchematicPart, ...]) -> Sheet:
     """The schematic as it stands, its labels as words."""
     wide, high, step = 200.0, 7.0 + STEP * _height(found), STEP
     sheet = Sheet(f"Readout of the sensor {name}: nets by name", (wide, high))

@@ -81,7 +81,7 @@ class Corners:
 
 
 @record(eq=False)
-class Filaments:
+class MitredFilaments:
     """Straight pieces of all tracks, chords of arcs too: ends (n, 2) and mitres as in `Track`, height and width (m)."""
 
     start: Array
@@ -181,7 +181,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     if not len(corners.width):
         return arcs
     parts = [_pieces(track) for track in tracks]
-    filaments = Filaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    filaments = MitredFilaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     field = np.zeros(corners.width.size)
     rows = max(1, BLOCK // len(filaments.start))
     pairs: list[tuple[Index, Index]] = []
@@ -321,7 +321,7 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
     return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
 
 
-def _distances(point: Array, filaments: Filaments) -> Array:
+def _distances(point: Array, filaments: MitredFilaments) -> Array:
     # In the plane, of points (n, 1, 2) from filaments.
     span = filaments.end - filaments.start
     away = point - filaments.start
@@ -329,7 +329,7 @@ def _distances(point: Array, filaments: Filaments) -> Array:
     return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
 
 
-def _from_near(filaments: Filaments, corners: Corners, i: Index, j: Index) -> Array:
+def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
     """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are."""
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))

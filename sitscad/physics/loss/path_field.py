@@ -96,7 +96,7 @@ def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> N
 
 
 @record(eq=False)
-class Box:
+class PointBox:
     """A box of points: centre (m), axes from the longest one (rows, no unit), heights last, half sides (m)."""
 
     centre: Array
@@ -135,7 +135,7 @@ class Box:
         return found
 
 
-def box_of(points: Array) -> Box:
+def box_of(points: Array) -> PointBox:
     """The box of points (n, 3; m), or (n, 2), along their longest direction in the plane."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -146,7 +146,7 @@ def box_of(points: Array) -> Box:
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     at = points @ axes.T
     low, high = at.min(axis=0), at.max(axis=0)
-    return Box(0.5 * (low + high) @ axes, axes, 0.5 * (high - low))
+    return PointBox(0.5 * (low + high) @ axes, axes, 0.5 * (high - low))
 
 
 def _summed(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:

@@ -39,7 +39,7 @@ HIGHEST = 10e6
 
 
 @record
-class Resolution:
+class LossResolution:
     """How finely a winding's loss is computed: modes of a track, cuts around a turn, steps of the Lanczos run."""
 
     modes: ModeSet
@@ -60,17 +60,17 @@ UNSEEN = {False: 0.02, True: 0.005}
 """Share of the extra loss that the cuts of the usual and of the fine resolution may miss: see `missed_crossings`."""
 
 
-def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> Resolution:
+def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> LossResolution:
     """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz, with
     the least number of cuts. Track width, thickness and least distance in metres.
     """
     fine = tolerance < 0.02
     modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
-    return Resolution(modes, LEAST_CUTS, (24 if fine else 14) + modes.across // 2)
+    return LossResolution(modes, LEAST_CUTS, (24 if fine else 14) + modes.across // 2)
 
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = 0.03,
-                 resolution: Resolution | None = None) -> ProximityLoss:
+                 resolution: LossResolution | None = None) -> ProximityLoss:
     """Skin and proximity effect of spiral layers in series (conductivity in S/m), averaged over azimuths. `tolerance`
     is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
     """
@@ -89,7 +89,7 @@ class WindingCut:
 
 @lru_cache(maxsize=2)
 def winding_cuts(
-    layers: tuple[SpiralLayer, ...], conductivity: float, resolution: Resolution
+    layers: tuple[SpiralLayer, ...], conductivity: float, resolution: LossResolution
 ) -> tuple[WindingCut, ...]:
     """The half-planes that stand for a winding of spiral layers (conductivity in S/m), kept for its states."""
     if resolution.cuts == 1:
@@ -139,7 +139,7 @@ def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float
     return found
 
 
-def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> Resolution:
+def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> LossResolution:
     """`resolution_for` of spiral layers (m) of a conductivity (S/m), with as many cuts as the crossing of their turns
     needs.
     """
@@ -147,7 +147,8 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
     thickness = max(layer.thickness for layer in layers)
     if tolerance >= ROUGH:
-        return Resolution(rough_modes(first.width, thickness, gap, skin_depth(HIGHEST, conductivity)), 1, ROUGH_STEPS)
+        modes = rough_modes(first.width, thickness, gap, skin_depth(HIGHEST, conductivity))
+        return LossResolution(modes, 1, ROUGH_STEPS)
     found = resolution_for(first.width, thickness, gap, tolerance, conductivity)
     wanted, cuts = UNSEEN[tolerance < 0.02], found.cuts
     while cuts < MOST_CUTS and missed_crossings(layers, cuts) > wanted:

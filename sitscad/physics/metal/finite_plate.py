@@ -71,7 +71,7 @@ class CoaxialRings:
 
 
 @record
-class Plate:
+class FinitePlate:
     """A flat plate, a rectangle or a disc: size along x and y (m; a disc's diameter twice) and thickness (m)."""
 
     size: tuple[float, float]
@@ -79,7 +79,7 @@ class Plate:
     is_round: bool = False
 
 
-def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
+def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
     """Change of inductance by the plate over that by an endless one, both with their near faces at z = `gap` (m).
 
     `offsets` (m, shape (n, 2)) are the places of the coil's axis seen from the plate's centre; the answer has shape
@@ -91,12 +91,14 @@ def plate_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, fl
     """
     found, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
-        thinner, _ = _changes(Plate(plate.size, thickness, plate.is_round), coil, offsets, gap, floor)
+        thinner, _ = _changes(FinitePlate(plate.size, thickness, plate.is_round), coil, offsets, gap, floor)
         found = np.maximum(found, thinner)
     return found / front
 
 
-def plate_loss_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
+def plate_loss_share(
+    plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
+) -> Array:
     """Loss in the plate's skin over that in an endless plate's, by Wheeler's rule; arguments as for `plate_share`. The
     loss is proportional to the change of inductance that all faces receding by a little make: the near one, the edge
     and, as long as they matter, the walls. Currents crowd at an edge like one over the root of the distance; that the
@@ -106,13 +108,13 @@ def plate_loss_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: floa
 
     def receded(by: float) -> tuple[Array, float]:
         size = plate.size[0] - 2.0 * by, plate.size[1] - 2.0 * by
-        return _changes(Plate(size, plate.thickness - 2.0 * by, plate.is_round), coil, offsets, gap + by, floor)
+        return _changes(FinitePlate(size, plate.thickness - 2.0 * by, plate.is_round), coil, offsets, gap + by, floor)
 
     (more, more_front), (less, less_front) = receded(-step), receded(step)
     return np.maximum(more - less, 0.0) / (more_front - less_front)
 
 
-def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
+def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
     """Size of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi."""
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
     outer = float(coil.radii.max())
@@ -138,7 +140,9 @@ def _changes(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), front
 
 
-def magnetic_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
+def magnetic_share(
+    plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
+) -> Array:
     """The share for a plate of very high permeability that does not conduct, like ferrite: it draws the field in.
 
     Poles on its faces, of no sum, keep the magnetic potential on it constant; near its edge they grow like one over the
@@ -171,7 +175,7 @@ def magnetic_share(plate: Plate, coil: CoaxialRings, offsets: Array, gap: float,
     return np.asarray((share * sheet + 0.5 * (front - sheet) * (led + share)) / front)
 
 
-def magnetic_share_error(plate: Plate, coil: CoaxialRings) -> float:
+def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Relative error of a magnetic share, from boxes of poles (tests/validation), by the plate's shorter side over the
     coil's diameter; longer than twice its width was not compared.
     """
@@ -182,7 +186,7 @@ def magnetic_share_error(plate: Plate, coil: CoaxialRings) -> float:
     return eased(longest / short, 2.1 / EASED, known, max(known, 0.4))
 
 
-def _edge_growth(plate: Plate, outer: float) -> float:
+def _edge_growth(plate: FinitePlate, outer: float) -> float:
     # How far (m) the sheet reaches beyond a plate with side walls: t / 2 pi ln(D / t). The form is that of a thick
     # strip's (a logarithm of size over thickness), the coil's diameter D in it a fit to boxes of surface loops.
     thickness = _counted_thickness(plate, outer)
@@ -191,17 +195,17 @@ def _edge_growth(plate: Plate, outer: float) -> float:
     return thickness / (2.0 * math.pi) * math.log(max(2.0 * outer / thickness, math.e))
 
 
-def _sheet_depth(plate: Plate, outer: float) -> float:
+def _sheet_depth(plate: FinitePlate, outer: float) -> float:
     # In the middle of a thin plate, nowhere deeper than DEEPEST, without a kink: the loss is a slope of it.
     middle, deepest = 0.5 * _counted_thickness(plate, outer), DEEPEST * 2.0 * outer
     return float(middle * (1.0 + (middle / deepest) ** 4) ** -0.25)
 
 
-def _counted_thickness(plate: Plate, outer: float) -> float:
+def _counted_thickness(plate: FinitePlate, outer: float) -> float:
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 
-def share_error(plate: Plate, coil: CoaxialRings) -> float:
+def share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Relative error of a share, from the comparison with boxes of surface loops and discs of rings (tests/validation),
     by thickness and width over the coil's diameter.
     """
@@ -210,7 +214,7 @@ def share_error(plate: Plate, coil: CoaxialRings) -> float:
     return stepped(wide, ((0.24, 0.9), (0.35, 0.25), (0.6, narrow)), broad)
 
 
-def loss_share_error(plate: Plate, coil: CoaxialRings) -> float:
+def loss_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
     """Relative error (no unit) of a share of the loss, mostly from discs: small thick ones are given too much."""
     thick, wide = _slenderness(plate, coil)
     return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
@@ -237,7 +241,7 @@ def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> 
     return found
 
 
-def _slenderness(plate: Plate, coil: CoaxialRings) -> tuple[float, float]:
+def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
     # Thickness and shorter side over the coil's diameter.
     diameter = 2.0 * float(coil.radii.max())
     return plate.thickness / diameter, min(plate.size) / diameter
@@ -251,7 +255,7 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
 
 
 def _field_on(
-    plate: Plate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
+    plate: FinitePlate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
     """The share (no unit) of the squared field that falls on the plate: along its plane with J1, through it with J0."""
     k, weights, spectrum = source
@@ -345,7 +349,9 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
     return found
 
 
-def sheet_shares(plate: Plate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf) -> Array:
+def sheet_shares(
+    plate: FinitePlate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
+) -> Array:
     """`plate_share` roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few waves and
     functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
     """

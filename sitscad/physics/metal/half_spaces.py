@@ -19,7 +19,7 @@ from sitscad.record import record
 
 
 @record
-class Plate:
+class MetalLayer:
     """One layer of a reflector: conductivity (S/m), relative permeability, thickness in metres (inf: a half-space)."""
 
     conductivity: float
@@ -32,10 +32,10 @@ class Reflector:
     """Plates in the order met from the coil, and the distance (m) of the first face from the plane z = 0."""
 
     distance: float
-    plates: tuple[Plate, ...]
+    plates: tuple[MetalLayer, ...]
 
 
-def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[Plate]) -> ComplexArray:
+def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[MetalLayer]) -> ComplexArray:
     """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing. At
     one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the surface
     admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the last plate (vacuum behind it unless it is a
@@ -52,7 +52,8 @@ KEPT = 1 << 13
 
 @lru_cache(maxsize=64)
 def _reflection(
-    wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...], plates: tuple[Plate, ...]
+    wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...],
+    plates: tuple[MetalLayer, ...],
 ) -> ComplexArray:
     """`reflection` of the numbers of arrays and their shapes."""
     k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)

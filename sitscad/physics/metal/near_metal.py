@@ -24,7 +24,7 @@ from sitscad.physics.loss.current_modes import ModeSystem
 from sitscad.physics.loss.proximity import WindingCut
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, split_projection
 from sitscad.physics.metal.current_spectrum import wave_numbers
-from sitscad.physics.metal.half_spaces import Plate, Reflector, returned_waves
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, returned_waves
 from sitscad.physics.special_functions import j1
 from sitscad.record import record
 
@@ -112,7 +112,7 @@ def _about(reflector: Reflector | None, level: float) -> Reflector | None:
         return None
     gap = ABOUT ** round(math.log(max(reflector.distance - level, 1e-6), ABOUT))
     magnetic = any(plate.permeability != 1.0 for plate in reflector.plates)
-    return Reflector(level + gap, reflector.plates if magnetic else (Plate(PERFECT),))
+    return Reflector(level + gap, reflector.plates if magnetic else (MetalLayer(PERFECT),))
 
 
 @record(eq=False)

@@ -35,7 +35,7 @@ PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -3
 
 
 @record(eq=False)
-class Image:
+class TrackImage:
     """A track as the image of another, number `of`: turned by `matrix` (2, 2) about a middle that they share, mirrored
     where its determinant is negative, then moved by `offset` (m); `sense` is -1 where the current runs the other way.
     """
@@ -70,11 +70,11 @@ class Image:
         return np.asarray(self.sense * np.exp(-1j * phase) * np.tensordot(self.matrix, seen, axes=1))
 
 
-def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[Image | None]:
+def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
     """For each track the first one before it whose image about the centre (m) it is, with its loops where there are
     any; None for those that are nobody's.
     """
-    found: list[Image | None] = []
+    found: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
         roots = (m for m in range(n) if found[m] is None and tracks[m].width == track.width)
         ways = (_image(m, tracks[m].corners - centre, track.corners - centre) for m in roots)
@@ -83,7 +83,7 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
     return found
 
 
-def _image(of: int, source: Array, target: Array) -> Image | None:
+def _image(of: int, source: Array, target: Array) -> TrackImage | None:
     # How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
     # not.
     if source.shape != target.shape:
@@ -92,7 +92,7 @@ def _image(of: int, source: Array, target: Array) -> Image | None:
         for mirror in (False, True):
             matrix, offset = _fitted(source, aim, mirror)
             if np.abs(source @ matrix.T + offset - aim).max() < SAME:
-                return Image(of, matrix, offset, sense)
+                return TrackImage(of, matrix, offset, sense)
     return None
 
 
@@ -110,7 +110,7 @@ def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
     return matrix, middles[1] - matrix @ middles[0]
 
 
-def _loops_follow(image: Image, source: Loops, target: Loops, centre: Array) -> bool:
+def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
     """Whether a track's loops are the images of the other's: they make the same of some waves."""
     if source.moments.size != target.moments.size or source.spread != target.spread:
         return False
@@ -193,7 +193,7 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     return CurrentSpectrum(k, weights, np.array([track.z for track in tracks]), power)
 
 
-def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[Image | None], numbers: Array, angle: Array,
+def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], numbers: Array, angle: Array,
                tangents: Array) -> ComplexArray:
     # The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
     # those of what they are images of.
