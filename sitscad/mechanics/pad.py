@@ -133,7 +133,7 @@ SHEAR_STEPS = 4
 
 
 @record
-class Pad:
+class BondedPad:
     """A bonded pad under the face of a rigid target.
 
     Face and thickness in metres, moduli in pascals; `rim` by how much the pad reaches beyond the target on the average
@@ -386,7 +386,7 @@ KEPT = 64
 
 
 @lru_cache(maxsize=256)
-def _solved(pad: Pad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
+def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
     """`Pad._posed` of the numbers of arrays, which are exactly those that were asked for."""
     forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
     free = STUCK if is_stuck else LEVEL if is_level else FREE

@@ -16,13 +16,13 @@ from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, Surround, compress, force_for_strain
 from sitscad.mechanics.motion import rotation_vectors, rotations
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).parents[1] / "validation"
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
-HARD = Pad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3, exponent=3.3)
-FILMED = Pad(Face(5e-3, 4e-3), 2e-3, 50e3, 1.5e9, film=0.2e-3, film_modulus=300e3, height=0.2e-3, exponent=2.5,
-             film_exponent=3.05)
+HARD = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3, exponent=3.3)
+FILMED = BondedPad(Face(5e-3, 4e-3), 2e-3, 50e3, 1.5e9, film=0.2e-3, film_modulus=300e3, height=0.2e-3, exponent=2.5,
+                   film_exponent=3.05)
 
 
 def rows(name):
@@ -44,8 +44,8 @@ def figures():
     wanted = [row for row in found if key_of(row) in plain and row["exponent"] != 2.0 and (row["x"] or row["z"])]
     for measures, group in groupby(wanted, key=lambda row: tuple(row[name] for name in names)):
         exponent, skin_exponent, along, across, is_round, rim, skin, modulus = measures
-        pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, modulus if skin else 0.0,
-                  exponent=exponent, film_exponent=skin_exponent)
+        pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, modulus if skin else 0.0,
+                        exponent=exponent, film_exponent=skin_exponent)
         of_pad = list(group)
         yield pad, replace(pad, exponent=2.0, film_exponent=2.0), of_pad, [plain[key_of(row)] for row in of_pad]
 
@@ -156,7 +156,7 @@ def test_pose_and_force_are_inverse(normal, shear_x, shear_y, is_held):
 
 @given(st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.floats(1.0, 8.0), st.sampled_from([0.0, 1.0]), st.floats(0.0, 0.98))
 def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, is_round, strain):
-    pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, exponent=exponent)
+    pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4, exponent=exponent)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
     assert pad.strain(force)[0] == approx(strain, abs=1e-9)
@@ -164,7 +164,7 @@ def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, 
 
 @given(st.floats(1.5, 4.0), st.floats(1.5, 4.0), st.floats(0.03, 0.4), st.floats(1.0, 40.0), st.floats(0.0, 0.9))
 def test_force_rises_with_strain_under_any_film(exponent, film_exponent, skin, modulus, strain):
-    pad = Pad(Face(2.0, 3.0), 1.0, 1.0, 1e4, 0.0, skin, modulus, 0.0, exponent, film_exponent)
+    pad = BondedPad(Face(2.0, 3.0), 1.0, 1.0, 1e4, 0.0, skin, modulus, 0.0, exponent, film_exponent)
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
 

@@ -16,12 +16,12 @@ from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face, even_rim
 from sitscad.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
-SQUARE = Pad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
-OBLONG = Pad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+SQUARE = BondedPad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
+OBLONG = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
 WIDTH = st.floats(1.0, 8.0)
 
 
@@ -39,7 +39,8 @@ def figures():
     pads = ("along", "across", "round", "rim", "skin", "skin_modulus")
     for measures, of_pad in groupby(rows, key=lambda row: tuple(row[name] for name in pads)):
         along, across, is_round, rim, skin, skin_modulus = measures
-        yield Pad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, skin_modulus if skin else 0.0), list(of_pad)
+        face = Face(along, across, is_round)
+        yield BondedPad(face, 1.0, 1.0, 1e4, rim, skin, skin_modulus if skin else 0.0), list(of_pad)
 
 
 def errors(pad, rows):
@@ -88,7 +89,7 @@ def test_the_stated_error_holds():
     """Two sigma enclose 95 % of all forces."""
     outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
     assert np.mean(outside) < 0.08
-    assert Pad(Face(4e-3, 4e-3), 2e-3, 15e3, film=0.1e-3, film_modulus=660e3).sigma > 0.5 * FILM_SIGMA
+    assert BondedPad(Face(4e-3, 4e-3), 2e-3, 15e3, film=0.1e-3, film_modulus=660e3).sigma > 0.5 * FILM_SIGMA
 
 
 @pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
@@ -176,7 +177,7 @@ def test_no_work_is_gained_on_a_closed_way():
 
 
 def test_a_quarter_turn_of_everything_changes_nothing():
-    across = Pad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+    across = BondedPad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
     one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
     other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
     assert other[[1, 2, 3]] == approx([one[0], one[2], -one[4]], rel=1e-6)
@@ -184,7 +185,7 @@ def test_a_quarter_turn_of_everything_changes_nothing():
 
 @given(WIDTH, WIDTH, st.floats(0.0, 0.99), st.sampled_from([0.0, 1.0]))
 def test_force_rises_with_strain_and_strain_inverts_it(along, across, strain, is_round):
-    pad = Pad(Face(along, across, is_round), 1.0, 1.0, 1e4)
+    pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4)
     force = pad.pressure(np.array([strain, strain + 0.005]))
     assert force[0] < force[1]
     assert pad.strain(force)[0] == approx(strain, abs=1e-9)
@@ -195,7 +196,7 @@ def test_known_limits():
     assert pressure_stiffness(disc) == approx(1.5 * 3.0**2, rel=1e-6)
     assert pressure_stiffness(Block(1e4, 2.0)) == approx(4.0, rel=1e-3)  # an endless strip: (width / h)^2
     assert compression_modulus(Block(0.01, 0.01)) == approx(3.0, rel=0.01)  # a bar
-    bulky = Pad(Face(1.0, 1.0), 1e-3, 1.0, 50.0)
+    bulky = BondedPad(Face(1.0, 1.0), 1e-3, 1.0, 50.0)
     assert bulky.pressure(np.array([1e-4]))[0] / 1e-4 == approx(50.0, rel=0.01)
 
 
@@ -211,7 +212,7 @@ def test_rotations_and_their_vectors(rx, ry, rz):
 
 
 def test_what_gives_way_or_shuts_is_not_answered():
-    soft = Pad(Face(2e-3, 2e-3), 2e-3, 15e3, height=1e-3)
+    soft = BondedPad(Face(2e-3, 2e-3), 2e-3, 15e3, height=1e-3)
     assert np.isnan(soft.pose(np.array([[0.2, 0.05, 0.0]]))).all()
     assert np.isnan(SQUARE.force(np.array([[0.0, 0.0, -2.1e-3, 0.0, 0.0, 0.0]]))).all()
     for loads in ([[1.0, math.nan, 0.0]], [[1.0, 0.0]], [1.0, 0.0, 0.0]):
@@ -219,15 +220,15 @@ def test_what_gives_way_or_shuts_is_not_answered():
             SQUARE.pose(np.array(loads))
     for wrong in ({"rim": -1.0}, {"film": -1.0}, {"height": -1.0}):
         with pytest.raises(ValueError):
-            Pad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
+            BondedPad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
     with pytest.raises(ValueError):
-        _ = Pad(Face(1.0, 1.0), 0.0, 1.0).block
+        _ = BondedPad(Face(1.0, 1.0), 0.0, 1.0).block
 
 
 @pytest.mark.parametrize("modulus", [0.2, 1.0])
 def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
     """Of the pad's own rubber as much as the wider pad adds, of a softer one in proportion."""
-    bare, wide = Pad(Face(4.0, 4.0), 2.0, 1.0), Pad(Face(4.4, 4.4), 2.0, 1.0)
+    bare, wide = BondedPad(Face(4.0, 4.0), 2.0, 1.0), BondedPad(Face(4.4, 4.4), 2.0, 1.0)
     skinned = replace(bare, film=0.2, film_modulus=modulus)
     pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
     one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
@@ -237,7 +238,7 @@ def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
 @example(skin=0.5, modulus=1.0, along=1.0, strain=1.175494351e-38)  # right at the first try: half of it was taken
 @given(st.floats(0.02, 0.5), st.floats(0.1, 45.0), WIDTH, st.floats(0.0, 0.9))
 def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
-    pad = Pad(Face(along, along), 1.0, 1.0, 1e4, film=skin, film_modulus=modulus)
+    pad = BondedPad(Face(along, along), 1.0, 1.0, 1e4, film=skin, film_modulus=modulus)
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
     assert pad.pressure(pad.strain(force)) == approx(force, rel=1e-9, abs=1e-300)  # denormal numbers have no 1e-9
@@ -251,8 +252,8 @@ def test_nothing_jumps_where_a_measure_is_swept(name):
     def pad(f):
         made = {"thickness": 2e-3, "modulus": 50e3, "film": 0.1e-3, "film_modulus": 300e3, "rim": 0.4e-3, "width": 5e-3}
         made[name] *= f
-        return Pad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9, made["rim"], made["film"],
-                   made["film_modulus"])
+        return BondedPad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9, made["rim"],
+                         made["film"], made["film_modulus"])
 
     poses = np.array([[0.2e-3, 0.1e-3, -0.25e-3, 0.01, 0.03, 0.02]])
     held = np.array([pad(f).force(poses)[0] for f in factor])

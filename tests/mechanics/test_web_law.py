@@ -10,7 +10,7 @@ import numpy as np
 from tolerance import approx
 
 from sitscad.mechanics.elastomer import Face
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 from sitscad.mechanics.pad_law import sigma
 from sitscad.mechanics.web_law import NO_WEBS, WEB_SIGMA, Webs, grip
 
@@ -21,11 +21,11 @@ MOST = {"press": 0.15, "shear": 0.3, "tilt": 0.16, "aside": 0.25}
 """By how much of what a web adds the law may be off; of little that it adds across itself by its double."""
 
 
-def joined(row: dict[str, float], **webs: float) -> Pad:
+def joined(row: dict[str, float], **webs: float) -> BondedPad:
     """The pad of a row in metres, with webs or the row's one."""
     size = [1e-3 * (row[name] - 2.0 * row["rim"]) for name in ("along", "across")]
     found = Webs(1e-3 * row["web"], **webs or {"right": grip(row["gap"])})
-    return Pad(Face(*size), 1e-3, 60e3, rim=1e-3 * row["rim"], webs=found)
+    return BondedPad(Face(*size), 1e-3, 60e3, rim=1e-3 * row["rim"], webs=found)
 
 
 def test_what_a_web_adds_is_that_of_finite_elements():
@@ -64,7 +64,7 @@ def test_a_web_at_one_side_holds_that_side_up():
 
 def test_webs_on_all_sides_are_about_a_rim():
     """As long and as wide as the side, they leave out the corners of the pad that reaches as far on all sides."""
-    pad = Pad(Face(8e-3, 8e-3), 1e-3, 60e3)
+    pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
     wide, held = replace(pad, rim=3e-3), replace(pad, webs=Webs(8e-3, *(4 * [grip(3.0)])))
     more, most = (one.block.stiffer.press * one.pressure(np.array([0.0, 1e-4]))[1] / one.block.stiffer.press
                   / pad.pressure(np.array([1e-4]))[0] - 1.0 for one in (held, wide))

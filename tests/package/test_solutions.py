@@ -54,7 +54,7 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
     assert cache.stat().st_size < solutions.MOST
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["bench-7mm"]
     first = cache.read_bytes()
-    monkeypatch.setattr(pad.Pad, "_posed", None)
+    monkeypatch.setattr(pad.BondedPad, "_posed", None)
     monkeypatch.setattr(plate, "solve", None)
     known = built(OTHER, tmp_path / "two")
     assert cache.read_bytes() == first, "nothing new, nothing written"

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from sitscad.mechanics.elastomer import Face
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PICTURE = Path(__file__).parents[2] / "docs" / "pad-curves.svg"
@@ -34,7 +34,7 @@ COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f", "#7a3f9a", "#555555")
 Row = dict[str, float]
 
 
-def pads() -> Iterator[tuple[Pad, list[Row]]]:
+def pads() -> Iterator[tuple[BondedPad, list[Row]]]:
     """Every pad of the file with its load cases; of two degrees the finer."""
     with FIGURES.open(encoding="utf-8") as lines:
         rows = [{name: float(value) for name, value in row.items()}
@@ -46,18 +46,18 @@ def pads() -> Iterator[tuple[Pad, list[Row]]]:
         for row in sorted(of_pad, key=lambda row: row["degree"]):
             finest[row["x"], row["z"], row["ry"]] = row
         yield (
-            Pad(Face(along, across, bool(is_round)), 1.0, 1.0, BULK, rim, skin, modulus if skin else 0.0),
+            BondedPad(Face(along, across, bool(is_round)), 1.0, 1.0, BULK, rim, skin, modulus if skin else 0.0),
             list(finest.values()),
         )
 
 
-def forces(pad: Pad, x: np.ndarray, z: np.ndarray, ry: np.ndarray) -> np.ndarray:
+def forces(pad: BondedPad, x: np.ndarray, z: np.ndarray, ry: np.ndarray) -> np.ndarray:
     """Stresses of the law at poses: along x and z, in shear moduli."""
     none = np.zeros_like(x)
     return np.asarray(pad.force(np.column_stack([x, none, z, none, ry, none]))[:, [0, 2]] / pad.face.area)
 
 
-def off(pad: Pad, rows: list[Row]) -> np.ndarray:
+def off(pad: BondedPad, rows: list[Row]) -> np.ndarray:
     """What the law is off by, over the force, at every load case that has one."""
     x, z, ry, fx, fz = (np.array([row[name] for row in rows]) for name in ("x", "z", "ry", "force_x", "force_z"))
     given = np.column_stack([fx, fz]) / pad.face.area
@@ -65,7 +65,7 @@ def off(pad: Pad, rows: list[Row]) -> np.ndarray:
     return np.asarray((np.hypot(*(forces(pad, x, z, ry) - given).T) / np.maximum(size, 1e-300))[size > 0.0])
 
 
-def _is(pad: Pad, face: tuple[float, float], skin: float = 0.0, modulus: float = 1.0) -> bool:
+def _is(pad: BondedPad, face: tuple[float, float], skin: float = 0.0, modulus: float = 1.0) -> bool:
     same = (pad.face.width_x, pad.face.width_y) == face and not pad.face.round and not pad.rim
     return same and pad.film == skin and (not skin or pad.film_modulus == modulus)
 
@@ -117,7 +117,7 @@ KINDS = {
 }
 
 
-def _pressed(axes, colour: str, words: str, known: tuple[Pad, list[Row]]) -> None:
+def _pressed(axes, colour: str, words: str, known: tuple[BondedPad, list[Row]]) -> None:
     pad, rows = known
     strain = np.linspace(0.005, 0.35, 70)
     axes.plot(100.0 * strain, -forces(pad, 0.0 * strain, -strain, 0.0 * strain)[:, 1], color=colour, label=words)
@@ -126,7 +126,7 @@ def _pressed(axes, colour: str, words: str, known: tuple[Pad, list[Row]]) -> Non
               color=colour, markersize=4)
 
 
-def _sheared(axes, colour: str, face: tuple[float, float], known: tuple[Pad, list[Row]]) -> None:
+def _sheared(axes, colour: str, face: tuple[float, float], known: tuple[BondedPad, list[Row]]) -> None:
     pad, rows = known
     shear = np.linspace(0.0, 0.5, 60)
     for z, mark in SHEARED:

@@ -13,7 +13,7 @@ from sitscad.estimates.response.pad import slopes, soft_pad, straight
 from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -37,7 +37,7 @@ class Bench:
         return dict(zip(AXES, (self.range.normal, self.range.shear, self.range.shear), strict=True))
 
     @cached_property
-    def pad(self) -> Pad:
+    def pad(self) -> BondedPad:
         """The part of the pad under the target."""
         return soft_pad(self.spec)
 
@@ -68,7 +68,7 @@ class Bench:
         shear = shear_at(self.spec, VALID_SHEAR)
         return dict(zip(AXES, (self.overload, shear, shear), strict=True))
 
-    def poses(self, loads: Array, pad: Pad | None = None) -> Array:
+    def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
         """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another; a straight estimate where it gives
         way.
         """

@@ -12,7 +12,7 @@ import numpy as np
 from sitscad.arrays import Array, Flags
 from sitscad.estimates.states.pressing import loaded_face, rests_on_pad, surround
 from sitscad.mechanics.elastomer import Surround
-from sitscad.mechanics.pad import Pad
+from sitscad.mechanics.pad import BondedPad
 from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
 
@@ -32,7 +32,7 @@ TOO_SOFT = "the pad gives way sideways under this load even with the target held
 """What is said of loads that have no equilibrium of their kind."""
 
 
-def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
+def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
     """The part of the pad that the target covers with what is around it, loads acting on the outermost face.
 
     As in the states: with the pad's rim and the film of an encapsulation, cut out of the pad where its rim differs from
@@ -43,9 +43,9 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> Pad:
         raise NoResponse("a load needs an elastomer under the target")
     above = film_thickness(spec) + (spec.target.thickness if spec.target is not None else 0.0)
     around = surround(spec) or Surround()
-    return Pad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus, pad.material.bulk_modulus,
-               around.rim, around.film, around.film_modulus, above, pad.material.ogden_exponent,
-               around.film_exponent, around.webs)
+    return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
+                     pad.material.bulk_modulus, around.rim, around.film, around.film_modulus, above,
+                     pad.material.ogden_exponent, around.film_exponent, around.webs)
 
 
 def pushed(
@@ -101,7 +101,7 @@ def pushed_by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Arr
     return poses, tuple("the pose by finite elements of third degree" for _ in loads)
 
 
-def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) -> tuple[float, float, float]:
+def _posed(pad: BondedPad, along_y: bool, normal: float, shear: float, is_held: bool) -> tuple[float, float, float]:
     """Place along the shear and up (m) and turn (rad) under a load: Newton's method from the law's pose."""
     from sitscad.mechanics.elements import HalfPad, fanned
 
@@ -131,7 +131,7 @@ def _posed(pad: Pad, along_y: bool, normal: float, shear: float, is_held: bool) 
     raise NoResponse("finite elements: no equilibrium was found, the pad gives way sideways")
 
 
-def _solid(pad: Pad, along_y: bool) -> GluedPlate:
+def _solid(pad: BondedPad, along_y: bool) -> GluedPlate:
     """The pad as its mesh is told, its first width along the shear."""
     from sitscad.mechanics.elements import GluedPlate
 
@@ -147,7 +147,7 @@ def _solid(pad: Pad, along_y: bool) -> GluedPlate:
     return GluedPlate(*widths, pad.thickness, is_round, pad.rim, pad.film)
 
 
-def straight(pad: Pad, loads: Array) -> Array:
+def straight(pad: BondedPad, loads: Array) -> Array:
     """Poses (n, 6) under loads (n, 3; N) of a target that only goes down and aside: compression, and travel by
     F / (G A).
     """
@@ -177,7 +177,7 @@ def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
     return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
 
 
-def compliance(pad: Pad, poses: Array) -> Array:
+def compliance(pad: BondedPad, poses: Array) -> Array:
     """Change of the pose (m, rad) with the load (N; normal, shear along x, along y) where the target keeps its turn:
     (poses, 6, 3), the inverse of the pad's stiffness there; NaN for a pad that is shut.
     """

@@ -13,7 +13,7 @@ from sitscad.arrays import Array
 from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.mechanics.pad import HELD_SHEAR, Pad
+from sitscad.mechanics.pad import HELD_SHEAR, BondedPad
 from sitscad.physics.polynomials import spread
 from sitscad.record import record
 from sitscad.spec.coil import ArraySpec
@@ -140,7 +140,7 @@ def shear_at(spec: SensorSpec, travel: float) -> float:
     return min(_sheared(pad, along, pressed, travel * pad.thickness) for along, pressed in starts)
 
 
-def _sheared(pad: Pad, along: int, normal: float, travel: float) -> float:
+def _sheared(pad: BondedPad, along: int, normal: float, travel: float) -> float:
     # By the law itself: film, rim, exponent and the press make it stiffer or softer than G A over the thickness.
     loads, most = np.zeros((LOADS, 3)), pad.shear_modulus * pad.face.area * travel / pad.thickness
     loads[:, 0] = normal
