@@ -38,7 +38,7 @@ from sitscad.scene.bodies import (
     target_lines,
 )
 from sitscad.scene.column import GLUE, column, levels
-from sitscad.scene.tail_path import Station, BentStretch, TailPath, tail_path
+from sitscad.scene.tail_path import BentStretch, Station, TailPath, tail_path
 from sitscad.spec.circuit import LayerKind, StackLayer
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
