@@ -22,11 +22,11 @@ from sitscad.estimates.states.pressing import (
     scatter_of,
     straight_cases,
 )
+from sitscad.estimates.winding.losses import LossesNearMetal
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.bodies import metal_face, room_behind, shield_span, target, target_lines
 from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
@@ -206,7 +206,7 @@ class Reflection:
 
     def __init__(
         self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float] = (),
-        share: tuple[float, float] = (1.0, 1.0), crowding: CrowdingNearMetal | None = None,
+        share: tuple[float, float] = (1.0, 1.0), crowding: LossesNearMetal | None = None,
         unsure: tuple[float, float, float] = (0.0, 0.0, 0.0), is_rough: bool = False,
     ) -> None:
         self._is_rough = is_rough
@@ -331,7 +331,7 @@ class SolvedReflection(Reflection):
 
     def __init__(
         self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float],
-        crowding: CrowdingNearMetal | None, solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
+        crowding: LossesNearMetal | None, solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
         number: int, errors: tuple[float, float],
     ) -> None:
         super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)

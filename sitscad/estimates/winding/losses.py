@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
+from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil
 from sitscad.physics.inductance.spirals import SpiralLayer
@@ -25,8 +26,10 @@ from sitscad.physics.loss.proximity import (
 )
 from sitscad.physics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.physics.metal.half_spaces import Reflector
 from sitscad.physics.metal.near_metal import ROUGH_STEPS, STEPS, CrowdingNearMetal, crowding_near_metal
 from sitscad.record import record
+from sitscad.solutions import solved
 from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
 
@@ -100,18 +103,43 @@ def wanted_tolerance(tolerance: float | None) -> float:
     return FINE_TOLERANCE if tolerance is not None and tolerance < 0.1 * USUAL_TOLERANCE else USUAL_TOLERANCE
 
 
-@lru_cache(maxsize=1)
-def losses_near_metal(spirals: tuple[SpiralLayer, ...], conductivity: float, nearest: float,
-                      tolerance: float | None = None, is_round: bool = True) -> CrowdingNearMetal:
-    """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents.
+@record
+class LossesNearMetal:
+    """What metal no nearer than `nearest` (m) to any mid-plane changes of a winding's eddy currents; worked out when it
+    is asked for, and kept where solutions are.
 
     A coil that is not round counts as its `equivalent_spirals`: what the images change is local, so cross-sections,
     pitch and length of the tracks make most of it. What direct current does at its bends is in its spectrum.
     """
-    resolution = suited_resolution(spirals, conductivity, wanted_tolerance(tolerance))
-    cuts = winding_cuts(spirals, conductivity, resolution)
-    steps = ROUGH_STEPS if is_rough(tolerance) else STEPS
-    return crowding_near_metal(cuts, conductivity, resolution.modes, nearest, bends=is_round, steps=steps)
+
+    spirals: tuple[SpiralLayer, ...]
+    conductivity: float
+    nearest: float
+    tolerance: float | None = None
+    is_round: bool = True
+
+    @cached_property
+    def crowding(self) -> CrowdingNearMetal:
+        """The winding's modes, and what they are to the waves that metal returns."""
+        resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
+        cuts = winding_cuts(self.spirals, self.conductivity, resolution)
+        steps = ROUGH_STEPS if is_rough(self.tolerance) else STEPS
+        return crowding_near_metal(
+            cuts, self.conductivity, resolution.modes, self.nearest, bends=self.is_round, steps=steps)
+
+    @cached_property
+    def said(self) -> bytes:
+        """All that it hangs on in words, by which what was solved is kept."""
+        return repr(self).encode("utf-8")
+
+    def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """`CrowdingNearMetal.changes` (H, complex) at (n,) frequencies (Hz)."""
+        return solved(lambda: (self.said, frequencies.tobytes(), above, below),
+                      lambda: (self.crowding.changes(frequencies, above, below),))[0]
+
+
+losses_near_metal = lru_cache(maxsize=1)(LossesNearMetal)
+"""The modes of one winding are found once for all that stands about it."""
 
 
 POLYGONS_NEAR_METAL = ((0.5, 0.004, 0.02), (2.0, 0.0025, 0.01))

@@ -22,6 +22,7 @@ from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.winding.losses import (
     ALIKE_ROUNDED,
     POLYGONS_NEAR_METAL,
+    LossesNearMetal,
     is_rough,
     losses_near_metal,
     wanted_tolerance,
@@ -42,7 +43,6 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.physics.metal.near_metal import CrowdingNearMetal
 from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.coil import CoilSpec
@@ -151,7 +151,7 @@ class SolvedWinding:
     conductivity: float
     loss: ProximityLoss
     nearest: float | None
-    crowding: CrowdingNearMetal | None
+    crowding: LossesNearMetal | None
     spectrum: CurrentSpectrum | None
     bound: ResistanceBound
     is_rough: bool = False

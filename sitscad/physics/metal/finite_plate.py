@@ -24,6 +24,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.physics.special_functions import bessel_orders, gauss, j0, j1, spherical_bessel_orders
 from sitscad.record import record
+from sitscad.solutions import solved
 
 Source = tuple[Array, Array, Array]
 
@@ -116,7 +117,19 @@ def plate_loss_share(
 
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
     """Size of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi."""
-    offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
+    places = np.atleast_2d(np.asarray(offsets, dtype=float))
+
+    def question() -> tuple[object, ...]:
+        rings = (part.tobytes() for part in (coil.radii, coil.heights, coil.turns))
+        return (plate, *rings, places.tobytes(), gap, floor)
+
+    changes, front = solved(question, lambda: _solved_changes(plate, coil, places, gap, floor))
+    return changes, float(front)
+
+
+def _solved_changes(
+    plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
+) -> tuple[Array, Array]:
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
     depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
@@ -137,7 +150,7 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
         flux = _fluxes(half, offsets, (k, weights, spectrum[None]), counts)
         changes = _sheet_energies(half, counts, np.array([room]), flux)[0]
     excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
-    return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), front
+    return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), np.array(front)
 
 
 def magnetic_share(
