@@ -13,9 +13,11 @@ import pytest
 import sitscad
 from sitscad import solutions
 from sitscad.estimates.response import plate
+from sitscad.estimates.winding import losses
 from sitscad.finding import Edit
 from sitscad.mechanics import pad
 from sitscad.package import building
+from sitscad.physics.metal import finite_plate
 from sitscad.solutions import Solutions, keeping, read, solved
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import rewritten
@@ -45,10 +47,11 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
         said.update(part if isinstance(part, bytes) else repr(part).encode() for part in question()[:1])
         return solved(question, solve)
 
-    for module in (pad, plate):
+    for module in (pad, plate, finite_plate, losses):
         monkeypatch.setattr(module, "solved", heard)
     built(TEXT, tmp_path / "one")
-    assert any(b"Coil(" in each for each in said) and any(each.startswith(b"Pad(") for each in said)
+    assert any(b"Coil(" in each for each in said)
+    assert {b"Pad", b"Plate", b"LossesNearMetal"} <= {each.partition(b"(")[0] for each in said}
     for word in (b"...", b" at 0x", b"array("):  # a text that leaves out what is asked would answer something else
         assert not any(word in each for each in said), word
     assert cache.stat().st_size < solutions.MOST
@@ -56,6 +59,8 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
     first = cache.read_bytes()
     monkeypatch.setattr(pad.BondedPad, "_posed", None)
     monkeypatch.setattr(plate, "solve", None)
+    monkeypatch.setattr(finite_plate, "_solved_changes", None)
+    monkeypatch.setattr(losses, "crowding_near_metal", None)
     known = built(OTHER, tmp_path / "two")
     assert cache.read_bytes() == first, "nothing new, nothing written"
     monkeypatch.undo()
