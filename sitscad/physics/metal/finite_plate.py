@@ -128,7 +128,7 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 
 
 def _solved_changes(
-    plate: Plate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
+    plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
