@@ -257,9 +257,14 @@ def named(fixes: Iterable[Fix]) -> str:
 
 
 def in_vain(fixes: Iterable[Fix], left: Left) -> str:
-    """Fixes that mend nothing, each with what it leaves or breaks; not those that were not tried."""
-    tried_ones = ((fix, left(fix)) for fix in fixes)
-    return "; ".join(f"{fix.words} (then {fail(broken)})" for fix, broken in tried_ones if broken)
+    """Fixes that mend nothing, with what each leaves or breaks, said once of those that do the same; not those that
+    were not tried.
+    """
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for fix in fixes:
+        if broken := left(fix):
+            alike.setdefault(broken, []).append(fix.words)
+    return "; ".join(f"{', '.join(words)} (then {fail(broken)})" for broken, words in alike.items())
 
 
 def untried(fixes: Iterable[Fix], left: Left) -> str:

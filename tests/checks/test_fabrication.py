@@ -10,7 +10,9 @@ import pytest
 from tolerance import approx
 
 from sitscad.checks import check
-from sitscad.finding import Missing, Severity, Shortfall
+from sitscad.checks.board.fabrication import TRIED, _once
+from sitscad.finding import Edit, Missing, Severity, Shortfall
+from sitscad.fixes.search import Fix, in_vain
 from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
@@ -399,8 +401,18 @@ def test_a_coil_that_hardly_misses_the_loop_lines_is_widened_with_all_its_turns(
     size = f"outer_diameter: 9, turns: {turns}, layers: 2, trace_width: 150 um, trace_spacing: 150 um"
     spec = load_text(f"sitscad: 1\nname: a\ncoil: {{shape: circle, {size}}}\n", "a.yaml")
     found = [finding for finding in check(spec).findings if finding.rule == "SIT103"]
-    wide = "coil.trace_width: 152.4 um with coil.trace_spacing: 152.4 um takes no turn (it was tried)"
+    wide = "coil.trace_width: 152.4 um with coil.trace_spacing: 152.4 um keeps all turns (it was tried)"
     assert len(found) == 2 and all((wide in finding.hint) is has_room for finding in found)
+
+
+def test_what_several_changes_did_is_said_once():
+    """A hint said three times that something was tried, or what fails then."""
+    assert _once(f"a{TRIED}, or b{TRIED}; or c") == "a, or b (each was tried); or c"
+    assert (_once(f"a{TRIED}; or c"), _once("c")) == (f"a{TRIED}; or c", "c")
+    left = {"a: 1": ("SIT203",), "a: 2": ("SIT203", "SIT204"), "b: 1": ("SIT203",), "c: 1": None}
+    fixes = [Fix((Edit(*name.split(": ")),), None) for name in left]
+    said = in_vain(fixes, lambda fix: left[fix.words])
+    assert said == "a: 1, b: 1 (then SIT203 fails); a: 2 (then SIT203, SIT204 fail)"
 
 
 def test_loop_lines_are_those_of_the_coils_copper(judge, good):

@@ -159,6 +159,7 @@ def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
 NAMED = 4
 """Finer fabricators that are named at most."""
 
+TRIED = " (it was tried)"
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
@@ -251,9 +252,15 @@ def _widened(design: Design, field: str, left: Left) -> str:
     wide, houses = list(wider(design.spec, width, spacing)), list(finer_fabricators(design.spec))
     is_wide = first_that_mends(wide, left) is not None
     found = None if is_wide else first_that_mends(houses[:NAMED], left)
-    finer = f"{found.words} (it was tried)" if found is not None else f"choose {_finer(houses)}"
+    finer = f"{found.words}{TRIED}" if found is not None else f"choose {_finer(houses)}"
     finer = "; or ".join(filter(None, (_as_foil(design, field, left), finer)))
-    return first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps"))
+    return _once(first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps")))
+
+
+def _once(hint: str) -> str:
+    """A hint that begins with what was tried, with that said once, behind the last of several."""
+    before, _, after = hint.rpartition(TRIED)
+    return f"{before.replace(TRIED, '')} (each was tried){after}" if TRIED in before else hint
 
 
 def _as_foil(design: Design, field: str, left: Left) -> str:
@@ -262,7 +269,7 @@ def _as_foil(design: Design, field: str, left: Left) -> str:
     fixes = (fix for fix in plated_in_holes_alone(design.spec)
              if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING)
     found = first_that_mends(fixes, left)
-    return "" if found is None else f"{found.words} leaves the tracks foil, a build to ask for (it was tried)"
+    return "" if found is None else f"{found.words} leaves the tracks foil, a build to ask for{TRIED}"
 
 
 def _finer(houses: Sequence[Fix]) -> str:
@@ -278,9 +285,9 @@ def _hardly_widened(design: Design, field: str, left: Left) -> str:
     widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
     fixes = islice(wider(design.spec, *widths), 1)
     found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
-    widened = "" if found is None else f"{found.words} takes no turn (it was tried)"
+    widened = "" if found is None else f"{found.words} keeps all turns{TRIED}"
     known = [words for words in (widened, _as_foil(design, field, left)) if words]
-    return "; or ".join((*known, WAIVER)) if known else ""
+    return _once("; or ".join((*known, WAIVER))) if known else ""
 
 
 def _waived(design: Design, field: str, left: Left) -> str:
