@@ -33,7 +33,19 @@ if TYPE_CHECKING:
     from sitscad.report.findings import CheckedSpec
 
 
-@click.command(cls=Example, example="sitscad check sensor.yaml --format json")
+CHECK_WORDS = """
+\b
+--fix      writes what was tried, mends its finding and brings no error or
+           warning; comments and order stay. Of - it prints the mended text.
+--hints    decisive tries changes for as long as the check itself takes,
+           errors first; full tries all, which can take minutes, and is what
+           --unsafe-fixes does; none tries nothing. The verdict is the same.
+--picture  draws the closed jaws cut open, what does not fit in red beside
+           its limit; without a jaw, what lies on the board from above.
+"""
+
+
+@click.command(cls=Example, words=CHECK_WORDS, example="sitscad check sensor.yaml --format json")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
 @click.option(
     "--format", "format_name", default="text", show_default=True, metavar="text|json|sarif|junit|github",
@@ -72,18 +84,9 @@ def check(
     The nearest sitscad.toml, or [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a
     comment "# sitscad: ignore SIT103 reason" silences a rule on its line.
 
-    \b
-    --fix      writes what was tried, mends its finding and brings no error or
-               warning; comments and order stay. Of - it prints the mended text.
-    --hints    decisive tries changes for as long as the check itself takes,
-               errors first; full tries all, which can take minutes, and is what
-               --unsafe-fixes does; none tries nothing. The verdict is the same.
-    --picture  draws the closed jaws cut open, what does not fit in red beside
-               its limit; without a jaw, what lies on the board from above.
-
     Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
     With --fix it is that of what is left; with --diff at least 1 where there is something to change.
-    """  # noqa: D301 - click asks for the control character itself
+    """
     from sitscad.checks import HINTS, all_rules
     from sitscad.inspection import CheckOptions, inspect, mend
     from sitscad.opening import each_of
@@ -109,11 +112,7 @@ def check(
     inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
-        if not diff:
-            _write(each)
-        for line in (*each.words_of_rolled_back.splitlines(), each.words_of_unmended if unsafe_fixes else ""):
-            if line:
-                say(f"{each.path}: {line}")
+        _tell(each, writes=not diff, unmended=unsafe_fixes)
     if diff or (fix and "-" in specs):
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)
@@ -184,15 +183,20 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
         raise click.UsageError("--fix takes standard input (-) alone.")
 
 
-def _write(mended: MendedSpec) -> None:
-    if mended.after == mended.before:
-        return
-    if mended.path != "-":
-        from sitscad.package import write_file
+def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
+    """Write a mended spec where it was changed and `writes`, and say what was mended, what was taken back, and what is
+    not mended if `unmended`.
+    """
+    lines = mended.words_of_rolled_back.splitlines()
+    if writes and mended.after != mended.before:
+        if mended.path != "-":
+            from sitscad.package import write_file
 
-        write_file(mended.path, mended.after.encode("utf-8"))
-    for line in mended.words.splitlines():
-        say(f"{mended.path}: {line}")
+            write_file(mended.path, mended.after.encode("utf-8"))
+        lines = mended.words.splitlines() + lines
+    for line in (*lines, mended.words_of_unmended if unmended else ""):
+        if line:
+            say(f"{mended.path}: {line}")
 
 
 SUMMARY_LIMIT = 1_000_000

@@ -94,7 +94,19 @@ def sweep(
     return 0
 
 
-@click.command(cls=Example, example="sitscad design study.yaml --jobs 2")
+STUDY_FILES = """
+\b
+Files:
+  designs/1.yaml, ...  the designs that are kept, whole specs for `build`.
+  front.csv            every design that no other one beats.
+  study.html           the whole answer as a page, with the front to look at.
+  study.json           the whole answer, for programs.
+  archive.jsonl        every design that was looked at: the same command
+                       goes on from there, and ends with the same files.
+"""
+
+
+@click.command(cls=Example, words=STUDY_FILES, example="sitscad design study.yaml --jobs 2")
 @click.argument("study", type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: outputs/NAME-study).")
 @click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
@@ -112,17 +124,8 @@ def design(
     (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` holds. The answer is told
     once the search is through, and the yields of its designs when they are worked out.
 
-    \b
-    Files:
-      designs/1.yaml, ...  the designs that are kept, whole specs for `build`.
-      front.csv            every design that no other one beats.
-      study.html           the whole answer as a page, with the front to look at.
-      study.json           the whole answer, for programs.
-      archive.jsonl        every design that was looked at: the same command
-                           goes on from there, and ends with the same files.
-
     Exit code: 0 a design keeps everything, 1 none was found, 2 the study cannot be read.
-    """  # noqa: D301 - click asks for the control character itself
+    """
     from sitscad.inspection import unreadable
     from sitscad.study.answer_text import answer_json, answer_text, found_text, yields_text
     from sitscad.study.spreads import DRAWS

@@ -129,7 +129,45 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     return exit_code_of(checked, spec)
 
 
-@click.command(cls=Example, example="sitscad response sensor.yaml --pose z=-0.2,ry=1 --load normal=4.8,shear_x=1")
+RESPONSE_WORDS = """
+\b
+Axes and words:
+  x, y, z        how far the centre of the target's near face has gone from
+                 rest: x along the jaw towards the tail, y across, z away
+                 from the board. A press is a negative z.
+  rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
+                 a positive ry brings its +x side nearer to the board.
+  normal         force towards the board, positive; shear_x and shear_y push
+                 along +x and +y. The target tilts as it likes; with
+                 rotation=held a flat face keeps it level, as in data sheets
+                 and calibrations.
+  L, R           what the converter sees at the contacts, with everything
+                 around and the other coils idle.
+  by target      what the target alone changes of the winding's inductance.
+  +-             stated error of that, relative to the larger of it and 1 %
+                 of the free winding's inductance.
+  counts         of the converter, as its header in firmware/ makes them of
+                 results: in proportion to the frequency.
+  Rp             parallel resistance of the tank.
+
+\b
+What the sensor feels (--performance), at rest, half and full load:
+  range          how far the axis goes, and what ends it first.
+  noise          one sigma of the converter's noise, in force.
+  nonlinear      distance from the best straight line, of the range.
+  crosstalk      error per full scale of another axis, of the range, after
+                 the curved map (the data sheet has both).
+  error          the largest of the errors by cause, one sigma, that neither
+                 tare nor calibration takes away: also what shear does that
+                 the array does not measure. What a calibration leaves from
+                 unit to unit stands in the data sheet and in plan.txt.
+  condition      of the map from loads to frequencies, in full scales: 1 is
+                 best, far above 10 one axis is hardly told from another.
+"""
+
+
+@click.command(cls=Example, words=RESPONSE_WORDS,
+               example="sitscad response sensor.yaml --pose z=-0.2,ry=1 --load normal=4.8,shear_x=1")
 @click.argument("spec", type=click.Path())
 @click.option("--pose", "poses", multiple=True, metavar="x=0.5,...", help="A pose: x, y, z (mm), rx, ry, rz (degrees).")
 @click.option("--poses", "pose_files", multiple=True, metavar="FILE", help="Poses of a CSV file; x_m or rx_rad for SI.")
@@ -152,9 +190,8 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
-    spec: str, poses: tuple[str, ...], pose_files: tuple[str, ...], loads: tuple[str, ...], load_files: tuple[str, ...],
-    scans: tuple[str, ...], cases: tuple[str, ...], method: str, frequency: str | None, tolerance: float | None,
-    jacobian: bool, performance: bool, cell: int | None, format_name: str, output: str | None,
+    spec: str, method: str, frequency: str | None, tolerance: float | None, jacobian: bool, performance: bool,
+    cell: int | None, format_name: str, output: str | None, **moved: tuple[str, ...],
 ) -> int:
     """Print what the coils read at poses and under loads.
 
@@ -162,43 +199,9 @@ def response(
     of poses, scans over poses, loads, files of loads, scans over loads, load cases (--case scissor, --case all). A scan
     is the product of its ranges, the last one fastest.
 
-    \b
-    Axes and words:
-      x, y, z        how far the centre of the target's near face has gone from
-                     rest: x along the jaw towards the tail, y across, z away
-                     from the board. A press is a negative z.
-      rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
-                     a positive ry brings its +x side nearer to the board.
-      normal         force towards the board, positive; shear_x and shear_y push
-                     along +x and +y. The target tilts as it likes; with
-                     rotation=held a flat face keeps it level, as in data sheets
-                     and calibrations.
-      L, R           what the converter sees at the contacts, with everything
-                     around and the other coils idle.
-      by target      what the target alone changes of the winding's inductance.
-      +-             stated error of that, relative to the larger of it and 1 %
-                     of the free winding's inductance.
-      counts         of the converter, as its header in firmware/ makes them of
-                     results: in proportion to the frequency.
-      Rp             parallel resistance of the tank.
-
-    \b
-    What the sensor feels (--performance), at rest, half and full load:
-      range          how far the axis goes, and what ends it first.
-      noise          one sigma of the converter's noise, in force.
-      nonlinear      distance from the best straight line, of the range.
-      crosstalk      error per full scale of another axis, of the range, after
-                     the curved map (the data sheet has both).
-      error          the largest of the errors by cause, one sigma, that neither
-                     tare nor calibration takes away: also what shear does that
-                     the array does not measure. What a calibration leaves from
-                     unit to unit stands in the data sheet and in plan.txt.
-      condition      of the map from loads to frequencies, in full scales: 1 is
-                     best, far above 10 one axis is hardly told from another.
-
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has nothing
     that could respond.
-    """  # noqa: D301 - click asks for the control character itself
+    """
     from sitscad.design import respond_to
     from sitscad.inspection import as_configured
     from sitscad.package import write_file
@@ -211,7 +214,7 @@ def response(
     if output:
         row_of(dict.fromkeys(RESPONSE_FILES), ending, "-o")
     try:
-        motions = read_motions(poses, pose_files, loads, load_files, scans, cases)
+        motions = read_motions(**moved)
         at = frequency_of(frequency) if frequency else None
     except MotionError as error:
         raise click.UsageError(str(error)) from error
@@ -249,7 +252,20 @@ MANY = 200
 """Points from which on progress is shown."""
 
 
-@click.command(cls=Example, example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
+CALIBRATION_FILES = """
+\b
+Files:
+  calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
+  example.c         a program that calls it: counts in, newtons out.
+  calibration.json  the same for programs; sitscad.map_of reads it.
+  calibration.html  errors, unknowns, every point and what is left of it.
+  plan.csv, .txt    the points to take (without DATA).
+  measured.csv      the points that were taken (--from).
+"""
+
+
+@click.command(cls=Example, words=CALIBRATION_FILES,
+               example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
 @click.argument("spec", required=False, metavar="SPEC", type=click.Path())
 @click.argument("data", required=False, type=click.Path())
 @click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
@@ -286,19 +302,9 @@ def calibrate(
     manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
     give are refused, with file:line:column.
 
-    \b
-    Files:
-      calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
-      example.c         a program that calls it: counts in, newtons out.
-      calibration.json  the same for programs; sitscad.map_of reads it.
-      calibration.html  errors, unknowns, every point and what is left of it.
-      plan.csv, .txt    the points to take (without DATA).
-      measured.csv      the points that were taken (--from).
-
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, a
     point could not be taken, or there is nothing to calibrate.
-    """  # noqa: D301 - click asks for the control character itself
-    from sitscad.cli.estimating import taken_points
+    """
     from sitscad.inspection import as_configured
     from sitscad.report.calibration import calibration_text
 

@@ -5,6 +5,7 @@ What a command does is in other rooms, which it imports when it runs: none loads
 
 from __future__ import annotations
 
+import inspect
 import os
 import shutil
 import sys
@@ -24,10 +25,14 @@ if TYPE_CHECKING:
 
 
 class Example(click.Command):
-    """A command whose help ends with one example."""
+    """A command whose help ends with one example; what its `words` mean stands before its exit codes, the last
+    paragraph of its docstring.
+    """
 
-    def __init__(self, name: str | None, *, example: str, **kwargs: Any) -> None:
-        super().__init__(name, **{**kwargs, "epilog": f"\b\nExample:\n  {example}"})
+    def __init__(self, name: str | None, *, example: str, words: str = "", **kwargs: Any) -> None:
+        says, codes, last = inspect.cleandoc(kwargs["help"]).rpartition("\n\nExit code")
+        said = f"{says}\n\n{words.strip()}{codes}{last}" if words else kwargs["help"]
+        super().__init__(name, **{**kwargs, "help": said, "epilog": f"\b\nExample:\n  {example}"})
 
 
 class Names(click.ParamType):
