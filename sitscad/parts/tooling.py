@@ -20,8 +20,9 @@ skin that senses. Its walls lean by the draft; at their upper end the skin is as
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 from sitscad.geometry.convex import Box, Footprint, within_box
@@ -182,13 +183,14 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
         height = upper + WELL
         cuts = [cut for k, body in enumerate(row) for cut in (
             (body, clearance(layout), lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
+        gap, (walls, relief) = clearance(layout), _between(layout, row)
         frame = prism(rectangle(*plan, 2e-3), 0.0, height)
-        gap = clearance(layout)
+        frame = without(frame, (prism(wall, -1e-3, height + 1e-3) for wall in walls), "jig")
         for at, size in pins(plan):
             frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
         for piece, room, low, high in cuts:
             low, high = (low if low > 0.0 else -1e-3), (high if high < height else height + 1e-3)
-            reliefs = (circle(side.start, CORNER_RELIEF) for side in piece.outline() if isinstance(side, Line))
+            reliefs = (circle(side.start, relief) for side in piece.outline() if isinstance(side, Line))
             for outline in (piece.outline(room), *reliefs):
                 frame = one_solid(frame - prism(outline, low, high), "jig")
         found.append((f"jig-{kind}", frame))
@@ -200,6 +202,26 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
         turned = press.rotate(bd.Axis.X, 180.0)
         found.append((f"jig-{kind}-press", one_solid(turned, "press")))
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+
+
+def _between(layout: Layout, row: Sequence[Body]) -> tuple[list[Path], float]:
+    """The walls between wells of neighbours that would be thinner than can be made, which are left out and the wells
+    joined; and how far corners are drilled out (m), so that thin walls stay in one piece with the frame.
+    """
+    wall, gap = print_limit(process_of(layout.spec.mount), "wall").value, clearance(layout)
+    walls, relief = [], CORNER_RELIEF
+    for one, other in combinations(row, 2):
+        (x0, y0, x1, y1), (u0, v0, u1, v1) = one.footprint.box, other.footprint.box
+        apart = max(u0 - x1, x0 - u1), max(v0 - y1, y0 - v1)
+        if one.footprint.is_round or one.footprint.rotation or min(apart) > -gap:
+            continue
+        if max(apart) >= wall + 2.0 * gap:
+            relief = min(relief, 0.5 * (max(apart) - wall))
+        elif apart[0] > apart[1]:
+            walls.append(rectangle(min(x1, u1) - gap, max(y0, v0) - gap, max(x0, u0) + gap, min(y1, v1) + gap))
+        else:
+            walls.append(rectangle(max(x0, u0) - gap, min(y1, v1) - gap, min(x1, u1) + gap, max(y0, v0) + gap))
+    return walls, relief
 
 
 def clearance(layout: Layout) -> float:

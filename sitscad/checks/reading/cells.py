@@ -76,8 +76,9 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart; {show(least, 'm', 3)} are "
                 "wanted", "", design.distance_key, gap, least, "m", severity=Severity.WARNING,
-                detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)}; both pads pressed "
-                f"bulge by {show(2.0 * bulge, 'm', 3)}",
+                detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)} (nearer, one well "
+                "takes both and places neither against the other); both pads pressed bulge by "
+                f"{show(2.0 * bulge, 'm', 3)}",
             )
 
 
