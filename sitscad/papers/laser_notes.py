@@ -86,8 +86,9 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     found = [parse_quantity(row["least"], "length") for row in _table() if row["material"] == material and row["least"]]
     least = max(found) if found else None
     if least is not None:
-        beside = [layout.spec.cutting.gap] if nest.count > 1 else []
-        narrow = max(0.0, min(*sheet.size, *beside, *web) - sheet.kerf)
+        # the part and its webs are drawn wider by a kerf, copies stand as far apart as the lines between them
+        beside = [layout.spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
+        narrow = max(0.0, min(*sheet.size, *beside, *web))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
 

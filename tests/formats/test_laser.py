@@ -71,7 +71,7 @@ def test_pads_that_webs_join_are_cut_as_one_piece_with_its_holes(kerf):
     assert "6 pads of 10 x 10 mm, joined by webs 2 mm wide" in "\n".join(text for _, text in sheet.notes)
     assert laser_sheets(layout)[1].nest.count == 6
     notes = laser_notes.text(layout, laser_sheets(layout))
-    assert "joined by webs 2 mm wide, finished" in notes and f"{2.0 - 1e3 * kerf:g} mm between two cuts" in notes
+    assert "joined by webs 2 mm wide, finished" in notes and "least      2 mm between two cuts" in notes
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
