@@ -1,4 +1,4 @@
-// As much of Arduino as the sketch asks for, with a simulated converter on the bus after its first failure.
+// As much of Arduino as the sketch asks for, with simulated converters on each bus after its first failure.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -6,7 +6,7 @@
 #include <string>
 
 extern "C" {
-#include "simulated/simulated.h"
+#include "chips.h"
 }
 #include "sensor.h"
 
@@ -34,25 +34,24 @@ static Port Serial;
 static void delay(unsigned) {}
 
 struct Bus {
-    simulated chip;
+    int number;
+    simulated *chip = nullptr;
     uint8_t bytes[4];
     size_t count = 0, next = 0;
     bool is_there = false;
 
+    explicit Bus(int given) : number(given) {}
     void begin()
     {
-        static const struct {
-            int converter, channel;
-            double frequency_Hz, ohms;
-        } tanks[SENSOR_COILS] = SENSOR_TANKS;
-        simulated_start(&chip, SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, 1);
-        for (int k = 0; k < SENSOR_COILS; ++k) {
-            chip.coil[k].frequency_Hz = tanks[k].frequency_Hz;
-            chip.coil[k].ohms = tanks[k].ohms;
-        }
+        if (number == 0)
+            chips_start();
     }
     void setClock(long) {}
-    void beginTransmission(uint8_t) { count = 0; }
+    void beginTransmission(uint8_t address)
+    {
+        chip = chip_at(number, address);
+        count = 0;
+    }
     size_t write(const uint8_t *given, size_t many)
     {
         std::memcpy(bytes + count, given, many);
@@ -64,14 +63,16 @@ struct Bus {
             is_there = true;
             return 2;
         }
+        if (chip == nullptr)
+            return 2;
         if (count == 3)
-            simulated_write(&chip, bytes[0], static_cast<uint16_t>(bytes[1] << 8 | bytes[2]));
+            simulated_write(chip, bytes[0], static_cast<uint16_t>(bytes[1] << 8 | bytes[2]));
         return 0;
     }
     uint8_t requestFrom(uint8_t, uint8_t many)
     {
         uint16_t value = 0;
-        simulated_read(&chip, bytes[0], &value);
+        simulated_read(chip, bytes[0], &value);
         bytes[0] = static_cast<uint8_t>(value >> 8);
         bytes[1] = static_cast<uint8_t>(value & 0xFF);
         next = 0;
@@ -79,4 +80,7 @@ struct Bus {
     }
     int read() { return bytes[next++]; }
 };
-static Bus Wire;
+static Bus Wire(0);
+#if SENSOR_BUSES > 1
+static Bus Wire1(1);
+#endif

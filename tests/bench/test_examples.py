@@ -6,6 +6,7 @@ import math
 import re
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -48,16 +49,21 @@ def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
     assert subprocess.run([program, "/dev/no-bus"], capture_output=True, check=False).returncode == 1
 
 
-@pytest.mark.clients("g++")
-def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
-    """The stub's Wire is a bus without an answer, then one with a converter that is set up."""
+def run_of_the_sketch(folder: Path, tmp_path: Path) -> list[str]:
+    """What the Arduino sketch of a firmware's folder prints, compiled against the stub."""
     (tmp_path / "sketch.cpp").write_text('#include "arduino_stub.h"\n#include "firmware.ino"\n' + ARDUINO_MAIN)
     objects = [tmp_path / f"{name}.o" for name in ("sensor", "ldc161x", "simulated")]
     for one, source in zip(objects, [*SOURCES, "simulated/simulated.c"], strict=True):
-        _made(["gcc", *STRICT, "-c", "-o", one, source], pad.folder)
-    flags = ["-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{HERE}", f"-I{pad.folder}"]
+        _made(["gcc", *STRICT, "-c", "-o", one, source], folder)
+    flags = ["-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{HERE}", f"-I{folder}"]
     _made(["g++", *flags, "-o", tmp_path / "sketch", tmp_path / "sketch.cpp", *objects], tmp_path)
-    lines = _made([tmp_path / "sketch"], tmp_path).splitlines()
+    return _made([tmp_path / "sketch"], tmp_path).splitlines()
+
+
+@pytest.mark.clients("g++")
+def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
+    """The stub's Wire is a bus without an answer, then one with a converter that is set up."""
+    lines = run_of_the_sketch(pad.folder, tmp_path)
     assert lines[0].startswith("# no answer on the I2C bus")
     assert lines[1:5] == [f"# C{k}: good" for k in range(1, 5)]
     assert lines[5].startswith("id,sequence,C1_counts,C1_status,")
@@ -93,9 +99,10 @@ ZEPHYR = """
 #include <stdint.h>
 #include <stdio.h>
 struct device {int number;};
-extern const struct device bus_of_the_board;
+extern const struct device bus_of_the_board, second_bus_of_the_board;
 #define DT_ALIAS(name) alias_##name
 #define alias_sensor_bus &bus_of_the_board
+#define alias_second_sensor_bus &second_bus_of_the_board
 #define DEVICE_DT_GET(node) node
 #define printk printf
 bool device_is_ready(const struct device *bus);
@@ -105,20 +112,26 @@ int32_t k_usleep(int32_t us);
 """
 
 
-@pytest.mark.clients("gcc")
-def test_the_zephyr_sample_runs_against_a_stub_and_names_what_is_there(pad, tmp_path):
-    """As CMakeLists.txt lists its sources; Zephyr itself is not at hand."""
-    folder = pad.folder / "zephyr"
+def run_of_the_app(firmware: Path, tmp_path: Path) -> list[str]:
+    """What the Zephyr sample of a firmware's folder prints, its sources as CMakeLists.txt lists them."""
+    folder = firmware / "zephyr"
     listed = re.search(r"target_sources\(app PRIVATE (.*)\)", (folder / "CMakeLists.txt").read_text()).group(1).split()
-    assert "sensor-bus = &" in (folder / "app.overlay").read_text()
-    assert "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
     for name in ("device", "drivers/i2c", "kernel", "sys/printk"):
         path = tmp_path / f"zephyr/{name}.h"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(ZEPHYR)
-    flags = [*STRICT, "-Wno-double-promotion", "-DZEPHYR_STUB", f"-I{tmp_path}", f"-I{pad.folder}"]
+    flags = [*STRICT, "-Wno-double-promotion", "-DZEPHYR_STUB", f"-I{tmp_path}", f"-I{firmware}"]
     _made(["gcc", *flags, "-o", tmp_path / "app", *listed, HERE / "wired.c", "../simulated/simulated.c", "-lm"], folder)
-    assert _made([tmp_path / "app"], tmp_path).splitlines()[:4] == [f"C{k}: good" for k in range(1, 5)]
+    return _made([tmp_path / "app"], tmp_path).splitlines()
+
+
+@pytest.mark.clients("gcc")
+def test_the_zephyr_sample_runs_against_a_stub_and_names_what_is_there(pad, tmp_path):
+    """As CMakeLists.txt lists its sources; Zephyr itself is not at hand."""
+    folder = pad.folder / "zephyr"
+    assert "sensor-bus = &" in (folder / "app.overlay").read_text()
+    assert "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
+    assert run_of_the_app(pad.folder, tmp_path)[:4] == [f"C{k}: good" for k in range(1, 5)]
 
 
 @pytest.mark.clients("cppcheck")

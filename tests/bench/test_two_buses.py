@@ -15,6 +15,7 @@ from sitscad.bench.readings import scans
 from sitscad.bench.source import source_of
 from tests.bench.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
+from tests.bench.test_examples import run_of_the_app, run_of_the_sketch
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 COILS = 9
@@ -51,6 +52,18 @@ def test_the_linux_example_takes_two_buses(grid, tmp_path):
     assert [line.split(": ")[-1] for line in done.stdout.splitlines()[1:10]] == ["good"] * COILS
     subprocess.run([*made, "-lm"], cwd=grid.folder, check=True)
     assert subprocess.run([tmp_path / "sensor", "/dev/null"], capture_output=True, check=False).returncode == 1
+
+
+@pytest.mark.clients("g++")
+def test_the_arduino_sketch_takes_two_buses(grid, tmp_path):
+    """Each bus of the stub answers at its second try."""
+    lines = run_of_the_sketch(grid.folder, tmp_path)
+    assert [line[:15] for line in lines[:2]] == ["# no answer on "] * 2
+    assert lines[2:11] == [f"# C{k}: good" for k in range(1, COILS + 1)] and "C9_counts" in lines[11]
+
+
+def test_the_zephyr_sample_takes_two_buses(grid, tmp_path):
+    assert run_of_the_app(grid.folder, tmp_path)[:COILS] == [f"C{k}: good" for k in range(1, COILS + 1)]
 
 
 class TwoAddresses:

@@ -4,69 +4,58 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sensor_config.h"
-#include "simulated/simulated.h"
+#include "chips.h"
 
-static simulated chip;
-
-static int started(void)
+static int moved(int bus, unsigned address, const uint8_t *out, size_t out_count, uint8_t *in, size_t in_count)
 {
-    static const struct {
-        int converter, channel;
-        double frequency_Hz, ohms;
-    } tanks[SENSOR_COILS] = SENSOR_TANKS;
-
-    simulated_start(&chip, SENSOR_CHANNELS, SENSOR_CLOCK_HZ, SENSOR_NOISE_STEPS, 1u);
-    for (int k = 0; k < SENSOR_COILS; ++k) {
-        chip.coil[k].frequency_Hz = tanks[k].frequency_Hz;
-        chip.coil[k].ohms = tanks[k].ohms;
-    }
-    return 1;
-}
-
-static int moved(unsigned address, const uint8_t *out, size_t out_count, uint8_t *in, size_t in_count)
-{
+    simulated *chip = chip_at(bus, address);
     uint16_t value = 0u;
     int error;
 
-    if (address != 0x2Au)
+    if (chip == NULL)
         return -1;
     if (in == NULL)
-        return out_count != 3u || simulated_write(&chip, out[0], (uint16_t)((unsigned)out[1] << 8 | out[2])) != 0 ? -1 : 0;
-    error = out_count != 1u || in_count != 2u || simulated_read(&chip, out[0], &value) != 0;
+        return out_count != 3u || simulated_write(chip, out[0], (uint16_t)((unsigned)out[1] << 8 | out[2])) != 0 ? -1 : 0;
+    error = out_count != 1u || in_count != 2u || simulated_read(chip, out[0], &value) != 0;
     in[0] = (uint8_t)(value >> 8);
     in[1] = (uint8_t)(value & 0xFFu);
     return error ? -1 : 0;
+}
+
+static void waited(uint64_t ns)
+{
+    for (int k = 0; k < SENSOR_CONVERTERS; ++k)
+        simulated_advance(&chips[k], ns);
 }
 
 #ifdef ZEPHYR_STUB
 #include <zephyr/drivers/i2c.h>
 #include <zephyr/kernel.h>
 
-const struct device bus_of_the_board;
+const struct device bus_of_the_board = {0}, second_bus_of_the_board = {1};
 
 bool device_is_ready(const struct device *bus)
 {
-    return bus == &bus_of_the_board && started();
+    if (bus == &bus_of_the_board)
+        chips_start();
+    return bus == &bus_of_the_board || bus == &second_bus_of_the_board;
 }
 
 int i2c_write(const struct device *bus, const uint8_t *bytes, uint32_t count, uint16_t address)
 {
-    (void)bus;
-    return moved(address, bytes, count, NULL, 0u);
+    return moved(bus->number, address, bytes, count, NULL, 0u);
 }
 
 int i2c_write_read(const struct device *bus, uint16_t address, const void *out, size_t out_count, void *in, size_t count)
 {
-    (void)bus;
-    return moved(address, out, out_count, in, count);
+    return moved(bus->number, address, out, out_count, in, count);
 }
 
 int32_t k_usleep(int32_t us)
 {
     static int times;
 
-    simulated_advance(&chip, (uint64_t)us * 1000u);
+    waited((uint64_t)us * 1000u);
     if (++times > 100)
         exit(0); /* it reads for ever */
     return 0;
@@ -83,7 +72,10 @@ int bus_sleep(const struct timespec *pause, struct timespec *left);
 int bus_open(const char *path, int flags, ...)
 {
     (void)flags;
-    return strcmp(path, "/dev/i2c-1") == 0 && started() ? 7 : -1;
+    if (strcmp(path, "/dev/i2c-1") != 0)
+        return -1;
+    chips_start();
+    return 7;
 }
 
 int bus_ioctl(int device, unsigned long request, ...)
@@ -99,16 +91,16 @@ int bus_ioctl(int device, unsigned long request, ...)
     if (device != 7 || request != I2C_RDWR || (one[0].flags & I2C_M_RD) != 0)
         return -1;
     if (both->nmsgs == 1u)
-        return moved(one[0].addr, one[0].buf, one[0].len, NULL, 0u);
+        return moved(0, one[0].addr, one[0].buf, one[0].len, NULL, 0u);
     if (one[1].addr != one[0].addr || (one[1].flags & I2C_M_RD) == 0)
         return -1;
-    return moved(one[0].addr, one[0].buf, one[0].len, one[1].buf, one[1].len);
+    return moved(0, one[0].addr, one[0].buf, one[0].len, one[1].buf, one[1].len);
 }
 
 int bus_sleep(const struct timespec *pause, struct timespec *left)
 {
     (void)left;
-    simulated_advance(&chip, (uint64_t)pause->tv_nsec);
+    waited((uint64_t)pause->tv_nsec);
     return 0;
 }
 #endif
