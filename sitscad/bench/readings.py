@@ -25,19 +25,24 @@ LATE = 3.0
 
 
 def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
-    """Scans until the time of the source is over: whole ones, of a converter with fewer coils than another, which is
-    faster, its newest results; one that lacks a coil for `LATE` times as long as a scan takes comes without it.
-    Converters that lost their settings are set up again. Raises OSError where one does not answer.
+    """Scans until the time of the source is over: whole ones; a result that comes again before its scan is whole is the
+    next scan's, and of a converter with fewer coils than another, which is faster, older ones are left out. A scan that
+    lacks a coil for `LATE` times as long as it ought to take comes without it. Converters that lost their settings are
+    set up again. Raises OSError where one does not answer.
     """
-    scan, rate, began = Scan(), board.design.estimates.readout.scan_rate, 0.0
+    scan, ahead, rate, began = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0
     while source.now() < seconds:
         new = board.poll(source.now())
         board.keep_settings(new)
         began = began if scan else source.now()
-        scan |= new
+        for coil, reading in new.items():
+            if coil in scan:
+                scan[coil], ahead[coil] = ahead.get(coil, scan[coil]), reading
+            else:
+                scan[coil] = reading
         if len(scan) == len(board.bands) or (scan and source.now() - began > LATE / rate):
             yield scan
-            scan = Scan()
+            scan, ahead, began = ahead, Scan(), source.now()
         source.wait(0.25 / rate)
 
 

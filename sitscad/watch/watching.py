@@ -152,8 +152,10 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     found = changes(event, before)
     if event.stage == "failed":
         return [event.data["message"]]
+    if event.stage == "sweep" and not verbose:
+        return _swept(event.data["numbers"], width)
     if event.stage != "findings":
-        return _all_numbers(found["numbers"]) if verbose or event.stage == "sweep" else _numbers(found["numbers"])
+        return _all_numbers(found["numbers"]) if verbose else _numbers(found["numbers"])
     head = [] if event.data.get("last") else [f"save {revision}"]
     ends = event.data.get("last") or event.data.get("unreadable")
     if event.data.get("unreadable"):
@@ -185,6 +187,15 @@ def _few(found: Mapping[str, Any], width: int) -> list[str]:
         rows += folded
     moved = len(found["moved"])
     return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
+
+
+def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
+    """How far a study's first designs were looked at; once all were, the best of each goal as well."""
+    lines = [f"{name}: {value}" for name, value in numbers.items()]
+    done, _, of = numbers["designs"].partition(" of ")
+    if done != of:
+        return [", ".join(lines[:2])]
+    return [textwrap.shorten(line, width, placeholder=" ...") for line in lines]
 
 
 def _numbers(found: Mapping[str, list[Any]]) -> list[str]:

@@ -60,6 +60,19 @@ def test_scans_are_whole_though_one_converter_is_faster_than_another():
     assert [set(scan) for scan in scans(board, simulated, 0.3)][1:3] == [{0, 1, 2, 3}] * 2
 
 
+def test_no_result_of_four_coils_on_one_converter_is_left_out():
+    """One poll finds the last coil of a scan and the first of the next."""
+    pad = sitscad.Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
+    source, _ = source_of(f"sim:{TEMPLATES}/three_axis_pad.yaml", pad)
+    board = Board(pad, source.chips)
+    board.set_up()
+    found = list(scans(board, source, 0.5))
+    assert {len(scan) for scan in found} == {4}
+    assert len(found) == approx(0.5 * pad.estimates.readout.scan_rate, rel=0.01)
+    steps = np.diff([[scan[k].time for k in range(4)] for scan in found], axis=0) * pad.estimates.readout.scan_rate
+    assert np.all(steps > 0.7) and np.all(steps < 1.3)
+
+
 def test_a_sound_board_does_all_that_it_must(design):
     found = _diagnosed(design)
     assert {name for name, (verdict, _) in found.items() if verdict != MET} == {"order of coils"}

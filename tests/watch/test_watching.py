@@ -66,6 +66,16 @@ def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
     assert unread[-1].startswith("unreadable") and not [line for line in unread if line.startswith("-")]
 
 
+def test_a_study_says_how_far_it_is_in_a_line_and_in_the_end_its_best():
+    numbers = {"designs": "9 of 64", "keep everything": "1", "maximize rp": "5 kohm with " + "coil.turns: 9, " * 9}
+    event = Event("sweep", {"numbers": numbers})
+    assert words(1, event, None) == ["designs: 9 of 64, keep everything: 1"]
+    said = words(1, Event("sweep", {"numbers": numbers | {"designs": "64 of 64"}}), event)
+    assert said[:2] == ["designs: 64 of 64", "keep everything: 1"] and said[2].endswith(" ...") and len(said[2]) <= 80
+    assert words(1, Event("sweep", {"numbers": numbers | {"designs": "10 of 64"}}), event, verbose=True) == [
+        "designs: 9 of 64 -> 10 of 64"]
+
+
 def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")
