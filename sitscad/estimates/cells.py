@@ -29,12 +29,13 @@ mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way
 0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it: square pads 4 to 10 times as wide as
 thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py)."""
 
+
 @record
 class CellCrosstalk:
     """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
     what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
     through ``webs`` to its own target, all at most; ``stiffer`` is by what share webs make the pads of cells stiffer,
-    the least held and the most.
+    the least held and the most. ``pairs`` are two cells (from 1), and what the first reads of the other at most.
     """
 
     target: float
@@ -42,6 +43,7 @@ class CellCrosstalk:
     coils: float
     webs: float = 0.0
     stiffer: tuple[float, float] = (0.0, 0.0)
+    pairs: tuple[tuple[int, int, float], ...] = ()
 
     @property
     def total(self) -> float:
@@ -83,28 +85,53 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
     coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
     stiffer = min(web_stiffness(spec)) - 1.0, max(web_stiffness(spec)) - 1.0
+    strips = _webs_felt(spec)
+    pairs = tuple(
+        (one + 1, other + 1, parts[step] + strips.get((one, other), 0.0)
+         + float(coupled[np.ix_(cell == one, cell == other)].sum(axis=1).max()))
+        for one, row in enumerate(apart) for other, way in enumerate(row)
+        if (step := tuple(np.round(way, 9))) in neighbours[one])
     return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         float(coupled.sum(axis=1).max()), through_webs(spec), stiffer)
+                         float(coupled.sum(axis=1).max()), through_webs(spec), stiffer, pairs)
 
 
 def through_webs(spec: SensorSpec) -> float:
     """What the webs of one cell carry to its target at most, all neighbours pressed; a group feels the target's tilt, a
     coil in its middle does not.
     """
-    pad = spec.elastomer
+    felt = _webs_felt(spec)
+    return max((math.fsum(part for (own, _), part in felt.items() if own == one) for one, _ in felt), default=0.0)
+
+
+def _webs_felt(spec: SensorSpec) -> dict[tuple[int, int], float]:
+    """By two cells (numbers from 0) that a web joins, what it carries to the first one's target at most."""
+    pad, found, cells = spec.elastomer, {}, cell_specs(spec)
     if pad is None or spec.cells is None or spec.cells.web is None:
-        return 0.0
+        return {}
     felt = spec.cells.web / min(pad.size) * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
-    lengths = [[length for length in cell.elastomer.webs[1:] if length] for cell in cell_specs(spec) if cell.elastomer]
-    return max(math.fsum(felt * math.exp(-WEB_DECAY * one / pad.thickness) for one in each) for each in lengths)
+    for own, cell in enumerate(cells):
+        for side, length in enumerate(cell.elastomer.webs[1:] if cell.elastomer is not None else ()):
+            way = (length + pad.size[side // 2]) * (1 if side % 2 else -1)
+            there = [place + way * (axis == side // 2) for axis, place in enumerate(cell.array.middle)]
+            for other, one in enumerate(cells):
+                if length and math.dist(one.array.middle, there) < 1e-8:
+                    found[own, other] = felt * math.exp(-WEB_DECAY * length / pad.thickness)
+    return found
 
 
 def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
     """The number, from 1, of the cell that gives the least signal: alike cells differ by their coils' leads, whose
     inductance the target does not change, and by how many webs hold their pads.
     """
+    signals = cell_signals(spec, estimates)
+    return 1 + min(range(len(signals)), key=signals.__getitem__)
+
+
+def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
+    """By cell, what part of its coils' inductance is beside their leads, over how much webs stiffen its pad: signals
+    are in proportion to it, to first order.
+    """
     assert spec.cells is not None
     parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]
     own = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
-    signals = [part / stiffer for part, stiffer in zip(own, web_stiffness(spec), strict=True)]
-    return 1 + min(range(len(signals)), key=signals.__getitem__)
+    return [part / stiffer for part, stiffer in zip(own, web_stiffness(spec), strict=True)]

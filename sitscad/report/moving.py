@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.drawing.pictures.board import coil_extent
 from sitscad.estimates import Estimates
-from sitscad.estimates.cells import weakest_cell
+from sitscad.estimates.cells import cell_crosstalk, cell_signals, weakest_cell
 from sitscad.layout.board import Layout
 from sitscad.scene import bodies
 from sitscad.scene.fit import closed_section
 from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.state import REST
 
 Document = Mapping[str, Any]
 
@@ -101,7 +102,7 @@ def pushed_document(
     """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
     how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
     """
-    cells = layout.spec.cells
+    cells, whole = layout.spec.cells, (layout, estimates)
     if cells is not None:  # the cell that the data sheet is of
         number = weakest_cell(layout.spec, estimates)
         layout, estimates = layout.cell(number), estimates.part((number - 1) * cells.coils, number * cells.coils)
@@ -126,7 +127,27 @@ def pushed_document(
                        "offsets": list(conversion.offsets)},
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
                   "target_mm": MM * target.thickness},
-    }
+    } | ({} if cells is None else {"cells": _cells(*whole)})
+
+
+def _cells(layout: Layout, estimates: Estimates) -> dict[str, Any]:
+    """Of which cell (from 1) the table is, and of every cell its coils, their frequencies at rest (Hz), its signal in
+    parts of that one's, and what its neighbours read of it at most, in parts of its signal.
+    """
+    spec, number = layout.spec, weakest_cell(layout.spec, estimates)
+    signals, crosstalk = cell_signals(spec, estimates), cell_crosstalk(layout, estimates)
+    pairs, found = () if crosstalk is None else crosstalk.pairs, []
+    assert spec.cells is not None and estimates.readout.conversion is not None
+    for k, signal in enumerate(signals):
+        own = slice(k * spec.cells.coils, (k + 1) * spec.cells.coils)
+        coils = estimates.coils[own]
+        found.append({
+            "coils": [coil.name for coil in coils],
+            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in coils],
+            "offsets": estimates.readout.conversion.offsets[own], "signal": signal / signals[number - 1],
+            "read_by": [[one, part] for one, other, part in pairs if other == k + 1],
+        })
+    return {"table": number, "all": found}
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:

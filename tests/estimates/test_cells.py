@@ -9,7 +9,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.design import Design, respond
-from sitscad.estimates.cells import through_webs
+from sitscad.estimates.cells import cell_signals, through_webs
 from sitscad.estimates.response.pad import pushed, soft_pad
 from sitscad.estimates.response.working_range import normal_at
 from sitscad.estimates.states.finite_target import equivalent_rings
@@ -123,6 +123,18 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     assert formula_sigma(webs.spec) > formula_sigma(webs.cell(2).spec) > formula_sigma(apart.spec)
     most, least = (normal_at(one.cell(2).spec, 0.3) for one in (webs, apart))
     assert most / least == approx(1.059, rel=1e-3)
+
+
+def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves():
+    """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
+    row = design("{pattern: line, count: 3, pitch: 12}", "cells: {web: 2 mm}")
+    signals, load = cell_signals(row.spec, row.estimates), [[6.0, 0.0, 0.0]]
+    found = [respond(row.cell(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0] for k in (1, 2)]
+    one, other = (math.log(after / before) for before, after in found)
+    assert one / other == approx(signals[0] / signals[1], rel=0.02) and one > other
+    assert [(a, b) for a, b, _ in row.crosstalk.pairs] == [(1, 2), (2, 1), (2, 3), (3, 2)]
+    of_middle = math.fsum(part for a, _, part in row.crosstalk.pairs if a == 2)
+    assert of_middle == approx(row.crosstalk.total, rel=1e-2)
 
 
 def test_cells_that_overlap_or_nearly_touch_are_told():

@@ -183,3 +183,22 @@ def test_a_sensor_without_a_target_has_neither_view(tmp_path):
     with Browser() as browser:
         browser.open(build(spec, tmp_path).directory / "report.html")
         assert browser.exceptions == [] and browser.run("document.querySelector('canvas')") is None
+
+
+@pytest.mark.slow
+@pytest.mark.more
+def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
+    """Two cells joined by a web: either is pushed, and the other one's coil says what it changes at most."""
+    text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
+    text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")
+    package = build(sitscad.load_text(text, "cells.yaml"), tmp_path, only=("datasheet", "report")).directory
+    with Browser() as browser:
+        browser.open(package / "report.html")
+        full = browser.run("JSON.parse(document.getElementById('pushed-data').textContent).table.full_scale_N.normal")
+        for cell, own, beside in ((0, "C1", "C2"), (1, "C2", "C1")):
+            _put(browser, "cell", cell)
+            _put(browser, "normal_N", full)
+            change = float(_out(browser, f"change_Hz.{own}"))
+            most = float(_out(browser, f"most_Hz.{beside}").removeprefix("at most \u00b1"))
+            assert 0.0 < most < 0.02 * change
+        assert browser.exceptions == []

@@ -51,8 +51,8 @@
     })};
   };
 
-  function counted(conversion, frequency, coil) {
-    var offset = conversion.offsets[coil] || 0, step = conversion.step;
+  function counted(conversion, frequency, coil, offsets) {
+    var offset = (offsets || conversion.offsets)[coil] || 0, step = conversion.step;
     return Math.floor((frequency * conversion.counts_per_Hz - offset) / step + 0.5) * step + offset;
   }
 
@@ -99,8 +99,19 @@
     var coils = bodies[0], axes = bodies[1];
     axes.parentNode.hidden = !map;
     var rest = page.responds(table, [0, 0, 0, 0, 0]).frequency;
-    var tare = rest.map(function (f, k) { return counted(data.conversion, f, k); });
+    var tare = rest.map(function (f, k) { return counted(data.conversion, f, k); }), cells = data.cells;
     inputs.innerHTML = "";
+    if (cells) {
+      if (!cells.all[state.cell]) state.cell = cells.table - 1;
+      var chosen = document.createElement("select"), which = document.createElement("label");
+      cells.all.forEach(function (each, k) { chosen.add(new Option((k + 1) + " (" + each.coils.join(", ") + ")", k)); });
+      chosen.value = state.cell;
+      chosen.setAttribute("data-in", "cell");
+      chosen.addEventListener("input", function () { state.cell = +chosen.value; show(); });
+      which.append("pushed is cell ", chosen);
+      inputs.append(which, "Cell " + cells.table + " is solved, others read in proportion to their signal. Of neighbours, " +
+        "on which nothing lies, it is said what they change at most.");
+    }
     var sliders = INPUTS.map(function (each, k) {
       var label = document.createElement("label"), slider = document.createElement("input"), value = document.createElement("output");
       slider.type = "range";
@@ -137,10 +148,14 @@
       var found = page.responds(table, state.asked);
       var counts = found.frequency.map(function (f, k) { return counted(data.conversion, f, k); });
       coils.innerHTML = axes.innerHTML = "";
-      table.coils.forEach(function (name, k) {
-        row(coils, name, [[found.frequency[k].toFixed(0), "frequency_Hz." + name],
-          [(found.frequency[k] - rest[k]).toFixed(0), "change_Hz." + name], [counts[k].toFixed(0), "counts." + name]]);
-      });
+      function reads(names, frequency, from, counted) {
+        names.forEach(function (name, k) {
+          row(coils, name, [[frequency[k].toFixed(0), "frequency_Hz." + name],
+            [(frequency[k] - from[k]).toFixed(0), "change_Hz." + name], [counted[k].toFixed(0), "counts." + name]]);
+        });
+      }
+      if (cells) other(cells.all[state.cell], state.cell === cells.table - 1, found, reads);
+      else reads(table.coils, found.frequency, rest, counts);
       var words = [], full = table.full_scale_N, sheared = Math.hypot(state.asked[1], state.asked[2]);
       if (state.asked[0] > full.normal * 1.0001) words.push("normal force beyond " + full.normal.toPrecision(3) + " N");
       if (sheared > full.shear * 1.0001) words.push("shear beyond " + full.shear.toPrecision(3) + " N");
@@ -160,6 +175,25 @@
         var picture = section(data.shape, along, state.asked, found.travel);
         drag(picture, along);
         pictures.appendChild(picture);
+      });
+    }
+    // A cell's coils in proportion to those of the table's, and how much each of its neighbours' coils changes at most.
+    function other(own, isTable, found, reads) {
+      var share = found.frequency.map(function (f, k) { return Math.log(f / rest[k]); });
+      function at(cell, parts) { return cell.rest_Hz.map(function (f, k) { return f * Math.exp(parts[k] * cell.signal); }); }
+      function count(cell, frequency) {
+        return frequency.map(function (f, k) { return counted(data.conversion, f, k, cell.offsets); });
+      }
+      var frequency = isTable ? found.frequency : at(own, share), largest = Math.max.apply(null, share.map(Math.abs));
+      reads(own.coils, frequency, isTable ? rest : own.rest_Hz, count(own, frequency));
+      own.read_by.forEach(function (pair) {
+        var cell = cells.all[pair[0] - 1], most = at(cell, cell.coils.map(function () { return pair[1] * largest; }));
+        var counts = count(cell, most), still = count(cell, cell.rest_Hz);
+        cell.coils.forEach(function (name, k) {
+          row(coils, name + " beside it", [[cell.rest_Hz[k].toFixed(0), "frequency_Hz." + name],
+            ["at most \u00b1" + Math.ceil(most[k] - cell.rest_Hz[k]), "most_Hz." + name],
+            ["at most \u00b1" + (counts[k] - still[k]), "most_counts." + name]]);
+        });
       });
     }
     function drag(picture, along) {
