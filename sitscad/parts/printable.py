@@ -108,21 +108,26 @@ CHUNK = 128  # Rays that are traced at once: each meets every triangle
 
 
 def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Distance along each ray to the first triangle, and which that is (Moeller and Trumbore 1997)."""
-    first, one, two = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = np.cross(directions[:, None, :], two[None])
-    determinant = np.einsum("nj,mnj->mn", one, p)
+    """Distance along each ray to the first triangle, and which that is (Moeller and Trumbore 1997), their triple
+    products taken apart so that each is a product of matrices; lengths from about the rays' own places.
+    """
+    middle = origins.mean(axis=0)
+    origins, first = origins - middle, corners[:, 0] - middle
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal, moment = np.cross(one, two), np.cross(origins, directions)
     with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = -directions @ normal.T
         inverse = np.where(np.abs(determinant) > 1e-12, 1.0 / determinant, np.nan)
-        offset = origins[:, None, :] - first[None]
-        u = np.einsum("mnj,mnj->mn", offset, p) * inverse
-        q = np.cross(offset, one[None])
-        v = np.einsum("mj,mnj->mn", directions, q) * inverse
-        t = np.einsum("nj,mnj->mn", two, q) * inverse
-        inside = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t > 1e-5)
+        u = (moment @ two.T - directions @ np.cross(two, first).T) * inverse
+        v = (directions @ np.cross(one, first).T - moment @ one.T) * inverse
+        t = (origins @ normal.T - np.einsum("nj,nj->n", first, normal)) * inverse
+        inside = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t > 1e-5)
     far = np.where(inside, t, np.inf)
     hit = far.argmin(axis=1)
     return far[np.arange(len(hit)), hit], hit
+
+
+EDGE = 1e-7  # Part of a triangle beside its edge that counts to it: no ray goes through between two
 
 
 def _opens_inwards(face: Any) -> bool:
