@@ -26,10 +26,11 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     """
     from sitscad.package import list_templates, write_schema, write_study, write_template
 
-    if study:
-        if template is not None or list_them:
-            raise click.UsageError("--study writes one study, of grasper_4layer: name no template")
-        path = write_study(output, force)
+    named = {} if template is None else {"name": template}
+    if study and not list_them:
+        from sitscad.study.document import started
+
+        path = write_study(started, path=output, force=force, **named)
         print_result(str(path))
         say(f"wrote {path}; next: sitscad design {path}")
         return 0
@@ -38,7 +39,6 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
         width = max(map(len, described), default=0)
         print_result("\n".join(f"{name:<{width}}  {text}" for name, text in described.items()))
         return 0
-    named = {} if template is None else {"name": template}
     path = write_template(path=output, force=force, **named)
     print_result(str(path))
     if (schema := write_schema(path.parent)) is not None:

@@ -14,11 +14,13 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from sitscad.spec import templates
-from sitscad.spec.sensor import json_schema
+from sitscad.spec.format.reading import SpecError
+from sitscad.spec.load import load
+from sitscad.spec.sensor import SensorSpec, json_schema
 
 PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 _PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"
@@ -271,16 +273,22 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     return _new_file(target, text, force)
 
 
-def write_study(path: str | Path | None = None, force: bool = False) -> Path:
-    """Write a study to start from (``study.yaml`` in the working directory by default), beside it the spec that it is
-    of where that is not there, and return its path. Raises PackageError as `write_template`.
+def write_study(
+    of: Callable[[SensorSpec, str], str], name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
+    force: bool = False,
+) -> Path:
+    """Write the study that `of` makes of a template and of where that stands (``study.yaml`` in the working directory
+    by default), beside it the template where that is not there, and return its path. Raises PackageError as
+    `write_template`, and where what is there cannot be read.
     """
     target = Path("study.yaml" if path is None else path)
-    found = _new_file(target, templates.read_study(), force)
-    base = target.parent / f"{DEFAULT_TEMPLATE}.yaml"
+    base = target.parent / f"{_find(name)}.yaml"
     if not base.exists():
-        write_template(path=base)
-    return found
+        write_template(name, base)
+    try:
+        return _new_file(target, of(load(base), base.name), force)
+    except SpecError as error:
+        raise PackageError(f"{base} cannot be read: `sitscad check {base}` says why") from error
 
 
 def _new_file(target: Path, text: str, force: bool) -> Path:

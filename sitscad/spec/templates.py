@@ -31,8 +31,3 @@ def read(name: str) -> str:
     if name not in names():
         raise KeyError(name)
     return (directory() / f"{name}.yaml").read_text(encoding="utf-8")
-
-
-def read_study() -> str:
-    """The text of the study that `sitscad new --study` hands out."""
-    return (directory() / "studies" / "study.yaml").read_text(encoding="utf-8")

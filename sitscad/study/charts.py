@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from sitscad.drawing.sheet import COLOURS, Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, circle, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
 from sitscad.record import record
 
 INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
@@ -232,20 +232,25 @@ def bars(title: str, rows: Sequence[Bar]) -> str:
 
 
 def board_sketch(
-    body: tuple[float, float, float, float], windings: Sequence[Path], width: float, target: Path | None
+    body: tuple[float, float, float, float], outline: Path, windings: Sequence[Path], width: float,
+    targets: Sequence[Path],
 ) -> str:
-    """A board without leads, as seen from the top (m): its body, the tracks of a layer, and the target over it."""
-    wide = 420.0
-    scale = (wide - 20.0) / (body[2] - body[0])
-    high = (body[3] - body[1]) * scale + 20.0
+    """A board without leads, as seen from the top (m): its outline, the tail cut off behind the body, the tracks of a
+    layer, and the targets over it.
+    """
+    x0, y0, x1, y1 = (pick(ends) for pick, ends in zip(
+        (min, min, max, max), zip(body, *(bounding_box([path]) for path in targets), strict=True), strict=True))
+    scale = 400.0 / (x1 - x0)
+    wide, high = 420.0, (y1 - y0) * scale + 20.0
 
     def placed(path: Path) -> Path:
-        return path.mapped(lambda p: Point(10.0 + (p.x - body[0]) * scale, 10.0 + (p.y - body[1]) * scale))
+        return path.mapped(lambda p: Point(10.0 + (p.x - x0) * scale, 10.0 + (p.y - y0) * scale))
 
     sheet = Sheet("The coils from the top", (wide, high), unit="", decimals=1)
-    sheet.draw(placed(rectangle(*body)), Pen(1.5, "#222222"), "#f1e8d2")
-    for path in windings:
-        sheet.draw(placed(path), Pen(width * scale, "#d55e00"))
-    if target is not None:
-        sheet.draw(placed(target), Pen(1.5, "#0072b2", (6.0, 4.0)))
+    with sheet.group("sketch", window=(0.0, 0.0, wide, high)):
+        sheet.draw(placed(outline), Pen(1.5, "#222222"), "#f1e8d2")
+        for path in windings:
+            sheet.draw(placed(path), Pen(width * scale, "#d55e00"))
+        for path in targets:
+            sheet.draw(placed(path), Pen(1.5, "#0072b2", (6.0, 4.0)))
     return svg(sheet)

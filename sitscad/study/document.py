@@ -1,7 +1,10 @@
-"""The file of a study: its keys, and what they say; whatever is wrong with it is reported at once, with its place."""
+"""The file of a study: its keys, and what they say; whatever is wrong with it is reported at once, with its place; and
+one to start from.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
@@ -10,10 +13,12 @@ from sitscad.record import record
 from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
 from sitscad.spec.format.reading import Remarks, SpecError
 from sitscad.spec.format.section import Section, key
+from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import dotted
+from sitscad.study.evaluating import can_screen, judged
 from sitscad.study.measures import MEASURES, nearest_measures
 from sitscad.study.space import Base, RangeError, Space, Variable, require_key, stepped
-from sitscad.units import UNITS
+from sitscad.units import UNITS, decimal, in_mm
 
 VERSION = 1
 MOST_KEYS, MOST_GOALS, MOST_KEPT, MOST_GRID = 16, 3, 8, 1_000_000
@@ -366,3 +371,83 @@ def _fixed_goals(document: StudyDocument, goals: tuple[Goal, ...], space: Space,
             word = "minimize" if goal.is_less_better else "maximize"
             said.flaw("SIT009", dotted(dotted("goals", k), word), f"{goal.measure} is decided by {' and '.join(keys)}, "
                       "which nothing here varies: all designs have the same", "vary it, or choose another goal")
+
+
+STARTED = """\
+# Which design around {name} is best? A study, for `sitscad design`.
+
+sitscad_study: 1
+base: {base}{room}# any spec beside this file: every rule and all its requirements hold for every design
+
+# One to sixteen keys of the base. A range without a step has at least fifty round values; a list is a choice.
+vary:
+{vary}
+{same}
+# What a value brings along, where it needs other keys, too:
+# with: {{coil.layers: {{2: {{fpc.stackup: flex-2l-18um}}, 4: {{fpc.stackup: flex-4l}}}}}}
+
+# One to three measures (sitscad measures). Of several, designs are kept that none beats in all of them.
+goals:
+{goals}
+
+# Beyond what the base asks, like {{rp: ">= 1.1 kohm"}}. A yield is that of units over the spreads of manufacture.
+require: {{yield: ">= 95 %"}}
+
+# Rules whose warnings may stay, or all; every other one is gone from a kept design.{own}
+accept: [{accept}]
+# spread: {{elastomer.modulus: 16 %}}    # one sigma, in place of the tables'
+
+search: {{method: auto, evaluations: {evaluations}, seed: 1}}   # auto, grid, sobol, de, nsga2 (extra [design])
+keep: 4
+"""
+
+
+def started(spec: SensorSpec, base: str) -> str:
+    """The text of a study of a spec, which stands at `base`: around its own values vary those sizes that it has; its
+    goals are what it is made for, and what warns of it may stay.
+    """
+    accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
+    coil = spec.coil
+    return STARTED.format(
+        name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(_around(spec)),
+        same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
+             if coil.trace_spacing == coil.trace_width else "",
+        goals="\n".join(f"  - {words}" for words in _worth(spec)), accept=", ".join(accept),
+        own=" The base has these itself." if accept else "",
+        evaluations=1000 if can_screen(spec) else 200,
+    )
+
+
+def _around(spec: SensorSpec) -> Iterator[str]:
+    """Keys of a spec, each with a range around its value."""
+    coil, made = spec.coil, spec.fpc.rules
+    if coil.size[0] == coil.size[1]:  # else a list of two, of which there is no range
+        yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
+    if isinstance(turns := coil.turns, float):
+        step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
+        low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
+        yield f"  coil.turns: {{from: {decimal(low)}, to: {decimal(high)}, step: {step}}}"
+    least = min(coil.trace_width, max(0.85 * coil.trace_width, made.trace_width, made.trace_spacing))
+    first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
+    yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
+    if spec.array.pitch is not None and spec.cells is None:
+        yield f"  array.pitch: {_range(spec.array.pitch, 1.1 * spec.array.pitch)}"
+    if spec.elastomer is not None:
+        yield f"  elastomer.thickness: {_range(0.7 * spec.elastomer.thickness, 1.3 * spec.elastomer.thickness)}"
+
+
+def _range(low: float, high: float) -> str:
+    """A range between two lengths (m), as a spec has them: in mm."""
+    return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
+
+
+def _worth(spec: SensorSpec) -> Iterator[str]:
+    """Two goals of a spec."""
+    felt = spec.target is not None and spec.elastomer is not None
+    yield "minimize: resolution.normal" if felt else "maximize: rp"
+    if spec.mount is not None and spec.mount.jaw is not None:
+        yield "minimize: fit.closed_pair"
+    elif felt and spec.requirements.shear_force:
+        yield "minimize: resolution.shear_x"
+    elif spec.fpc.body is None:
+        yield "minimize: board.area"

@@ -361,10 +361,9 @@ class StudyPage:
                 layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
             except SpecError:
                 continue
-            plate = bodies.target(layout.spec)
+            plates = [one.outline() for one in bodies.targets(layout.spec)]
             windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
-            drawn = board_sketch(layout.body, windings, layout.spec.coil.trace_width,
-                                 plate.outline() if plate is not None else None)
+            drawn = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
             room -= len(drawn)
             if room < 0:
                 return

@@ -26,7 +26,7 @@ from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
 from sitscad.study.answer_text import answer_json, answer_text, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
-from sitscad.study.evaluating import IN_FULL, screen_errors, tidily
+from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.page import answer_files
 from sitscad.study.running import Found, costs, violations
@@ -420,12 +420,39 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
     assert first.message.isprintable() and str(first.key).isprintable()
 
 
-def test_the_study_that_new_writes_is_one_of_the_template_beside_it(tmp_path, monkeypatch):
+def _screened(asked, count):
+    """Evaluations by the screen of the first designs that a study looks at."""
+    designs = [asked.space.changes(point) for point in sobol_set(asked.space, count, asked.seed)]
+    return evaluate_chunk(asked.base, Chunk(tuple(designs), asked.measures, "screen"))[0]
+
+
+@pytest.mark.parametrize("name", ["single_coil", "grasper_3p5mm", "racetrack_jaw", "three_axis_triangle"])
+def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert run(["new", "--study"]) == 0
-    study = sitscad.Study.load("study.yaml")
-    assert study.asked.base.spec.name == "grasper-4layer" and study.asked.space.size > 100_000
-    assert run(["new", "--study"]) == 2 and run(["new", "--study", "bench_7mm"]) == 2
+    assert run(["new", "--study", name.replace("_", "-")]) == 0
+    asked = sitscad.Study.load("study.yaml").asked
+    assert asked.base.spec.name == name.replace("_", "-") and asked.space.size > 1000
+    one, = _screened(asked, 1)
+    assert NOT_COMPUTED not in one.refused and one.verdict
+
+
+def test_a_study_is_not_written_over_and_not_of_a_spec_that_cannot_be_read(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "single_coil.yaml").write_text("sitscad: 1\n")
+    assert run(["new", "--study", "single_coil"]) == 2 and "`sitscad check single_coil.yaml`" in capsys.readouterr().err
+    (tmp_path / "study.yaml").write_text("mine")
+    assert run(["new", "--study", "bench_7mm"]) == 2 and (tmp_path / "study.yaml").read_text() == "mine"
+
+
+@pytest.mark.slow
+@pytest.mark.more
+@pytest.mark.parametrize("name", templates.names())
+def test_fifty_designs_of_the_study_of_a_template_can_be_screened(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "--study", name]) == 0
+    found = _screened(sitscad.Study.load("study.yaml").asked, 50)
+    assert len(found) == 50 and not [one for one in found if NOT_COMPUTED in one.refused]
+    assert sum(not any(rule.startswith("SIT0") for rule in one.refused) for one in found) > 25  # can be drawn
 
 
 def test_the_command_shows_them_and_exits_with_two(folder, capsys):

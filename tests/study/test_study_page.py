@@ -9,7 +9,10 @@ import pytest
 from browser import Browser
 
 import sitscad
+from sitscad.layout import sketch
+from sitscad.scene import bodies
 from sitscad.spec import templates
+from sitscad.study.charts import board_sketch
 from sitscad.study.page import MOST_OTHERS, StudyPage, study_page
 
 STUDY = """\
@@ -62,6 +65,15 @@ def test_of_others_so_many_are_shown_and_no_more(answer):
             del answer.found.screened[each]
     assert len(shown) == len(set(shown)) and set(answer.front) <= set(shown)
     assert len(shown) == MOST_OTHERS + len({*answer.front, *(one.point for one in answer.kept)})
+
+
+@pytest.mark.parametrize("name, targets, arcs", [("round_button_12mm", 1, 200.0), ("skin_strip_6", 6, None)])
+def test_a_small_drawing_has_the_outline_of_the_body_and_all_targets(name, targets, arcs):
+    """A round body of 12 mm is drawn 400 px wide."""
+    layout = sketch(sitscad.load_text(templates.read(name)))
+    plates = [one.outline() for one in bodies.targets(layout.spec)]
+    drawn = board_sketch(layout.body, layout.outline, [], 1e-4, plates)
+    assert drawn.count("#0072b2") == targets and (arcs is None or f"A{arcs:g} {arcs:g} " in drawn)
 
 
 @pytest.mark.clients("chromium")
