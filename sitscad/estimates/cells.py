@@ -26,8 +26,9 @@ AROUND = 1.5
 WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
 """What goes through a web of width w and length g, as thick as the pads (h) of side b: with one target pressed, the
 mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way of its edge at most 1.2 instead of
-0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it: square pads 4 to 10 times as wide as
-thick, gaps of 0.7 to 4 thicknesses, any width (tests/validation/test_webs.py)."""
+0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it, 5 times from end to end of pads 2.5
+times as long as wide: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thicknesses, any width
+(tests/validation/test_webs.py)."""
 
 
 @record

@@ -117,14 +117,12 @@ class Converter:
         return math.ceil(coils / self.channels)
 
     def shares(self, coils: int) -> tuple[int, ...]:
-        """Channels in use on each converter, the most on the first and the fewest on the last: they are filled one
-        after the other; where that left one coil alone, which a slower reference would have to serve, all take alike.
+        """Channels in use on each converter, all alike or the first ones one more: they run at the same time, and the
+        one with the most coils has the least time for each.
         """
-        number, left = self.needed(coils), coils % self.channels
-        if left == 1:
-            each, more = divmod(coils, number)
-            return (each + 1,) * more + (each,) * (number - more)
-        return (self.channels,) * (coils // self.channels) + (left,) * (left > 0)
+        number = self.needed(coils)
+        each, more = divmod(coils, number)
+        return (each + 1,) * more + (each,) * (number - more)
 
     def places(self, coils: int) -> tuple[Channel, ...]:
         """The channel of every coil, in the array's order; a bus that is full is followed by the next."""

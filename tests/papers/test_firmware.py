@@ -265,8 +265,8 @@ def test_every_coil_s_channel_and_place_are_in_header_and_json():
     assert len(rows) == len(table["coils"]) == 6
     for row, coil, index in zip(rows, table["coils"], range(6), strict=True):
         assert row[0] == coil["name"] == f"C{index + 1}"
-        assert (int(row[1]), int(row[2])) == (coil["converter"], coil["channel"]) == divmod(index, 4)
-        assert int(row[3], 16) == coil["i2c_address"] == (0x2A, 0x2B)[index // 4]
+        assert (int(row[1]), int(row[2])) == (coil["converter"], coil["channel"]) == divmod(index, 3)
+        assert int(row[3], 16) == coil["i2c_address"] == (0x2A, 0x2B)[index // 3]
         assert [float(row[4]), float(row[5])] == coil["centre_m"] == approx([4e-3 * index, -1e-3], rel=1e-6)
         assert table["converters"][coil["converter"]]["channels"][coil["channel"]] == coil["name"]
 

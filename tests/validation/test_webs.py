@@ -17,19 +17,21 @@ pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
 
 PAIRS = [
     (10.0, 10.0, 1.5, 6.0, 2.0), (10.0, 10.0, 1.5, 6.0, 9.9), (10.0, 10.0, 2.5, 1.7, 1.0), (10.0, 10.0, 1.0, 0.7, 2.0),
-    (4.0, 10.0, 1.5, 2.0, 2.0),
+    (4.0, 10.0, 1.5, 2.0, 2.0), (10.0, 4.0, 1.5, 2.0, 2.0),
 ]
 """Sides of the pads along and across, thickness, gap, width of the web (mm)."""
 
 
 @pytest.mark.parametrize("measures", PAIRS)
 def test_a_web_carries_less_than_is_stated_and_not_a_quarter_of_it(measures, tmp_path):
+    """A fifth of it from end to end of long pads, which are stiffer against tilt."""
     along, across, thickness, gap, web = measures
     model = pair(along / thickness, across / thickness, 0.0, gap / thickness, web / thickness, True)
     went = moved(tmp_path, model, shifted(2), True)[0][model.of("FAR"), 2] / 1e-4
     share = web / min(along, across) * math.exp(-WEB_DECAY * gap / thickness)
-    assert 0.25 < abs(went.mean()) / (WEB_MEAN * share) < 1.0
-    assert 0.25 < np.abs(went).max() / (WEB_EDGE * share) < 1.0
+    least = 0.25 if along <= across else 0.19
+    assert least < abs(went.mean()) / (WEB_MEAN * share) < 1.0
+    assert least < np.abs(went).max() / (WEB_EDGE * share) < 1.0
 
 
 def test_what_a_web_adds_is_what_the_table_says():

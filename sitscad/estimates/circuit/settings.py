@@ -25,7 +25,7 @@ class Device:
 
 
 def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
-    """The converters, filled one after the other: of each bus the first at the address with ADDR low, the second with
+    """The converters, which share the coils alike: of each bus the first at the address with ADDR low, the second with
     ADDR high.
 
     Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
