@@ -94,9 +94,11 @@ def _inspected(
     return Inspection(checked, _picture(design, checked) if draws else "", drawn)
 
 
-def as_configured(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
-    """What a check found in a spec, judged by the nearest configuration above it and by its comments."""
-    return judged(_checked(spec, result), spec.source, all_rules(), policy_for(spec.source.path))
+def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
+    """What a check found in a spec, judged by a policy (by default that of the nearest configuration above it) and by
+    its comments.
+    """
+    return judged(_checked(spec, result), spec.source, all_rules(), policy or policy_for(spec.source.path))
 
 
 def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:

@@ -81,6 +81,13 @@ def source_in_all(name: str) -> str:
     return "; ".join(dict.fromkeys(_source(family, name) for family in families))
 
 
+@cache
+def _cited_alone(family: str, text: str) -> str:
+    for name in _rows_of(family):
+        text = text.replace(source_in_all(name), _source(family, name))
+    return text
+
+
 def _source(family: str, name: str) -> str:
     row = _rows_of(family)[name]
     return row["value"] if row["unit"] == WORDS else row["source"]
@@ -149,9 +156,7 @@ class Converter:
 
     def cited_alone(self, text: str) -> str:
         """A text that cites all families (`source_in_all`), with what it says of this one alone."""
-        for name in _rows_of(self.family):
-            text = text.replace(source_in_all(name), _source(self.family, name))
-        return text
+        return _cited_alone(self.family, text)
 
     # ------------------------------------------------------------------------------------------- drive and amplitude
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from functools import cache
+from functools import cache, lru_cache
+from typing import cast
 
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
@@ -118,7 +119,15 @@ Levels = dict[str, tuple[Toleranced, Toleranced]]
 
 
 def column(layout: Layout) -> tuple[Layer, ...]:
-    """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw."""
+    """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw. Kept by
+    the layout: each piece that is made to measure asks for them.
+    """
+    if "_column" not in layout.__dict__:
+        layout.__dict__["_column"] = _layers(layout)
+    return cast(tuple[Layer, ...], layout.__dict__["_column"])
+
+
+def _layers(layout: Layout) -> tuple[Layer, ...]:
     spec, mount = layout.spec, layout.spec.mount
     if mount is None or mount.jaw is None:
         return ()
@@ -241,6 +250,7 @@ def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: fl
     return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
 
 
+@lru_cache(maxsize=256)
 def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
     """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
     fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]

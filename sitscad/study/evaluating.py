@@ -32,8 +32,9 @@ from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.inspection import as_configured
 from sitscad.layout import sketch
 from sitscad.layout.routes import in_line
-from sitscad.opening import processes, processors
+from sitscad.opening import policy_for, processes, processors
 from sitscad.parts import MissingExtra
+from sitscad.policy import Policy
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.format.reading import SpecError
@@ -105,13 +106,17 @@ BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207",
 BY_FEELING = ("SIT401", "SIT402")
 """Those that ask how finely forces are felt."""
 
+ASKED = frozenset((*BY_SPEC, *BY_TANK, *BY_FEELING))
+
 IN_FULL = "it takes the full level"
 
 
 def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
     """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide."""
+    policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
-        _screened(spec, measures) if can_screen(spec) else replace(judged(spec, measures, SCREEN), unknown=())
+        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec)
+        else replace(judged(spec, measures, SCREEN), unknown=())
         for spec in specs
     ]
 
@@ -130,7 +135,7 @@ def screen_errors() -> Mapping[str, float]:
     return {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
 
 
-def _screened(spec: SensorSpec, measures: Sequence[str]) -> Evaluation:
+def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
     layout = sketch(spec)
     design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
     wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
@@ -142,7 +147,7 @@ def _screened(spec: SensorSpec, measures: Sequence[str]) -> Evaluation:
         values = {name: pair for name, pair in values.items() if name not in wide}
     found, unknown = _decided(design)
     grave = tuple(one for one in found if one.severity is not Severity.NOTE)
-    said = as_configured(spec, CheckResult(grave, ())).findings if grave else ()
+    said = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
     return Evaluation(
         {name: (value, max(error, screen_errors().get(name, 0.0) * abs(value)))
          for name, (value, error) in values.items()},
@@ -166,8 +171,7 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
 
 def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding] | None:
     """What a rule finds; None where that is not known."""
-    asked = {*BY_SPEC, *BY_TANK, *BY_FEELING, *(BY_BODY if in_line(design.spec) else ())}
-    if rule.id not in asked:
+    if rule.id not in ASKED and not (rule.id in BY_BODY and in_line(design.spec)):
         return None
     found, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
@@ -266,7 +270,11 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
             found.append(None)
         except SpecError as error:
             found.append(unreadable(error, chunk.measures, chunk.level))
-    made = iter(_evaluated(specs, chunk))
+    gc.freeze()  # what stands already outlives the chunk, and would be looked through for rings again and again
+    try:
+        made = iter(_evaluated(specs, chunk))
+    finally:
+        gc.unfreeze()
     return [next(made) if one is None else one for one in found], time.perf_counter() - started
 
 

@@ -70,11 +70,12 @@ def overhang(design: Design) -> Iterator[Verdict]:
                         f"the target overhangs the elastomer by {show(over, 'm', 3)} {where}",
                         "an unsupported edge bends and tilts the target")
     lows = [found for cell in cell_specs(spec) if (found := lowest(cell)) is not None]
-    low = max(lows, key=lambda one: one.footprint.hangs_over(body), default=None)
-    if low is None or low.footprint.hangs_over(body) + round_it <= ROUNDING:
+    overs = [one.footprint.hangs_over(body) for one in lows]
+    bare, low = max(zip(overs, lows, strict=True), key=lambda pair: pair[0], default=(-math.inf, None))
+    if low is None or bare + round_it <= ROUNDING:
         return
-    beside = 0.0 if low.footprint.hangs_over(body) > ROUNDING else round_it
-    over = low.footprint.hangs_over(body) + beside
+    beside = 0.0 if bare > ROUNDING else round_it
+    over = bare + beside
     what = f"encapsulation round the {low.name}" if beside else low.name
     yield complaint(
         low, body, f"{low.name}.size", over, f"the {what} hangs over the board's body by {show(over, 'm', 3)} "
