@@ -8,7 +8,7 @@ from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sitscad.readout.converter import Converter
-from sitscad.record import record
+from sitscad.record import kept, record
 from sitscad.spec.sensor import SensorSpec, without_text
 
 if TYPE_CHECKING:
@@ -60,10 +60,7 @@ class Design:
 
     def once(self, name: str, make: Callable[[], Kept]) -> Kept:
         """What `make` gives, made once and kept under a name: several rules look at the same distances."""
-        kept: dict[str, Any] = self.__dict__.setdefault("_kept", {})
-        if name not in kept:
-            kept[name] = make()
-        return cast(Kept, kept[name])
+        return kept(self, f"once: {name}", make)
 
     @cached_property
     def layout(self) -> Layout:

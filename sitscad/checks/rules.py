@@ -5,7 +5,6 @@ itself (`data/own_limits.csv`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from functools import cache, partial
 from string import Formatter
 
@@ -14,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.fixes.search import Left
 from sitscad.readout.converter import Converter, source_in_all
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 

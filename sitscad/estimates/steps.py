@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -60,7 +59,7 @@ from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, s
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.resonator import apparent_inductance
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.places import gathered
 from sitscad.spec.sensor import SensorSpec

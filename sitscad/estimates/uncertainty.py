@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import pairwise
 
@@ -27,7 +26,7 @@ from sitscad.physics.metal.half_spaces import (
     reflected_impedance,
     reflected_inductances,
 )
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.bodies import lines_below_target
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
@@ -156,7 +155,7 @@ def inductance_slopes(
     return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1024)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
     """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two
     neighbours.

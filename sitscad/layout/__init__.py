@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Path, Point, Region
@@ -30,7 +29,7 @@ from sitscad.layout.routes import (
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
 

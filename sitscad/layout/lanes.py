@@ -40,6 +40,9 @@ class Ring:
     @cached_property
     def half_size(self) -> tuple[float, float]:
         """Half the ring's extent in x and y (m)."""
+        if self.coil.outline.is_round:
+            radius = 0.5 * self.coil.size[0] + self.offset
+            return radius, radius
         box = bounding_box([self.boundary.rotated(self.placement.rotation)])
         return box[2], box[3]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.finding import Missing, Shortfall
@@ -14,7 +13,7 @@ from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import field, replace
+from dataclasses import field
 from itertools import chain, islice, product
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends,
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 

@@ -9,14 +9,13 @@ lies beyond is moved rigidly.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, rounded
 from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.circuit import Chip, Connector, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from itertools import islice, pairwise
 
@@ -19,7 +18,7 @@ from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out
 from sitscad.layout.lanes import Bus
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules

@@ -14,13 +14,12 @@ The law of a block is `pad_law`'s: within a few percent of finite elements (`mod
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.mechanics.web_law import NO_WEBS, Webs
-from sitscad.record import record
+from sitscad.record import record, replace
 
 VALID_STRAIN = 0.30
 """Compressive strain that a pad should not pass: it creeps, and what was held against finite elements ends at 35 %."""

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.record import record
+from sitscad.record import record, replace
 
 DATA = Path(__file__).parents[1] / "data" / "pad_films.csv"
 COURSES = ("press", "shear", "tilt")
@@ -138,7 +137,7 @@ def films(
     left = 1.0 - GRID[1:]
     strain = (left**-2 - left) / 3.0
     most = np.maximum.accumulate(_shares(found["press"].course, GRID[1:]) * strain)
-    floor = (1.0, *(float(value) for value in most / strain))
+    floor = (1.0, *(most / strain).tolist())
     return replace(found["press"], floor=floor), found["shear"], found["tilt"]
 
 

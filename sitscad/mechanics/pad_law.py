@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -26,7 +25,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.mechanics.film_law import Film, film_hardening, films
 from sitscad.mechanics.web_law import NO_WEBS, WEB_SIGMA, Stiffer, Webs, stiffened
-from sitscad.record import record
+from sitscad.record import record, replace
 
 Number = TypeVar("Number", float, Array)
 
@@ -281,12 +280,13 @@ class CompressionLaw:
         it (no unit), as a rule to rounding.
         """
         low, high = 0.0, 1.0
-        strain = min(load / self.at_rest, 0.5)
+        strain, slope, before = min(load / self.at_rest, 0.5), self.at_rest, (0.0, -load)
         for _ in range(100):
             lacking = self.at(strain) - load
             low, high = (strain, high) if lacking < 0.0 else (low, strain)
-            small = 1e-4 * min(strain, 1.0 - strain)
-            slope = (self.at(strain + small) - self.at(strain - small)) / (2.0 * small) if small else 0.0
+            if abs(strain - before[0]) > 1e-6 * strain:  # the secant from the strain before, where that is no rounding
+                slope = (lacking - before[1]) / (strain - before[0])
+            before = strain, lacking
             step = strain - lacking / slope if slope > 0.0 else strain
             step = step if low <= step <= high else 0.5 * (low + high)
             if abs(step - strain) <= 1e-16 + within * strain:

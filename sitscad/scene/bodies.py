@@ -14,7 +14,7 @@ from enum import StrEnum
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Path, Region
 from sitscad.layout.laser_sheet import joined_part
-from sitscad.record import record
+from sitscad.record import kept, record
 from sitscad.spec.materials import Conductor
 from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
@@ -100,7 +100,8 @@ def elastomer(spec: SensorSpec) -> Body | None:
     pad = spec.elastomer
     if pad is None:
         return None
-    return Body(BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name)
+    return kept(spec, "_elastomer", lambda: Body(
+        BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name))
 
 
 def target(spec: SensorSpec) -> Body | None:
@@ -110,7 +111,8 @@ def target(spec: SensorSpec) -> Body | None:
         return None
     under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
     upper, metal = under + plate.thickness, plate.material
-    return Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal)
+    return kept(spec, "_target", lambda: Body(
+        BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from functools import cache, lru_cache
-from typing import cast
 
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout
-from sitscad.record import record
+from sitscad.record import kept, record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
@@ -45,7 +44,7 @@ class Toleranced:
 
     def __mul__(self, factor: float) -> Toleranced:
         """So many times as long."""
-        return Toleranced(factor * self.nominal, tuple((cause, factor * change) for cause, change in self.terms))
+        return Toleranced(factor * self.nominal, tuple([(cause, factor * change) for cause, change in self.terms]))
 
     def __sub__(self, other: Toleranced) -> Toleranced:
         """From the end of one to the end of the other."""
@@ -54,12 +53,12 @@ class Toleranced:
     @property
     def spread(self) -> float:
         """The farthest (m) that all causes together take it from nominal."""
-        return math.fsum(abs(change) for _, change in self.terms)
+        return math.fsum([abs(change) for _, change in self.terms])
 
     @property
     def root_sum_square(self) -> float:
         """How far (m) independent causes take it from nominal by the square root of the sum of squares."""
-        return math.hypot(*(change for _, change in self.terms))
+        return math.hypot(*[change for _, change in self.terms])
 
 
 def total(lengths: Iterable[Toleranced]) -> Toleranced:
@@ -122,9 +121,7 @@ def column(layout: Layout) -> tuple[Layer, ...]:
     """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw. Kept by
     the layout: each piece that is made to measure asks for them.
     """
-    if "_column" not in layout.__dict__:
-        layout.__dict__["_column"] = _layers(layout)
-    return cast(tuple[Layer, ...], layout.__dict__["_column"])
+    return kept(layout, "_column", lambda: _layers(layout))
 
 
 def _layers(layout: Layout) -> tuple[Layer, ...]:

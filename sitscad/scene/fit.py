@@ -68,10 +68,12 @@ class Corner:
         y, z, rounding = self.y, self.z, self.rounding
         distance = math.hypot(y.nominal, z.nominal)
         cosine, sine = (y.nominal / distance, z.nominal / distance) if distance else (0.0, 1.0)
-        radius = distance + rounding.nominal
-        moved = y * cosine + z * sine + rounding
+        radius, moved = distance + rounding.nominal, dict[str, float]()
+        for length, part in ((y, cosine), (z, sine), (rounding, 1.0)):
+            for cause, change in length.terms:
+                moved[cause] = moved.get(cause, 0.0) + part * change
         worst = math.hypot(abs(y.nominal) + y.spread, abs(z.nominal) + z.spread) + rounding.nominal + rounding.spread
-        return radius, radius + moved.root_sum_square, worst
+        return radius, radius + math.hypot(*moved.values()), worst
 
 
 @record

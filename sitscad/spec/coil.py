@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any
 
 from sitscad.geometry.shapes import SHAPES, Outline
@@ -118,7 +119,7 @@ class ArraySpec:
     placements: tuple[CoilPlacement, ...]
     pitch: float | None = None
 
-    @property
+    @cached_property
     def middle(self) -> tuple[float, float]:
         """The mean of the coils' centres (m): target and elastomer stand over it unless they are offset."""
         x, y = (math.fsum(place.centre[axis] for place in self.placements) / len(self.placements) for axis in (0, 1))

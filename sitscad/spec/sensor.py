@@ -7,12 +7,11 @@ Defaults are written as a person would write them: a bare number is millimetres.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
 from sitscad.readout.converter import Converter
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
 from sitscad.spec.format.kinds import (

@@ -14,7 +14,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
-from dataclasses import replace
 from functools import cache
 from itertools import islice
 from typing import Any, Protocol, TypeVar
@@ -35,7 +34,7 @@ from sitscad.layout.routes import in_line
 from sitscad.opening import policy_for, processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.policy import Policy
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec

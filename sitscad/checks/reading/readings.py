@@ -34,6 +34,10 @@ class Reading:
 
 def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
     """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
+    return design.once(f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
+
+
+def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:
     # any state but the coil's own exists, also one in which the model failed
     assembled = any(name != FREE for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states))
     return [

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -24,6 +23,7 @@ from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
 from sitscad.layout.board import Layout
 from sitscad.physics.resonator import resonance_frequency
+from sitscad.record import replace
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -97,7 +97,7 @@ def coil_circuits(
         resistance = winding_resistance(spec.coil, first, conductivity)
     own = self_capacitance(first, spec, winding.is_rough)
     distances = _distances(layout)
-    beside = sorted({d for row in distances for d in row if d > 0.0})
+    beside = [] if winding.is_rough else sorted({d for row in distances for d in row if d > 0.0})
     reflections = _reflections(winding, assembly, beside, layout, solved or shares)
     circuits = []
     for coil in layout.coils:
@@ -111,7 +111,7 @@ def coil_circuits(
             leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
         circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
                                     own + leads.capacitance, reflections[coil.name], own))
-    if len(circuits) == 1:
+    if len(circuits) == 1 or winding.is_rough:  # idle neighbours change less than screening may be off by
         return circuits
     return [
         replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.readout.converter import Converter
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 

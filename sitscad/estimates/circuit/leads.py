@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from functools import lru_cache
 from itertools import pairwise
 
@@ -31,7 +31,7 @@ from sitscad.physics.loss.corners import direct_resistance
 from sitscad.physics.loss.current_modes import ProximityLoss, joined
 from sitscad.physics.loss.resistance import via_resistance
 from sitscad.physics.special_functions import coaxial_rings
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 
 FLATTENED = 10e-6  # Arcs of the leads become chords within this distance (m)
@@ -139,26 +139,35 @@ GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart 
 
 def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: float) -> LeadEstimate:
     """Figures of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
-    copper = {layer.number: layer for layer in stackup.copper}
     strips, inductance, capacitance = [], 0.0, 0.0
     for pair in pairs:
-        one, other = (copper[number] for number in pair.layers)
-        across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
-        section = (pair.width, pair.width), (one.thickness, other.thickness)
-        alone = sum(0.5 * log_mean_distance(0.0, 0.0, (pair.width, pair.width), (t, t)) for t in section[1])
-        between = log_mean_distance(across, height, *section)
-        inductance += MU0 / math.pi * pair.length * float(between - alone)
-        if across:
-            per_metre = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
-        else:
-            per_metre = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
-        capacitance += pair.length * per_metre
-        wide = max(round(pair.width / GRAIN), 1) * GRAIN  # their skin effect is alike
-        strips += [Strip(pair.length / (conductivity * pair.width * layer.thickness), wide, layer.thickness,
-                         (round(across / GRAIN) * GRAIN, height)) for layer in (one, other)]
+        own_inductance, own_capacitance, tracks = _metre(replace(pair, length=1.0), stackup)
+        inductance += pair.length * own_inductance
+        capacitance += pair.length * own_capacitance
+        strips += [replace(strip, resistance=pair.length / (conductivity * pair.width * strip.thickness))
+                   for strip in tracks]
     resistance = math.fsum(strip.resistance for strip in strips)
     inductance += APART
     return LeadEstimate(inductance, resistance, capacitance, _joined(strips), 0.0, {"leads": inductance})
+
+
+@lru_cache(maxsize=256)
+def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
+    """Inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
+    copper = {layer.number: layer for layer in stackup.copper}
+    one, other = (copper[number] for number in pair.layers)
+    across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
+    widths = pair.width, pair.width
+    alone = sum(0.5 * log_mean_distance(0.0, 0.0, widths, (t, t)) for t in (one.thickness, other.thickness))
+    between = log_mean_distance(across, height, widths, (one.thickness, other.thickness))
+    if across:
+        capacitance = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
+    else:
+        capacitance = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
+    wide = max(round(pair.width / GRAIN), 1) * GRAIN  # their skin effect is alike
+    beside = round(across / GRAIN) * GRAIN, height
+    tracks = Strip(0.0, wide, one.thickness, beside), Strip(0.0, wide, other.thickness, beside)
+    return MU0 / math.pi * float(between - alone), capacitance, tracks
 
 
 def led_round(

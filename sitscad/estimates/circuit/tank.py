@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
 from sitscad.readout.conversion import shown
 from sitscad.readout.converter import Converter
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show

@@ -79,9 +79,10 @@ class Felt:
         bench, loads, found = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
+        gives = compliance(bench.pad, poses)
         for k, (_, share) in enumerate(POINTS):
             # newtons per reading, (axes, coils), by least squares weighted with the noise
-            by_load = (slopes[k] @ compliance(bench.pad, poses[k][None])[0])[:, bench.range.columns]
+            by_load = (slopes[k] @ gives[k])[:, bench.range.columns]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
             found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k))
         return tuple(found)

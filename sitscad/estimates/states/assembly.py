@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -27,8 +27,8 @@ from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.record import record
-from sitscad.scene.bodies import metal_face, room_behind, shield_span, target, target_lines
+from sitscad.record import record, replace
+from sitscad.scene.bodies import Body, metal_face, room_behind, shield_span, target, target_lines
 from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
@@ -75,11 +75,19 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     around, left = [Surroundings(State(FREE))], {}
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
 
+    force, lines = spec.requirements.normal_force or 0.0, target_lines(spec)
+
+    def at_gap(name: str, gap: float) -> Surroundings:
+        """The target let down straight until so much of the pad's thickness (m) is left."""
+        assert over is not None
+        state = State(name, Pose(z=gap - over.lower), force if name == PRESSED else 0.0)
+        return _around(over, lines, state, behind)
+
     def between(state: str, cause: str, less: float, more: float) -> None:
-        ranges[state, cause] = _at_gap(spec, state, less, behind), _at_gap(spec, state, more, behind)
+        ranges[state, cause] = at_gap(state, less), at_gap(state, more)
 
     if over is not None or behind is not None:
-        around.append(_around(spec, State(REST, REST_POSE), behind))
+        around.append(_around(over, lines, State(REST, REST_POSE), behind))
     if over is not None:
         left[REST] = over.lower
     if over is not None and spec.elastomer is not None and sigmas.get(PAD):
@@ -88,16 +96,16 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     compression = scatter = None
     if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
-        around.append(_at_gap(spec, PRESSED, compression.gap, behind))
+        around.append(at_gap(PRESSED, compression.gap))
         left[PRESSED] = compression.gap
         cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
         scatter = scatter_of(cases)
         for cause, (less, more) in cases.items():
             between(PRESSED, cause, less.gap, more.gap)
-    gaps = {name: gap + target_lines(spec) for name, gap in left.items()}
+    gaps = {name: gap + lines for name, gap in left.items()}
     if sigmas.get(GLUE):
         for name, gap in gaps.items():  # what is left of the pad, and the glue, together
-            gap -= target_lines(spec)
+            gap -= lines
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)
@@ -106,23 +114,15 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
     """What is round the coils at rest; None without a target that does something."""
-    around = _around(spec, State(REST, REST_POSE), metal_behind(spec))
+    around = _around(target(spec), target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
     return around if around.above is not None else None
 
 
-def _at_gap(spec: SensorSpec, name: str, gap: float, behind: Reflector | None) -> Surroundings:
-    # the target let down straight until so much of the pad's thickness (m) is left
-    over = target(spec)
-    assert over is not None
-    force = spec.requirements.normal_force if name == PRESSED else None
-    return _around(spec, State(name, Pose(z=gap - over.lower), force or 0.0), behind)
-
-
-def _around(spec: SensorSpec, state: State, behind: Reflector | None) -> Surroundings:
-    over = target(spec)
+def _around(over: Body | None, lines: float, state: State, behind: Reflector | None) -> Surroundings:
+    # `lines` are the glue below the target (m)
     if over is None or over.metal is None or state.pose is None:
         return Surroundings(state, None, behind)
-    gap = over.lower + target_lines(spec) + state.pose.z
+    gap = over.lower + lines + state.pose.z
     return Surroundings(state, Reflector(gap, (_plate(over.metal, over.thickness),)), behind)
 
 

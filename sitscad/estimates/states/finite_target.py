@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from sitscad.physics.metal.finite_plate import (
     stepped,
 )
 from sitscad.physics.metal.half_spaces import MetalLayer, reflection
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import in_words
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target

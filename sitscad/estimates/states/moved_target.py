@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from sitscad.estimates.winding.methods import reflected_by, winding_geometry
 from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
 from sitscad.physics.metal.half_spaces import raised_inductances, reflected_inductances
+from sitscad.record import replace
 from sitscad.spec.places import gathered
 
 

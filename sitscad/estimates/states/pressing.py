@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import field
 from functools import lru_cache
 
 from sitscad.geometry.convex import Footprint, centroid
 from sitscad.geometry.path import bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.mechanics.web_law import NO_WEBS, Webs, grip
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec

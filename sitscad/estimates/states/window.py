@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -25,7 +24,7 @@ from sitscad.physics.constants import skin_depth
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.metal.opening import Opening, gained_inductance
 from sitscad.physics.metal.polyline_spectrum import chorded
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.bodies import metal_face, target_gap
 from sitscad.scene.jaws import axis, section
 from sitscad.spec.coil import CoilSpec

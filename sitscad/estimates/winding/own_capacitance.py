@@ -31,7 +31,7 @@ only some have: as many for any number of turns, so that a millionth more of the
 times as many (1.5 to 30 turns, one to eight layers)."""
 
 
-ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 5e-6
+ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 10e-6
 """The same for screening, within 2 %; and how fine (m) widths and pitches are told apart there, within 4 %."""
 
 
@@ -131,7 +131,7 @@ def _voltages(lengths: Array, shares: Array, present: Flags, coil: Coil, spec: S
     return winding_voltages(radii, heights, inward, size, turns)
 
 
-_strips = lru_cache(maxsize=64)(strip_layers)
+_strips = lru_cache(maxsize=1024)(strip_layers)
 
 
 def slabs(stackup: Stackup, layers: list[int]) -> list[Slab]:

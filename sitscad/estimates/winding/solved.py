@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 from sitscad.arrays import Array
@@ -43,7 +42,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.proximity import missed_crossings, suited_resolution
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.state import FREE
 from sitscad.spec.coil import CoilSpec
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, pairwise
 
@@ -32,7 +31,7 @@ from sitscad.physics.loss.track_modes import (
     suited_modes,
 )
 from sitscad.physics.special_functions import coaxial_rings, gauss
-from sitscad.record import record
+from sitscad.record import record, replace
 
 HIGHEST = 10e6
 """Frequency (Hz) up to which the stated tolerances are kept; the converter's sensors run no higher."""

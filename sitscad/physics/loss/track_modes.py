@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.physics.special_functions import gauss, legendre, legendre_integrals
-from sitscad.record import record
+from sitscad.record import record, replace
 
 FIELD_POINTS = 3
 """Points across a track at which the field of distant currents is taken at most: it is smooth. Beside a bend it is less
