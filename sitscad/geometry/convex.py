@@ -24,12 +24,15 @@ from sitscad.geometry.path import (
     polyline,
     rectangle,
 )
-from sitscad.record import record
+from sitscad.record import kept, record
 
 _TINY = 1e-12
 
 Box = tuple[float, float, float, float]
 """x_min, y_min, x_max, y_max in metres."""
+
+Side = tuple[float, float, float, float]
+Round = tuple[float, float, float, float, float]
 
 
 def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
@@ -61,6 +64,16 @@ def within_box(outline: Path, box: Box) -> Path | None:
 
 def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
     """The parts of a segment on the far side of a line from its normal."""
+    if isinstance(segment, Line):
+        ends = _height(segment.start, edge, normal), _height(segment.end, edge, normal)
+    else:
+        middle = _height(segment.centre, edge, normal)
+        ends = middle - segment.radius, middle + segment.radius
+    if min(ends) > 0.0:
+        return
+    if max(ends) <= 0.0:  # most lie on one side
+        yield segment
+        return
     cuts = [0.0, *sorted(t for t in _crossings(segment, edge, normal) if _TINY < t < 1.0 - _TINY), 1.0]
     for first, last in pairwise(cuts):
         if _height(segment.at((first + last) / 2), edge, normal) > 0.0:
@@ -95,34 +108,40 @@ def beyond(outline: Path, point: Point) -> float:
     of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that looks at
     the point.
     """
+    sides, rounds = kept(outline, "_tangents", lambda: _tangents(outline))
+    px, py = point
+    heights = [(px - x) * nx + (py - y) * ny for x, y, nx, ny in sides]
+    heights += [math.hypot(px - x, py - y) - radius for x, y, radius, first, turn in rounds
+                if (math.atan2(py - y, px - x) - first) % TWO_PI <= turn]
+    return max(heights, default=-math.inf)
 
-    def outward(side: Line) -> Point:
+
+def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
+    """Of a closed convex path the sides, each by a point (m) and its outward normal; and arcs and corners by centre,
+    radius (m; none of corners) and the directions that they look in: the first (rad), and on by a turn.
+    """
+
+    def normal(side: Line) -> tuple[float, float]:
         length = side.length
-        return Point((side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length)
+        return (side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length
 
     def direction(segment: Segment, fraction: float) -> float:
         """Where the outward normal points (rad), at the start (0) or the end (1)."""
         if isinstance(segment, Arc):
             return segment.start_angle + fraction * segment.sweep
-        normal = outward(segment)
-        return math.atan2(normal.y, normal.x)
+        x, y = normal(segment)
+        return math.atan2(y, x)
 
-    def looks(first: float, turn: float, centre: Point) -> bool:
-        """Whether the point lies in one of the directions from `first` on, `turn` (rad) counter-clockwise."""
-        return (math.atan2(point.y - centre.y, point.x - centre.x) - first) % TWO_PI <= turn
-
-    found = -math.inf
     segments = outline.segments
+    sides = [(*segment.start, *normal(segment)) for segment in segments if isinstance(segment, Line)]
+    rounds = [(*segment.centre, segment.radius, segment.start_angle, segment.sweep)
+              for segment in segments if isinstance(segment, Arc)]
     for segment, after in zip(segments, segments[1:] + segments[:1], strict=True):
-        if not isinstance(segment, Arc):
-            found = max(found, _height(point, segment.start, outward(segment)))
-        elif looks(segment.start_angle, segment.sweep, segment.centre):
-            found = max(found, point.distance(segment.centre) - segment.radius)
         out = direction(segment, 1.0)
         turn = math.remainder(direction(after, 0.0) - out, TWO_PI)
-        if turn > _TINY and looks(out, turn, segment.end):
-            found = max(found, point.distance(segment.end))
-    return found
+        if turn > _TINY:
+            rounds.append((*segment.end, 0.0, out, turn))
+    return sides, rounds
 
 
 def centroid(outline: Path) -> Point:

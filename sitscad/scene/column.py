@@ -161,6 +161,10 @@ def slack(layout: Layout) -> tuple[float, float]:
     """How far (m) a piece made to measure may stand aside, and above or below where the pieces alone would put it.
     About the closed pair's middle each layer counts half, whichever side of the piece it lies on.
     """
+    return kept(layout, "_slack", lambda: _slack(layout))
+
+
+def _slack(layout: Layout) -> tuple[float, float]:
     layers = column(layout)
     glue = total(layer.thickness for layer in layers if layer.is_glue).nominal
     size, placed = mount_tolerance(layout.spec).band, placement(layout.spec).band

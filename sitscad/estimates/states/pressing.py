@@ -11,7 +11,7 @@ from sitscad.geometry.convex import Footprint, centroid
 from sitscad.geometry.path import bounding_box, enclosed_area
 from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
 from sitscad.mechanics.web_law import NO_WEBS, Webs, grip
-from sitscad.record import record, replace
+from sitscad.record import kept, record, replace
 from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
@@ -50,7 +50,8 @@ def rests_on_pad(spec: SensorSpec) -> bool:
     wholly beside it.
     """
     pad, over = elastomer(spec), target(spec)
-    return pad is not None and (over is None or _shares(over.footprint, pad.footprint))
+    return pad is not None and (
+        over is None or kept(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
 
 
 @lru_cache(maxsize=256)
@@ -140,7 +141,8 @@ def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
     """
     pad, over = elastomer(spec), target(spec)
     assert pad is not None
-    return _loaded(pad.footprint, None if over is None else over.footprint, wider)
+    return kept(spec, f"_loaded {wider}", lambda: _loaded(
+        pad.footprint, None if over is None else over.footprint, wider))
 
 
 @lru_cache(maxsize=256)
