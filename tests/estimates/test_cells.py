@@ -170,6 +170,17 @@ def test_coils_that_make_no_alike_cells_are_refused(array, cells, rule):
     assert {finding.rule for finding in caught.value.findings} == {rule}
 
 
+@pytest.mark.parametrize("target", ["shape: circle, ", "offset: [0.5, 0], ", "rotation: 10 deg, "])
+def test_webs_are_refused_where_nobody_knows_what_they_add(target):
+    """Under targets that do not stand on their pads as these do; a film over webs and round pads are, too."""
+    text = TWO.format(array="{pattern: line, count: 2, pitch: 14}", cells="cells: {web: 2 mm}", size=8)
+    text = text.replace("elastomer: {size: 8", "elastomer: {size: 9")
+    with pytest.raises(sitscad.SpecError) as caught:
+        sitscad.load_text(text.replace("target: {", f"target: {{{target}"))
+    assert [f.key for f in caught.value.findings] == ["cells.web"]
+    assert sitscad.load_text(text).cells is not None
+
+
 def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
     with pytest.raises(sitscad.NoResponse, match="2 cells"):
         respond(two, loads=[[1.0, 0.0, 0.0]])
