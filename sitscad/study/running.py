@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from heapq import nsmallest
 from statistics import NormalDist
 
 import numpy as np
 
 from sitscad.checks import all_rules
+from sitscad.data import rows
 from sitscad.policy import stands_for
 from sitscad.record import record
 from sitscad.study.document import ALL, Asked
@@ -66,6 +68,16 @@ class Found:
     def of(self, point: Point) -> Evaluation:
         """The best that is known of a point."""
         return self.full.get(point) or self.screened[point]
+
+
+LEAST_RANK = 0.98
+"""Rank correlation (Spearman) with the full level from which on the screen ranks designs by a measure."""
+
+
+@cache
+def unranked() -> frozenset[str]:
+    """The measures by which it does not."""
+    return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
 
 def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
@@ -204,13 +216,15 @@ class StudyRun:
 
     def _costs_of(self, points: list[Point]) -> list[Costs]:
         """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
-        rules decide that the screen cannot ask.
+        rules decide that the screen cannot ask. Of a goal by which the screen does not rank, all are judged in full
+        that it does not refuse.
         """
         self.evaluate(points, SCREEN)
-        new = set(points)
-        near = [point for point in self.best(LEAST_FULL) if point in new and point not in self.found.full]
-        hopeful = [point for point in near if not violations(self._asked, self.found.screened[point])]
-        self.evaluate(hopeful[:MOST_AT_ONCE], FULL)
+        new, is_ranked = set(points), not unranked() & {goal.measure for goal in self._asked.goals}
+        near = self.best(LEAST_FULL) if is_ranked else points
+        hopeful = [point for point in near if point in new and point not in self.found.full
+                   and not violations(self._asked, self.found.screened[point])]
+        self.evaluate(hopeful[:MOST_AT_ONCE] if is_ranked else hopeful, FULL)
         return [self._costs[point] for point in points]
 
     def best(self, count: int) -> list[Point]:
@@ -224,13 +238,13 @@ class StudyRun:
 
     def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
         """Units of designs as manufacture makes them, each judged; parts of all designs are worked out side by side."""
-        base, own, rows = self._asked.base, dict(self._asked.spread), draws(count)
+        base, own, drawn = self._asked.base, dict(self._asked.spread), draws(count)
         names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {(point, k): base.key((*made, ("units", [count, k, sorted(own.items()), list(names)])), "units")
                 for point, made in changes.items() for k in range(0, count, PART)}
         missing = [at for at, key in keys.items() if self._archive.said(key) is None]
-        given = [(base, changes[point], own, names, rows[k : k + PART]) for point, k in missing]
+        given = [(base, changes[point], own, names, drawn[k : k + PART]) for point, k in missing]
         done, of, good = 0, sum(len(one[-1]) for one in given), 0
         for at, part in zip(missing, self._workers.each(judge_units, given), strict=True):
             units = [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]

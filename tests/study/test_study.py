@@ -179,6 +179,18 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
     assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
+@pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
+def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal, is_all, folder, monkeypatch):
+    from sitscad.study import running
+
+    monkeypatch.setattr(running, "LEAST_FULL", 1)
+    monkeypatch.setattr(running, "MOST_AT_ONCE", 1)
+    text = STUDY.replace("maximize: rp", f"maximize: {goal}").replace("  - minimize: board.area\n", "")
+    (folder / "study.yaml").write_text(text.replace("to: 13,", "to: 11.5,").replace("keep: 3", "keep: 1"))
+    found = sitscad.Study.load(folder / "study.yaml").run(draws=0).found
+    assert len(found.screened) == 8 and (len(found.full) == 8) is is_all
+
+
 def _lines(folder):
     return [line for line in map(json.loads, (folder / ARCHIVE).read_text().splitlines()) if "values" in line]
 

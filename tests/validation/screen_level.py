@@ -17,6 +17,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
@@ -89,8 +90,7 @@ def cached(cache: Path, count: int) -> list[tuple[str, str, Evaluation]]:
 
 def ranks(one: np.ndarray, other: np.ndarray) -> float:
     """Spearman's rank correlation."""
-    first, second = (np.argsort(np.argsort(values)).astype(float) for values in (one, other))
-    return float(np.corrcoef(first, second)[0, 1]) if len(one) > 2 else float("nan")
+    return float(spearmanr(one, other).statistic) if len(one) > 2 and np.ptp(one) and np.ptp(other) else float("nan")
 
 
 def table(rows: list[tuple[str, Evaluation, Evaluation]]) -> list[str]:
