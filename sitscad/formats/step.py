@@ -2,8 +2,8 @@
 
 OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
 ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and lines, broken where counter and
-numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d); header, counter and colours are
-written here, and every entity stands on one line, zeros as ``0.``.
+numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery);
+header, counter and colours are written here, and every entity stands on one line, zeros as ``0.``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
@@ -54,52 +53,15 @@ def part(solid: Solid, title: str) -> bytes:
 
 
 def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
-    """All solids as one STEP assembly in place, millimetres: named products, coloured."""
+    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery."""
+    cq = require("cadquery")
+    whole = cq.Assembly(name=title)
+    for solid in solids:
+        whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)
     with TemporaryDirectory() as folder:
         path = FilePath(folder) / "assembly.step"
-        _write(solids, title, path)
+        require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
         return _finished(path.read_text(encoding="ascii"), title, solids)
-
-
-def _write(solids: tuple[Solid, ...], title: str, path: FilePath) -> None:
-    """Have OpenCASCADE write a product of named products, without a word on the screen."""
-    require("build123d")  # a missing kernel is said as such
-    from OCP.BRep import BRep_Builder
-    from OCP.Interface import Interface_Static
-    from OCP.Message import Message, Message_Gravity
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.STEPControl import STEPControl_StepModelType
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.TopoDS import TopoDS_Compound
-    from OCP.XCAFApp import XCAFApp_Application
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-    def named(label: Any, name: str) -> Any:
-        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
-        return label
-
-    document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
-    tool, builder = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()), BRep_Builder()
-    tool.SetAutoNaming_s(False)
-    whole = named(tool.NewShape(), title)
-    for solid in solids:
-        alone, part = TopoDS_Compound(), named(tool.NewShape(), solid.name)
-        builder.MakeCompound(alone)
-        builder.Add(alone, solid.shape.wrapped)
-        tool.SetShape(part, alone)
-        named(tool.AddComponent(whole, part, TopLoc_Location()), solid.name)
-    tool.UpdateAssemblies()
-    for printer in Message.DefaultMessenger_s().Printers():
-        printer.SetTraceLevel(Message_Gravity.Message_Fail)
-    writer = STEPCAFControl_Writer()
-    for setting, value in (("write.surfacecurve.mode", 1), ("write.precision.mode", 0)):
-        Interface_Static.SetIVal_s(setting, value)
-    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
 
 
 def _timestamp() -> str:
