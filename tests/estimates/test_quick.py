@@ -44,6 +44,25 @@ def test_errors_by_a_degree_of_tilt_are_within_four_per_cent_of_the_largest(both
         assert point.tilt_errors(other.tilt) == approx(errors, abs=0.04 * errors.max())
 
 
+@pytest.fixture(scope="module")
+def pressed_far():
+    """A design whose pad full load presses by 47 %: nearly as far as its chart goes."""
+    return Design(sitscad.load(TEMPLATES / "grasper_3p5mm.yaml"))
+
+
+def test_a_pad_is_felt_where_full_load_presses_it(pressed_far):
+    points = pressed_far.felt.points
+    half, full = (abs(point.by_pose[:, 2]).min() for point in points[1:])
+    assert points[2].pose[2] < -0.45 * pressed_far.spec.elastomer.thickness and full > half > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.more
+def test_its_resolution_is_within_a_tenth_of_the_response(pressed_far):
+    for point, other in zip(pressed_far.felt.points, pressed_far.performance, strict=True):
+        assert point.noise == approx([axis.resolution for axis in other.axes.values()], rel=0.1)
+
+
 STEEL = """
 sitscad: 1
 name: steel

@@ -121,8 +121,8 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     else:
         (reach, depth), count = _reach(spec), HEIGHTS
         places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
-    heights = chebyshev_points(-depth * pad.thickness, LIFTED * pad.thickness, count)
-    sides = chebyshev_points(-reach * pad.thickness, reach * pad.thickness, places)
+    low, high, aside = -depth * pad.thickness, LIFTED * pad.thickness, reach * pad.thickness
+    heights, sides = chebyshev_points(low, high, count), chebyshev_points(-aside, aside, places)
     # of a rough chart nothing is asked that lies aside of both axes: what both make is added there
     middle, rough = places // 2, estimates.is_rough
     asked = [not rough or middle in point for point in product(range(places), repeat=2)]
@@ -148,8 +148,8 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
             where = poses[:, :3].copy()
             away = middle - where[:, :2]
             where[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
-            inside = [np.clip(where[:, i], points[0], points[-1]) for i, points in enumerate(grid)]
-            found[:, k] = evaluated(values[..., k : k + 1], grid, np.stack(inside, axis=1))[:, 0]
+            inside = np.clip(where, [-aside, -aside, low], [aside, aside, high])  # the outermost points lie within
+            found[:, k] = evaluated(values[..., k : k + 1], grid, inside)[:, 0]
         return np.asarray(law.frequency * np.exp(found))
 
     return frequencies
