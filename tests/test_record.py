@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from sitscad.record import record
+from sitscad.record import kept, record, replace
 
 
 @record
@@ -159,3 +159,13 @@ def test_a_constructor_of_the_same_pattern_has_its_own_names_and_defaults():
 def test_fields_may_have_any_name():
     assert (Named(1).own, Named(1).cls, Named(1).fields) == (1, 2, 3)
     assert Named(1) == Named(own=1) and Named(1) != Named(4)
+
+
+def test_what_is_replaced_has_nothing_that_was_kept():
+    one = Track(1.0)
+    assert kept(one, "_twice", lambda: 2) == kept(one, "_twice", lambda: 3) == 2 and hash(one) == hash(one)
+    other = replace(one, layer=3)
+    assert other == dataclasses.replace(one, layer=3) and hash(other) != hash(one)
+    assert "_twice" not in other.__dict__ and "_hash" not in pickle.loads(pickle.dumps(one)).__dict__
+    with pytest.raises(TypeError, match="no field wide"):
+        replace(one, wide=1.0)

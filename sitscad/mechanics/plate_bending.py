@@ -10,6 +10,9 @@ first. SI units.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from numpy.polynomial import legendre
 
@@ -67,15 +70,19 @@ def _places(is_round: bool) -> tuple[Array, Array]:
     return np.stack([x.ravel(), y.ravel()], axis=1), np.repeat(ring, len(angle))
 
 
+@lru_cache(maxsize=16)
+def _polynomials(places: bytes) -> tuple[list[list[Any]], ...]:
+    """Even Legendre polynomials, their slopes and second slopes (no unit) by axis at places (n, 2; float64)."""
+    even, columns = np.eye(2 * ORDER)[::2], np.frombuffer(places).reshape(-1, 2).T
+    return tuple([[legendre.legval(column, legendre.legder(one, order)) for one in even] for column in columns]
+                 for order in (0, 1, 2))
+
+
 def _shapes(places: Array, half: Array) -> tuple[Array, Array, Array, Array]:
     """Products of even Legendre polynomials at places (n, 2) of the unit square, (n, terms), and their second slopes
     along x, along y and across (1/m2); terms of a total order no circle can tell apart are left out.
     """
-    even = np.eye(2 * ORDER)[::2]
-    values, slopes, bends = (
-        [[legendre.legval(column, legendre.legder(one, order)) for one in even] for column in places.T]
-        for order in (0, 1, 2)
-    )
+    values, slopes, bends = _polynomials(np.ascontiguousarray(places).tobytes())
     pairs = [(i, j) for i in range(ORDER) for j in range(ORDER) if i + j < ORDER]
 
     def products(along: list[Array], across: list[Array]) -> Array:

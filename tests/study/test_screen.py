@@ -45,6 +45,19 @@ def test_no_design_depends_on_its_batch():
     assert screened([other, one], NAMES) == screened([one, other], NAMES)[::-1]
 
 
+def test_no_hints_are_looked_for(monkeypatch):
+    wide = design("grasper_4layer", {"target.size": [9.9, 4.9], "coil.trace_width": "50 um"})
+
+    def looked(*_: object) -> str:
+        raise AssertionError("a hint was looked for")
+
+    monkeypatch.setattr("sitscad.checks.assembly.overhang._remedy", looked)
+    monkeypatch.setattr("sitscad.checks.board.fabrication.finer_fabricators", looked)
+    found = screened([wide], ("rp",))[0]
+    assert "SIT101" in found.refused and {"SIT307"} & {*found.refused, *found.warned}
+    assert judged(wide, ("rp",)).refused["SIT101"] == found.refused["SIT101"]
+
+
 def test_what_needs_a_drawing_is_not_known():
     found = screened([design("grasper_4layer")], ("rp", "crosstalk"))[0]
     assert {"SIT107", "SIT111", "SIT113"} <= set(found.unknown) and "SIT201" not in found.unknown

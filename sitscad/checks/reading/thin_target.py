@@ -182,12 +182,14 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
 
 def _compared(design: Design, changed: SensorSpec) -> Design:
     # A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
-    # the two alike but for the change.
+    # the two alike but for the change; as roughly as this one.
     from sitscad.estimates import estimated
+    from sitscad.estimates.winding.losses import SCREENING
 
+    tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance
     drawn = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
-    return replace(drawn, given_estimates=estimated(drawn.layout, solved=design.estimates.solved))
+    return replace(drawn, given_estimates=estimated(drawn.layout, tolerance=tolerance, solved=design.estimates.solved))
 
 
 def _target(design: Design) -> Target:
