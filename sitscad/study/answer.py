@@ -174,6 +174,13 @@ def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
     return tuple(goal.cost(one.values[goal.measure][0]) if goal.measure in one.values else math.inf for goal in goals)
 
 
+def beaten_by_base(asked: Asked, base: Evaluation, kept: Sequence[Kept]) -> int:
+    """How many of the designs that are kept the base beats, which is no candidate: none where it breaks something."""
+    own = _goals(asked.goals, base)
+    others = [_goals(asked.goals, one.evaluation) for one in kept] if not violations(asked, base) else []
+    return sum(own != other and all(mine <= its for mine, its in zip(own, other, strict=True)) for other in others)
+
+
 NEAR = 0.1
 """Part of the ranges of the varied keys, on average, by which designs of one goal have to differ."""
 

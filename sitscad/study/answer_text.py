@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from sitscad.report.findings import to_json
-from sitscad.study.answer import Kept
+from sitscad.study.answer import Kept, beaten_by_base
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import Point, code_version
@@ -55,6 +55,9 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
     if said.is_met:
         but = f" but for the yield that is asked ({_least_yield(said)}), which is not known" if said.lacks_yield else ""
         yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
+        if beaten := beaten_by_base(asked, said.base, said.kept):
+            of = "every design that is kept" if beaten == len(said.kept) else f"{beaten} of the {len(said.kept)} kept"
+            yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
     elif good:
         yield f"No design has the yield that is asked ({_least_yield(said)}): {count}; {good} keep everything else."
     else:

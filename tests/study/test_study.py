@@ -111,6 +111,16 @@ def test_text_and_json_say_what_was_found(answered):
     assert sorted(answer_files(answer))[-1] == "study.json"
 
 
+def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
+    """A short search kept a design that was worse than the base in both goals, without a word."""
+    _, answer = answered
+    first = answer.kept[0].evaluation
+    better = replace(first, values=first.values | {"rp": (2.0 * first.values["rp"][0], 0.0), "board.area": (1e-9, 0.0)})
+    assert "beats every design that is kept" in answer_text(replace(answer, base=better))
+    for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
+        assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
+
+
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
     from sitscad.study.running import StudyRun
