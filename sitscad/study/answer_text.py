@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -176,7 +177,7 @@ def trust_lines(said: StudyAnswer) -> Iterator[str]:
 def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
     """What to do next, in a line."""
     if said.kept and folder:
-        yield f"Next: sitscad build {folder}/designs/1.yaml"
+        yield f"Next: sitscad build {shlex.quote(f'{folder}/designs/1.yaml')}"
     elif not said.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
 

@@ -109,6 +109,7 @@ def test_text_and_json_say_what_was_found(answered):
     assert said["kept"][0]["yield"]["units"] == 16 and said["agreement"]["designs"] == len(answer.found.full)
     assert text.startswith("It can be met: 20 of 20 designs") and "sitscad build outputs/x-study/designs/1.yaml" in text
     assert sorted(answer_files(answer))[-1] == "study.json"
+    assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
 
 def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
