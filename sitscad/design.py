@@ -132,6 +132,17 @@ class Design:
 
         return weakest_cell(self.spec, self.estimates)
 
+    @cached_property
+    def softest_cell(self) -> int:
+        """The number of the cell whose pad gives way farthest, with the least webs; the weakest where all are alike."""
+        if self.spec.cells is None:
+            return 1
+        from sitscad.estimates.states.pressing import web_stiffness
+
+        stiffness = web_stiffness(self.spec)
+        is_alike = max(stiffness) - min(stiffness) < 1e-9
+        return self.weakest_cell if is_alike else 1 + stiffness.index(min(stiffness))
+
     @property
     def one(self) -> Design:
         """The weakest cell, of which is said what holds for all; the sensor itself without cells."""

@@ -143,6 +143,10 @@ is tried for their hints, for what is tried is a whole sensor.
 """
 
 
+OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
+"""Those of them that ask how far a pad gives way: they judge the cell with the least webs."""
+
+
 def apply_rule(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Finding], list[NotChecked]]:
@@ -158,8 +162,9 @@ def outcomes(
 ) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check; hints are looked for as in `apply_rule`."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        said, unsaid = outcomes(rule, design.one, least)
-        named_so = (replace(one.finding, message=f"cell {design.weakest_cell}: {one.finding.message}") for one in said)
+        number = design.softest_cell if rule.id in OF_THE_SOFTEST else design.weakest_cell
+        said, unsaid = outcomes(rule, design.cell(number), least)
+        named_so = (replace(one.finding, message=f"cell {number}: {one.finding.message}") for one in said)
         return [Outcome(each) for each in named_so], unsaid
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:

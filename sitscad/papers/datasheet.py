@@ -26,6 +26,7 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.response.working_range import held_shear, working_range
+from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
@@ -34,6 +35,7 @@ from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Plot, figur
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
@@ -281,7 +283,16 @@ def _cells(layout: Layout, estimates: Estimates) -> Rows:
         ("what a cell reads of all neighbours", NONE if crosstalk is None else f"at most {_share(crosstalk.total)}"),
         *([("webs make pads stiffer by, cell by cell", " to ".join(_share(part) for part in crosstalk.stiffer))]
           if crosstalk is not None and crosstalk.webs else []),
+        *_softest(layout.spec, number),
     ]
+
+
+def _softest(spec: SensorSpec, number: int) -> Rows:
+    """By how much less another cell bears than the one whose figures are told; nothing where none bears less."""
+    stiffness = web_stiffness(spec)
+    least = min(stiffness) / stiffness[number - 1]
+    name = f"range and overload of cell {1 + stiffness.index(min(stiffness))}, the softest"
+    return [(name, f"about {100.0 * least:.0f} % of these")] if least < 0.995 else []
 
 
 SIDEWAYS = "the pad gives way sideways"  # Why a normal force is too large before the pad is strained too far
