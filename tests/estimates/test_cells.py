@@ -119,6 +119,8 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     assert [free / way - 1.0 for way in ways] == approx([0.03, 0.059, 0.03], rel=0.05)
     assert webs.weakest_cell == 2 and webs.softest_cell == 1 and apart.softest_cell == apart.weakest_cell
     # how far a pad is pressed is judged of the cell with the least webs: of the other one it passed
+    thin = sitscad.check(webs.spec.replace("cells.web", "0.3 mm"), hints="none").findings
+    assert any(found.rule == "SIT328" and found.key == "cells.web" for found in thin)  # the laser's notes refused it
     far = webs.spec.replace("requirements.normal_force", "100 N")
     (strained,) = (found for found in sitscad.check(far, hints="none").findings if found.rule == "SIT304")
     assert strained.message.startswith("cell 1: ")

@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.geometry.convex import Footprint
 from sitscad.scene.bodies import elastomers, joints, targets
 from sitscad.scene.column import print_limit
-from sitscad.units import show
+from sitscad.units import parse_quantity, show
 
 
 def crosstalk(design: Design) -> Iterator[Verdict]:
@@ -55,6 +56,14 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         x, y = spec.elastomer.size
         bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
     beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
+    finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
+                  if row["material"] == "silicone" and row["least"]), default=0.0)
+    if joints(spec) and spec.cells.web is not None and spec.cells.web < finest:
+        yield Violation(
+            f"webs {show(spec.cells.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
+            "silicone (unverified)", f"cells.web: {show(finest, 'm')} or more; or cast the pads", "cells.web",
+            spec.cells.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
+        )
     for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
         pairs = combinations(bodies, 2)
         gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
