@@ -5,6 +5,7 @@ is pushed, and the map from readings to forces, for which points are taken one a
 from __future__ import annotations
 
 import os
+import select
 import sys
 from pathlib import Path
 
@@ -57,8 +58,13 @@ def taken_points(
 
 def _asked(words: str) -> str:
     """What is typed once the load is on."""
-    words = f"{words}; then Enter, or the newtons that are on, or back"
-    return str(click.prompt(words, default="", show_default=False, err=True))
+    click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
+    # A Ctrl-C between two instructions of Python is lost to a read that then waits: so wait where it is heard
+    while sys.stdin.isatty() and os.name == "posix" and not select.select([sys.stdin], [], [], 0.3)[0]:
+        pass
+    if not (typed := sys.stdin.readline()):
+        raise click.Abort
+    return typed.strip()
 
 
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")

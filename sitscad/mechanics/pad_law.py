@@ -289,6 +289,8 @@ class CompressionLaw:
             before = strain, lacking
             step = strain - lacking / slope if slope > 0.0 else strain
             step = step if low <= step <= high else 0.5 * (low + high)
+            # The force is endless at a strain of 1: a secant from there stands still and looks like an answer
+            step = min(step, 0.1 * strain + 0.9) if high == 1.0 else step
             if abs(step - strain) <= 1e-16 + within * strain:
                 return step
             strain = step
