@@ -21,6 +21,7 @@ from sitscad.parts.solid import MM, Solid, raised, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.stack import stack
+from sitscad.spec.circuit import Stackup
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -99,17 +100,20 @@ def current_paths(
     """
     _positive(tolerance)
     if leads:
-        return tuple(CurrentPath(c.name, None, _circuit(c, layout, tolerance), float(current)) for c in layout.coils)
+        stackup = layout.spec.fpc.stackup
+        return tuple(
+            CurrentPath(c.name, None, _circuit(c, stackup, tolerance), float(current)) for c in layout.coils
+        )
     return tuple(
         CurrentPath(line.coil, line.layer, line.points(tolerance), float(current)) for line in centre_lines(layout)
     )
 
 
-def _circuit(coil: Coil, layout: Layout, tolerance: float) -> Array:
+def _circuit(coil: Coil, stackup: Stackup, tolerance: float) -> Array:
     """A coil's whole circuit, leads included, as points (n, 3; m); ValueError where it is open."""
     if not coil.is_closed_circuit:
         raise ValueError(f"the leads of {coil.name} found no room: its circuit is open (leads=False gives its layers)")
-    heights = {layer.number: layer.z for layer in layout.spec.fpc.stackup.copper}
+    heights = {layer.number: layer.z for layer in stackup.copper}
     pieces = [
         _raised(piece.path.flattened(tolerance), heights[piece.layer])
         for piece in coil.series

@@ -80,7 +80,7 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     if fix is None:
         return tuple(replace(finding, hint=finding.hint + further) for finding in error.findings)
     hint = f"{fix.words} gives room, to leads and vias as well {search.judged(fix.spec)}; "
-    fixes = as_written([Remedy(fix.edits)], spec)
+    fixes = as_written([Remedy(fix.edits)], spec.source)
     return tuple(replace(f, hint=hint + OTHERWISE[f.rule] + further, fixes=fixes) for f in error.findings)
 
 
@@ -107,7 +107,7 @@ class _EasierSearch:
         most = coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
         fitting: list[Fix] = []
         for fix in fewer_turns(self._spec, most, MOST_STEPS):
-            if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec)):
+            if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec.coil)):
                 break
             if moves.inner_vias_fit(fix.spec):
                 fitting.append(fix)
@@ -115,7 +115,7 @@ class _EasierSearch:
 
     def _apart(self, spec: SensorSpec) -> Fix | None:
         """The least distance of the coils that leaves room for the leads and vias between them."""
-        near = moves.nearest_distance(spec)
+        near = moves.nearest_distance(spec.array.placements)
         scale = None if near is None else least_scale(spec.array, spec.coil)
         if near is None or scale is None:
             return None

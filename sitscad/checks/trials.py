@@ -18,6 +18,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.escape import SearchLimit
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed
+from sitscad.spec.yaml.source import SpecSource
 
 NOT_FURTHER = "not searched further: sitscad check --hints full"
 """Said where the budget ended a search."""
@@ -76,7 +77,7 @@ class Trials:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
-        fixes = as_written(left.mending, self._design.spec)
+        fixes = as_written(left.mending, self._design.spec.source)
         return located(replace(finding, fixes=fixes), self._design.spec)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
@@ -133,7 +134,7 @@ class Trials:
             return self._design.drawn(changed)
         if not budget.spend(layout_work(changed)):
             return None
-        each = trial_work(changed)
+        each = trial_work(changed.coil)
         most = int(min(budget.left / each, TRIALS_OF_ONE_CHANGE))
         searches = SearchLimit(most)
         design = self._design.drawn(changed, searches)
@@ -266,14 +267,14 @@ class _Left:
         return found
 
 
-def as_written(found: Iterable[Remedy], spec: SensorSpec) -> tuple[Remedy, ...]:
+def as_written(found: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
     """Remedies with what their edits replace in the spec's text: those that bring no warning, or all where each brings
     some; not those that the text has no place for.
     """
     found, written = list(found), []
     for remedy in [remedy for remedy in found if not remedy.brings] or found:
         try:
-            edits = completed(spec.source.text, remedy.edits) if spec.source.text else remedy.edits
+            edits = completed(source.text, remedy.edits) if source.text else remedy.edits
         except CannotWriteError:
             continue
         if edits:

@@ -236,7 +236,7 @@ def read(tuned: Tuned) -> Estimates:
         gap_sigmas=gap_sigmas,
         cross_checks=checks,
         no_cross_check=None if rough else no_cross_check(spec.coil, checks),
-        incomplete=missing_leads(wound.layout),
+        incomplete=missing_leads(wound.layout.coils),
         notes=() if rough else tuple(_notes(tuned, coils[0])),
         normal_force=spec.requirements.normal_force,
         temperature=wound.temperature,
@@ -250,7 +250,7 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     """What whoever reads the numbers has to know, of the design and of the first of its alike coils."""
     wound = tuned.wound
     layout, spec, assembly = wound.layout, wound.spec, wound.assembly
-    if incomplete := missing_leads(layout):
+    if incomplete := missing_leads(layout.coils):
         yield incomplete
     yield from wound.shares.notes if wound.solved is None else (SOLVED,)
     yield from assembly.notes
@@ -272,14 +272,14 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.layout, wound.spec, wound.winding
     deviations = sigmas(spec)
-    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, wound.winding.is_rough)
-    deeper = depths_moved(layout.coils[0], spec, deviations)
+    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, winding.is_rough)
+    deeper = depths_moved(layout.coils[0], spec.fpc.stackup, deviations)
     found: dict[str, dict[str, StateEstimate]] = {}
     alike: dict[tuple[int, ...], str] = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
         known = found.get(alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name))
-        if wound.winding.is_rough and known is not None:  # they differ by their leads alone
+        if winding.is_rough and known is not None:  # they differ by their leads alone
             found[circuit.name] = {
                 name: replace(state, spread=known[name].spread, resistance_error=known[name].resistance_error,
                               target_change=known[name].target_change,
@@ -288,7 +288,7 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
             }
             continue
         around = moved_by_surroundings(
-            winding.spectrum, wound.assembly, states, circuit, deeper, wound.winding.is_rough)
+            winding.spectrum, wound.assembly, states, circuit, deeper, winding.is_rough)
         moved = Slopes(deviations, slopes, around, thickest_copper(spec))
         for name, state in states.items():
             reflection, change, error = circuit.reflections[name], None, None

@@ -28,7 +28,8 @@ from sitscad.physics.metal.half_spaces import (
 )
 from sitscad.record import record, replace
 from sitscad.scene.bodies import lines_below_target
-from sitscad.spec.circuit import LayerKind
+from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.mount import Assembly
 from sitscad.spec.sensor import SensorSpec
 
 WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
@@ -79,7 +80,7 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     writes them: the elastomer's thickness and size and all glue below the target in metres, all others relative.
     """
     found = {name: row.sigma for name, row in tolerances().items()}
-    found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec).items()}
+    found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec.assembly).items()}
     found[THICKNESS] = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
     found[CAPACITOR] = spec.readout.device.limit("capacitor_tolerance") / math.sqrt(3.0)
     # of independent lines squares add up
@@ -108,9 +109,9 @@ def thickest_copper(spec: SensorSpec) -> float:
     return sum(_copper_bands(spec))
 
 
-def _own_bands(spec: SensorSpec) -> dict[str, float]:
+def _own_bands(assembly: Assembly) -> dict[str, float]:
     """Half the bands (m) of the pad that the spec writes itself, by the name of the row they stand for."""
-    own = {PAD: spec.assembly.tolerance("elastomer"), PAD_SIZE: spec.assembly.tolerance("elastomer_size")}
+    own = {PAD: assembly.tolerance("elastomer"), PAD_SIZE: assembly.tolerance("elastomer_size")}
     return {name: band for name, band in own.items() if band is not None}
 
 
@@ -124,7 +125,7 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
 
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
-    absent = set(_own_bands(spec)) if spec.elastomer is not None else {PAD, PAD_SIZE}
+    absent = set(_own_bands(spec.assembly)) if spec.elastomer is not None else {PAD, PAD_SIZE}
     unseen = [name for name, row in tolerances().items() if not row.verified and name not in absent]
     if not spec.readout.device.limits["capacitor_tolerance"].verified:
         unseen.append(CAPACITOR)
@@ -149,7 +150,7 @@ def inductance_slopes(
     by_distance = 0.0
     if len(layers) > 1:
         slope = distance_slopes(layers, is_rough)
-        whole, copper = _distances(coil, spec)
+        whole, copper = _distances(coil, spec.fpc.stackup)
         by_distance = float(np.sum(slope * (whole - copper)))
         by_thickness += float(np.sum(slope * copper))
     return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
@@ -184,9 +185,9 @@ def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Ar
     return distance_derivative(spectrum, [layer.z for layer in layers])
 
 
-def _distances(coil: Coil, spec: SensorSpec) -> tuple[Array, Array]:
+def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
     """Mid-plane distances of every two layers, and how much of each is copper."""
-    copper = spec.fpc.stackup.copper
+    copper = stackup.copper
     size = len(coil.windings)
     whole, part = np.zeros((size, size)), np.zeros((size, size))
     for i, one in enumerate(coil.windings):
@@ -324,14 +325,14 @@ def moved_by_surroundings(
     return found
 
 
-def depths_moved(coil: Coil, spec: SensorSpec, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """By how much (m) one sigma of the copper's thickness and of the layers' distance moves metal above and below a
     coil away from the mean of its layers' middles: what lies over and under them is thicker.
     """
     found, numbers = {}, {winding.layer for winding in coil.windings}
     for name, kind in ((THICKNESS, LayerKind.COPPER), (DISTANCE, LayerKind.DIELECTRIC)):
         depths, whole, number = [], 0.0, 0
-        for layer in spec.fpc.stackup.layers:
+        for layer in stackup.layers:
             thickness = layer.thickness if layer.kind is kind else 0.0
             if layer.kind is LayerKind.COPPER:
                 number += 1

@@ -6,9 +6,10 @@ import math
 from itertools import combinations, pairwise
 
 from sitscad.data import Row, rows
-from sitscad.geometry.path import bounding_box
+from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Pad
 from sitscad.record import record
+from sitscad.spec.circuit import FpcSpec
 from sitscad.units import show
 
 SAME = 1e-6
@@ -32,15 +33,15 @@ class BoardEnd:
 
 def board_end(layout: Layout) -> BoardEnd:
     """The figures of the board's end, read from the outline as it is drawn."""
-    row, _ = contact_row(layout)
+    row, _ = contact_row(layout.pads)
     first = min(layout.pads, key=lambda pad: pad.number)
     along = runs_along_x(row)
     x, y = first.centre
     at, place = (x, y) if along else (y, x)
-    crossings = _crossings(layout, at, upright=along)
+    crossings = _crossings(layout.outline, at, upright=along)
     below = max((c for c in crossings if c <= place), default=-math.inf)
     above = min((c for c in crossings if c >= place), default=math.inf)
-    ends = _crossings(layout, place, upright=not along)
+    ends = _crossings(layout.outline, place, upright=not along)
     half = first.size[0 if along else 1] / 2
     end = min((e for e in ends if abs(e - at) > half - SAME), key=lambda e: abs(e - at))
     edge = min(place - below, above - place)
@@ -77,23 +78,23 @@ def tail_width(layout: Layout) -> tuple[float, float, float] | None:
     return None if best is None else (best[0] + 0.1 * (best[1] - best[0]), best[2], best[3])
 
 
-def _crossings(layout: Layout, at: float, upright: bool) -> list[float]:
+def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
     """Where the outline crosses a line x = `at` (upright: their y) or y = `at` (their x)."""
     found = []
-    for a, b in pairwise(layout.outline.flattened(SAME)):
+    for a, b in pairwise(outline.flattened(SAME)):
         (p, q), (r, s) = ((a.x, a.y), (b.x, b.y)) if upright else ((a.y, a.x), (b.y, b.x))
         if min(p, r) <= at <= max(p, r) and p != r:
             found.append(q + (at - p) / (r - p) * (s - q))
     return sorted(found)
 
 
-def contact_row(layout: Layout) -> tuple[tuple[Pad, ...], float | None]:
+def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
     """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
     with one pitch.
     """
-    xs, ys = [pad.centre.x for pad in layout.pads], [pad.centre.y for pad in layout.pads]
+    xs, ys = [pad.centre.x for pad in pads], [pad.centre.y for pad in pads]
     across = max(xs) - min(xs) > max(ys) - min(ys)
-    row = tuple(sorted(layout.pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
+    row = tuple(sorted(pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
     steps = [(b.centre.x - a.centre.x, b.centre.y - a.centre.y) for a, b in pairwise(row)]
     pitches = {round((dx if across else dy) * 1e9) for dx, dy in steps}
     beside = {round((dy if across else dx) * 1e9) for dx, dy in steps}
@@ -106,17 +107,17 @@ def contact_text(layout: Layout) -> str:
     """
     if not layout.pads:
         return ""
-    _, pitch = contact_row(layout)
+    _, pitch = contact_row(layout.pads)
     width, length = contact_size(layout.pads[0])
     apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
     size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
     bare = bare_size(layout)
     if bare is None:
-        return f"{size}{unused_text(layout)}"
+        return f"{size}{unused_text(layout.pads)}"
     is_held_all_round = bare[0] < width - 1e-9
     under = "the coverlay covers their rims" if is_held_all_round else "the rest goes on under the coverlay"
     wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
-    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout)}"
+    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout.pads)}"
 
 
 def bare_size(layout: Layout) -> tuple[float, float] | None:
@@ -133,9 +134,9 @@ def bare_size(layout: Layout) -> tuple[float, float] | None:
     return None
 
 
-def unused_text(layout: Layout) -> str:
+def unused_text(pads: tuple[Pad, ...]) -> str:
     """Which contacts no coil has; empty where there are none."""
-    numbers = [pad.number for pad in layout.pads if pad.is_unused]
+    numbers = [pad.number for pad in pads if pad.is_unused]
     if not numbers:
         return ""
     words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
@@ -148,16 +149,16 @@ def plug_text(layout: Layout) -> str:
     if tail is None or not tail.connector.width_tolerance or not layout.pads:
         return ""
     connector = tail.connector
-    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout), "m")
+    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout.spec.fpc), "m")
     edge = show(connector.edge_margin, "m")
     return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
 
 
-def end_tolerance(layout: Layout) -> float:
+def end_tolerance(fpc: FpcSpec) -> float:
     """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
-    tail = layout.spec.fpc.tail
+    tail = fpc.tail
     own = tail.connector.width_tolerance if tail is not None else 0.0
-    return own or layout.spec.fpc.rules.outline_tolerance
+    return own or fpc.rules.outline_tolerance
 
 
 def contact_size(pad: Pad) -> tuple[float, float]:

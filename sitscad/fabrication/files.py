@@ -20,6 +20,7 @@ from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 from sitscad.units import decimal, show
 from sitscad.version import __version__
@@ -62,9 +63,9 @@ def layer_name(number: int, count: int) -> str:
     return "B_Cu" if number == count else f"In{number - 1}_Cu"
 
 
-def fabrication_path(layout: Layout, ending: str) -> str:
+def fabrication_path(spec: SensorSpec, ending: str) -> str:
     """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
-    return f"{FOLDER}/{layout.spec.name}-{ending}"
+    return f"{FOLDER}/{spec.name}-{ending}"
 
 
 def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -73,7 +74,7 @@ def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
     sides = {count: "Bot", 1: "Top"}
     return tuple(
         FabricationFile(
-            fabrication_path(layout, f"{layer_name(number, count)}.gbr"),
+            fabrication_path(layout.spec, f"{layer_name(number, count)}.gbr"),
             f"Copper,L{number},{sides.get(number, 'Inr')}",
             "Positive",
             f"copper layer {number} of {count}",
@@ -83,13 +84,13 @@ def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
     )
 
 
-def coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
     """The coverlay openings of each face that has a coverlay."""
-    top, bottom = has_coverlay(layout.spec.fpc.stackup)
+    top, bottom = has_coverlay(spec.fpc.stackup)
     sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
     return tuple(
         FabricationFile(
-            fabrication_path(layout, f"{letter}_Mask.gbr"),
+            fabrication_path(spec, f"{letter}_Mask.gbr"),
             f"Soldermask,{side}",
             "Negative",
             f"openings in the {word} coverlay (what is drawn is cut away)",
@@ -102,7 +103,7 @@ def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """The stiffener's outline, where there is one."""
     if layout.stiffener is None:
         return ()
-    path = fabrication_path(layout, "B_Stiffener.gbr")
+    path = fabrication_path(layout.spec, "B_Stiffener.gbr")
     return (FabricationFile(path, "Other,Stiffener_Bottom", "Positive", "stiffener on the bottom face"),)
 
 
@@ -114,7 +115,7 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     names = f"L{first}" if first == last else f"L{first}_to_L{last}"
     which = names.replace("_", " ").replace("L", "")
     title = f"extent of copper {which} and of what lies between and below (the tail is without)"
-    path = fabrication_path(layout, "Body_Layers.gbr")
+    path = fabrication_path(layout.spec, "Body_Layers.gbr")
     return (FabricationFile(path, f"Other,Extent_of_{names}", "Positive", title),)
 
 
@@ -124,24 +125,24 @@ def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
         return ()
     last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
     title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
-    path = fabrication_path(layout, "Tail_Coverlay.gbr")
+    path = fabrication_path(layout.spec, "Tail_Coverlay.gbr")
     return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", "Positive", title),)
 
 
-def profile_file(layout: Layout) -> FabricationFile:
+def profile_file(spec: SensorSpec) -> FabricationFile:
     """The board's outline."""
-    return FabricationFile(fabrication_path(layout, "Edge_Cuts.gbr"), "Profile,NP", "Positive", "outline of the board")
+    return FabricationFile(fabrication_path(spec, "Edge_Cuts.gbr"), "Profile,NP", "Positive", "outline of the board")
 
 
 def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """All Gerber files of the set, from the top of the board downwards, the outline last."""
     return (
         *copper_files(layout),
-        *coverlay_files(layout),
+        *coverlay_files(layout.spec),
         *stiffener_files(layout),
         *body_files(layout),
         *tail_coverlay_files(layout),
-        profile_file(layout),
+        profile_file(layout.spec),
     )
 
 
@@ -149,10 +150,10 @@ def drill_file(layout: Layout, lowest: int) -> FabricationFile:
     """The drill file of the plated holes from the first copper layer to the `lowest`, called as KiCad calls its own."""
     if lowest == layout.copper_layers:
         function, title = f"Plated,1,{lowest},PTH", "plated holes through all copper layers"
-        return FabricationFile(fabrication_path(layout, "PTH.drl"), function, "Positive", title, lowest)
+        return FabricationFile(fabrication_path(layout.spec, "PTH.drl"), function, "Positive", title, lowest)
     ending = f"front-in{lowest - 1}.drl"
     title = f"plated holes in the tail, through copper 1 to {lowest}"
-    return FabricationFile(fabrication_path(layout, ending), f"Plated,1,{lowest},Blind", "Positive", title, lowest)
+    return FabricationFile(fabrication_path(layout.spec, ending), f"Plated,1,{lowest},Blind", "Positive", title, lowest)
 
 
 def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -162,10 +163,10 @@ def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
     return tuple(drill_file(layout, lowest) for lowest in layout.spans)
 
 
-def drill_title(layout: Layout, title: str) -> str:
+def drill_title(spec: SensorSpec, title: str) -> str:
     """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
-    words = layout.spec.issue.words
-    return f"{layout.spec.name}{f' ({words})' if words else ''}: {title}"
+    words = spec.issue.words
+    return f"{spec.name}{f' ({words})' if words else ''}: {title}"
 
 
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
@@ -173,50 +174,50 @@ def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
     return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
 
 
-def panel_path(layout: Layout, ending: str) -> str:
+def panel_path(spec: SensorSpec, ending: str) -> str:
     """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
-    return f"{FOLDER}/panel/{layout.spec.name}-panel{ending}"
+    return f"{FOLDER}/panel/{spec.name}-panel{ending}"
 
 
-def cut_file(layout: Layout) -> FabricationFile:
+def cut_file(spec: SensorSpec) -> FabricationFile:
     """The cuts round the parts of a panel."""
     title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
-    return FabricationFile(panel_path(layout, "-Part_Cuts.gbr"), CUTS, "Positive", title)
+    return FabricationFile(panel_path(spec, "-Part_Cuts.gbr"), CUTS, "Positive", title)
 
 
 def tooling_file(layout: Layout) -> FabricationFile:
     """The drill file of a panel's tooling holes."""
     function = f"NonPlated,1,{layout.copper_layers},NPTH"
-    return FabricationFile(panel_path(layout, "-NPTH.drl"), function, "Positive", "tooling holes, not plated")
+    return FabricationFile(panel_path(layout.spec, "-NPTH.drl"), function, "Positive", "tooling holes, not plated")
 
 
 def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
     board = (*gerber_files(layout), *drill_files(layout))
-    stem = fabrication_path(layout, "").removesuffix("-")
-    copies = (replace(file, path=panel_path(layout, file.path.removeprefix(stem))) for file in board)
-    frame = {profile_file(layout).function: "outline of the panel"}
+    stem = fabrication_path(layout.spec, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(layout.spec, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(layout.spec).function: "outline of the panel"}
     named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
-    return (*named, tooling_file(layout), cut_file(layout))
+    return (*named, tooling_file(layout), cut_file(layout.spec))
 
 
-def panel_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+def panel_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
     """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
-    own = {".SameCoordinates": f"{layout.spec.name}-panel", ".Part": "Array"}
-    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(layout))
+    own = {".SameCoordinates": f"{spec.name}-panel", ".Part": "Array"}
+    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(spec))
 
 
-def project_attributes(layout: Layout) -> tuple[tuple[str, ...], ...]:
+def project_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
     """The X2 file attributes that all files of one set share, each as its name and values. The files are in one
     coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone. The creation date is
     only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
     """
-    name = layout.spec.name
+    name = spec.name
     created = creation_date()
     return (
         (".GenerationSoftware", VENDOR, VENDOR, __version__),
         *(((".CreationDate", created),) if created else ()),
-        (".ProjectId", name, project_guid(name), layout.spec.issue.revision or UNNUMBERED),
+        (".ProjectId", name, project_guid(name), spec.issue.revision or UNNUMBERED),
         (".SameCoordinates", name),
         (".Part", "Single"),
     )
@@ -316,9 +317,9 @@ def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
     return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
 
 
-def panel_images(layout: Layout, files: Mapping[str, bytes]) -> list[str]:
+def panel_images(spec: SensorSpec, files: Mapping[str, bytes]) -> list[str]:
     """The panel's images in the order in which they are hashed; none where there is no panel."""
-    return board_images(files, panel_path(layout, "").rpartition("/")[0])
+    return board_images(files, panel_path(spec, "").rpartition("/")[0])
 
 
 def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:

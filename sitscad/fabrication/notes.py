@@ -23,16 +23,17 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.board import Layout
 from sitscad.scene.tail_path import bends, pivot_line
-from sitscad.spec.circuit import CopperLayer, LayerKind, Plating, StackLayer, Stackup
+from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish, names
 from sitscad.units import show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
 
-def finish_name(layout: Layout) -> str:
+def finish_name(fpc: FpcSpec) -> str:
     """The finish as job files call it."""
-    return finish(layout.spec.fpc.finish).job_name
+    return finish(fpc.finish).job_name
 
 
 def finish_text(layout: Layout) -> str:
@@ -41,7 +42,7 @@ def finish_text(layout: Layout) -> str:
     """
     chosen, stackup = finish(layout.spec.fpc.finish), layout.spec.fpc.stackup
     is_plated = layout.vias and stackup.plating_thickness
-    plating = f"; {plating_text(layout)}" if is_plated else ""
+    plating = f"; {plating_text(stackup)}" if is_plated else ""
     bars = (
         f" Plated by a current: add plating bars from the tips of all {len(layout.pads)} contacts over the board's end "
         "to a common bar outside the outline (none are in the artwork), and cut them off with the outline before the "
@@ -61,9 +62,8 @@ PLATINGS = {
 }
 
 
-def plating_text(layout: Layout) -> str:
+def plating_text(stackup: Stackup) -> str:
     """How the holes are plated and how thick, and which copper gets thicker with them."""
-    stackup = layout.spec.fpc.stackup
     text = f"{PLATINGS[stackup.plating]}; {show(stackup.plating_thickness, 'm')} nominal in the holes"
     times: dict[int, list[str]] = {}
     for layer in stackup.copper:
@@ -173,9 +173,8 @@ def bend_words(bend: Bend) -> str:
     return f"{math.degrees(bend.angle):.4g} deg {bend.direction} ({WAYS[bend.direction]})"
 
 
-def turn_text(layout: Layout) -> str:
+def turn_text(tail: Tail | None) -> str:
     """How the tail turns in its plane, and the radius that its inner edge must keep; empty for a straight one."""
-    tail = layout.spec.fpc.tail
     if tail is None or (tail.turn == "none" and not tail.offset):
         return ""
     side = "left" if tail.offset > 0.0 else "right"
@@ -225,10 +224,10 @@ def stiffener_text(layout: Layout) -> str:
     return f"{plate.material}, {size}, {show(plate.thickness, 'm')} thick with its adhesive{parts}{ask}"
 
 
-def laminate_text(layout: Layout) -> str:
+def laminate_text(stackup: Stackup) -> str:
     """Which of the films between copper are bonded with adhesive, as far as the stack-up says."""
     names = dict.fromkeys(
-        layer.material for layer in layout.spec.fpc.stackup.layers if layer.kind is not LayerKind.COPPER
+        layer.material for layer in stackup.layers if layer.kind is not LayerKind.COPPER
     )
     words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
     return "; ".join(words) or "as the stack-up's materials say"
@@ -239,9 +238,8 @@ def layer_text(layer: StackLayer) -> str:
     return f"{layer.material} ({layer.made_of})" if layer.made_of else layer.material
 
 
-def bond_texts(layout: Layout) -> dict[str, str]:
+def bond_texts(stackup: Stackup) -> dict[str, str]:
     """Where copper is bonded to copper by more than one core: between which layers, and what of the sheets is known."""
-    stackup = layout.spec.fpc.stackup
     places: dict[str, list[str]] = {}
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         films = stackup.between(upper, lower)
@@ -257,18 +255,17 @@ def bond_texts(layout: Layout) -> dict[str, str]:
     return {f"copper {', '.join(between)}": text for text, between in places.items()}
 
 
-def outline_text(layout: Layout) -> str:
+def outline_text(rules: DesignRules) -> str:
     """The outline's tolerance, and whose figure it is where the fabricator states none."""
-    rules = layout.spec.fpc.rules
     holder = rules.holders.get("outline_tolerance", rules.name)
     is_anothers = holder != rules.name and holder in names("rules")  # a user's own figure has a line of a file there
     other = f" (not stated by {rules.name}: the figure of {holder}, to be confirmed)" if is_anothers else ""
     return f"+/- {show(rules.outline_tolerance, 'm')}{other}"
 
 
-def questions(layout: Layout) -> Iterator[tuple[str, str]]:
+def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
     """What a fabricator who makes every board in one way lists nothing of: asked before ordering, and not ordered."""
-    rules, foil = layout.spec.fpc.rules, FOILS[layout.spec.fpc.copper]
+    rules, foil = fpc.rules, FOILS[fpc.copper]
     if not rules.one_process:
         return
     name = rules.house or rules.name

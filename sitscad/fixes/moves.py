@@ -22,7 +22,7 @@ from sitscad.layout.lanes import bus_for
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
-from sitscad.spec.coil import CoilSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
@@ -369,7 +369,7 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
 
 def coils_apart(spec: SensorSpec, by: float) -> Fix:
     """The array enlarged so that the nearest coils stand farther apart by so much (m); no edit for a coil alone."""
-    near = nearest_distance(spec)
+    near = nearest_distance(spec.array.placements)
     if near is None:
         return Fix((), spec)
     scale = 1.0 + by / near
@@ -392,16 +392,16 @@ def _mm(length: float) -> str:
     return f"{length * 1e3:.9g}"
 
 
-def nearest_distance(spec: SensorSpec) -> float | None:
+def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
     """Distance (m) of the centres of the two nearest coils; None for one alone."""
-    return min((math.dist(a.centre, b.centre) for a, b in combinations(spec.array.placements, 2)), default=None)
+    return min((math.dist(a.centre, b.centre) for a, b in combinations(placements, 2)), default=None)
 
 
 def lead_room(spec: SensorSpec) -> float:
     """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
     rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
     hole = joined_hole(rules, spec.coil.trace_width)
-    gap = (nearest_distance(spec) or 0.0) - spec.coil.size[0]
+    gap = (nearest_distance(spec.array.placements) or 0.0) - spec.coil.size[0]
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
 
 

@@ -15,6 +15,7 @@ from typing import Any, Protocol
 from sitscad.finding import Edit
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import SensorSpec
 
 HINTS = ("none", "decisive", "full")
@@ -54,19 +55,19 @@ LONG = 2.5
 """Coils longer than wide have fewer figures that repeat: so many times that."""
 
 
-def winding_work(spec: SensorSpec) -> float:
+def winding_work(coil: CoilSpec) -> float:
     """Units that winding the coils takes, their inner vias included."""
-    return 10.0 + 8.0 * len(spec.coil.layers) ** 2
+    return 10.0 + 8.0 * len(coil.layers) ** 2
 
 
 def layout_work(spec: SensorSpec) -> float:
     """Units that laying a board out takes where its leads find their ways at once."""
-    return winding_work(spec) + 40.0 * len(spec.array.placements)
+    return winding_work(spec.coil) + 40.0 * len(spec.array.placements)
 
 
-def trial_work(spec: SensorSpec) -> float:
+def trial_work(coil: CoilSpec) -> float:
     """Units that one trial of a branch takes the router: more where more turns are in its way."""
-    return 0.3 + 0.005 * sum(spec.coil.layer_turns)
+    return 0.3 + 0.005 * sum(coil.layer_turns)
 
 
 def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool = False) -> float:
@@ -80,7 +81,7 @@ def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool
         is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
         is_small = min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
         solved = is_solved or is_poor or is_small
-    around = 100.0 + (100.0 if spec.target is not None else 0.0) + (SOLVING if solved else 0.0)
+    around = 100.0 + (100.0 if target is not None else 0.0) + (SOLVING if solved else 0.0)
     if is_same_board:
         return around
     turns, is_round = sum(spec.coil.layer_turns), spec.coil.outline.is_round

@@ -19,7 +19,7 @@ NO_NET = "N/C"  # What a contact is given for a net that has none
 def render(layout: Layout) -> dict[str, bytes]:
     """The netlist by its path in the package. Raises ValueError for what the format's fixed columns cannot hold."""
     text = "\n".join(_records(layout)) + "\n"
-    return {fabrication_path(layout, "netlist.d356"): text.encode("ascii")}
+    return {fabrication_path(layout.spec, "netlist.d356"): text.encode("ascii")}
 
 
 def _records(layout: Layout) -> Iterator[str]:

@@ -30,6 +30,8 @@ from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_vi
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
 from sitscad.record import record, replace
+from sitscad.spec.coil import ArraySpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
 
@@ -133,7 +135,7 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
             routing = route_freely(spec, bus, wound, front, searches)
         if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
             shortfalls.append(Shortfall(Missing.LEAD_ROOM))
-        elif not _tail_is_clear(spec, routing):
+        elif not _tail_is_clear(spec.fpc.rules, routing):
             shortfalls.append(_no_tail_room(spec, routing.tail))
             routing = None
     if routing is None:
@@ -151,9 +153,9 @@ def _unrouted(
     return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
 
 
-def _tail_is_clear(spec: SensorSpec, routing: Routing) -> bool:
+def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
-    board = Obstacles(spec.fpc.rules, routing.bus.spacing)
+    board = Obstacles(rules, routing.bus.spacing)
     for run in (run for both in routing.ends for run in both):
         tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
         holes = [piece for piece in run.pieces if isinstance(piece, ViaToPlace)]
@@ -297,20 +299,20 @@ def _mapped(
 
 def _about_axis(spec: SensorSpec) -> SensorSpec:
     """The spec with its coils counted from the tail's axis, their mean height: nothing depends on the spec's origin."""
-    if not (height := _axis_height(spec)):
+    if not (height := _axis_height(spec.array)):
         return spec
     placements = tuple(replace(p, centre=(p.centre[0], p.centre[1] - height)) for p in spec.array.placements)
     return replace(spec, array=replace(spec.array, placements=placements))
 
 
-def _axis_height(spec: SensorSpec) -> float:
-    height = spec.array.middle[1]
+def _axis_height(array: ArraySpec) -> float:
+    height = array.middle[1]
     return height if abs(height) > 1e-9 else 0.0  # less is what rounding leaves of a sum
 
 
 def _placed(layout: Layout, spec: SensorSpec) -> Layout:
     """A layout of `_about_axis(spec)`, moved to where the spec has its coils."""
-    if not (height := _axis_height(spec)):
+    if not (height := _axis_height(spec.array)):
         return layout
     stands = {placement.name: placement for placement in spec.array.placements}
     coils = tuple(

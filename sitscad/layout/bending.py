@@ -10,10 +10,10 @@ from enum import StrEnum
 from itertools import accumulate
 
 from sitscad.geometry.path import Arc, Region, Segment
-from sitscad.layout.board import Layout, Stiffener
+from sitscad.layout.board import Layout, Stiffener, Trace
 from sitscad.layout.tail_frame import TailFrame, first_via
 from sitscad.record import record
-from sitscad.spec.circuit import LayerKind, StackLayer
+from sitscad.spec.circuit import FpcSpec, LayerKind, StackLayer
 from sitscad.spec.presets import stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
@@ -100,10 +100,10 @@ def is_opened(layout: Layout, index: int, layer: StackLayer) -> bool:
     return layer.kind is LayerKind.COVERLAY and bool(openings)
 
 
-def tail_thickness(spec: SensorSpec) -> float:
+def tail_thickness(fpc: FpcSpec) -> float:
     """Thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
-    stack = spec.fpc.stackup
-    layers = min(spec.fpc.tail.layers, len(stack.copper)) if spec.fpc.tail else len(stack.copper)
+    stack = fpc.stackup
+    layers = min(fpc.tail.layers, len(stack.copper)) if fpc.tail else len(stack.copper)
     last = stack.copper[layers - 1]
     bottom = stack.layers[-1]
     below = bottom.thickness if bottom.kind is not LayerKind.COPPER else 0.0
@@ -120,7 +120,7 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
         return None
     top, written, stock = spec.fpc.stackup.layers[0], spec.fpc.tail.stiffener, stock_stiffeners()
     opened = top.thickness if top.kind is LayerKind.COVERLAY else 0.0
-    wanted = connector.insertion_thickness - tail_thickness(spec) + opened
+    wanted = connector.insertion_thickness - tail_thickness(spec.fpc) + opened
     film, adhesive = min(((0.0, 0.0), *stock), key=lambda pair: (round(abs(sum(pair) - wanted), 9), pair[1]))
     thickness = film + adhesive
     if written is not None:
@@ -189,9 +189,9 @@ class Bend:
     why: str = ""
 
 
-def bend_figure(spec: SensorSpec) -> tuple[str, float] | None:
+def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
     """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""
-    tail, rules = spec.fpc.tail, spec.fpc.rules
+    tail, rules = fpc.tail, fpc.rules
     if tail is None or tail.bend == "none":
         return None
     ratios = rules.dynamic_bend_ratio if tail.bend == "dynamic" else rules.static_bend_ratio
@@ -201,23 +201,23 @@ def bend_figure(spec: SensorSpec) -> tuple[str, float] | None:
     return f"{tail.bend}_bend_{layers}", ratios[layers]
 
 
-def least_bend_radius(spec: SensorSpec) -> float | None:
+def least_bend_radius(fpc: FpcSpec) -> float | None:
     """Smallest inside radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
-    figure = bend_figure(spec)
-    return None if figure is None else figure[1] * tail_thickness(spec)
+    figure = bend_figure(fpc)
+    return None if figure is None else figure[1] * tail_thickness(fpc)
 
 
-def bend_radius(spec: SensorSpec) -> float | None:
+def bend_radius(fpc: FpcSpec) -> float | None:
     """The inside radius (m) of the bend: the spec's, or the fabricator's least; None where neither is stated."""
-    tail = spec.fpc.tail
+    tail = fpc.tail
     stated = tail.bend_radius if tail is not None else None
-    return least_bend_radius(spec) if stated is None else stated
+    return least_bend_radius(fpc) if stated is None else stated
 
 
-def bend_length(spec: SensorSpec) -> float:
+def bend_length(fpc: FpcSpec) -> float:
     """The length (m) of tail that its bend takes, along the middle of its thickness; 0 where no radius is known."""
-    tail, radius = spec.fpc.tail, bend_radius(spec)
-    return 0.0 if tail is None or radius is None else tail.bend_angle * (radius + tail_thickness(spec) / 2)
+    tail, radius = fpc.tail, bend_radius(fpc)
+    return 0.0 if tail is None or radius is None else tail.bend_angle * (radius + tail_thickness(fpc) / 2)
 
 
 def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
@@ -234,7 +234,7 @@ def unfit_for_bending(layout: Layout) -> list[Unfit]:
     zone = layout.bend_zone
     if zone is None:
         return []
-    found = [*_askew(layout, zone), *_steps(layout, zone)]
+    found = [*_askew(layout, zone), *_steps(layout.traces, zone)]
     return sorted(found, key=lambda each: (each.first, each.last))
 
 
@@ -246,10 +246,10 @@ def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
             yield Unfit(max(zone[0], x0), min(zone[1], x1), y0, trace.layer, trace.net)
 
 
-def _steps(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
+def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unfit]:
     """Places inside the zone (x from and to, m) where a track's width changes."""
     widths: dict[tuple[int, int, int], float] = {}
-    for trace in layout.traces:
+    for trace in traces:
         for end in (trace.path.start, trace.path.end):
             key = trace.layer, round(end.x / _SAME_PLACE), round(end.y / _SAME_PLACE)
             if zone[0] < end.x < zone[1] and abs(widths.setdefault(key, trace.width) - trace.width) > _ROUNDING:

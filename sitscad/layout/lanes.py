@@ -243,11 +243,11 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
     return bus.reach + bus.ring_offset + bus.base + tracks * bus.pitch
 
 
-def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
+def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
     """The ways in which a coil's two ends (A, B) may leave: pairs of exits, to be tried in this order. `turned` gives
     those that leave the ring beside its corner, for coils whose own ends stand there.
     """
-    ring = Ring(spec.coil, lane.placement, bus.ring_offset)
+    ring = Ring(coil, lane.placement, bus.ring_offset)
     corner = math.atan2(ring.half_size[1], ring.half_size[0])
     upper, lower = bus.layers
 
@@ -257,7 +257,7 @@ def exits(spec: SensorSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool 
         return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
 
     if bus.is_stacked:
-        ways = _forwards(spec.coil, ring, funnel_x) if not lane.side else []
+        ways = _forwards(coil, ring, funnel_x) if not lane.side else []
         for degrees in (TURNED if turned else (0,)) if lane.side else ():
             angle = lane.side * (corner + math.radians(degrees))
             ways.append((angle, passing(angle)))

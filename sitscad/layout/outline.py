@@ -14,6 +14,7 @@ from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
 from sitscad.record import record, replace
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -163,12 +164,12 @@ def lack(spec: SensorSpec, tail: TailFrame) -> Shortfall | None:
     wider = max(tail.half_width - high, tail.half_width + low)
     if asked - kept[name] > max(wider, SLACK):
         words = f"{name}, with the {show(asked, 'm')} that copper keeps from the edge, is"
-        return _lacking(spec, words, kept[name], asked)
-    return _lacking(spec, "the tail's root is", -wider, 0.0) if wider > SLACK else None
+        return _lacking(spec.fpc, words, kept[name], asked)
+    return _lacking(spec.fpc, "the tail's root is", -wider, 0.0) if wider > SLACK else None
 
 
-def _lacking(spec: SensorSpec, what: str, have: float, need: float) -> Shortfall:
-    body = spec.fpc.body.written if spec.fpc.body else ""
+def _lacking(fpc: FpcSpec, what: str, have: float, need: float) -> Shortfall:
+    body = fpc.body.written if fpc.body else ""
     facts = (("what", what), ("body", body), ("missing", (need - have) * 1e6))
     return Shortfall(Missing.BODY_ROOM, have, need, "m", facts=facts)
 

@@ -241,7 +241,7 @@ def plan(layout: Layout) -> Panel | None:
         return None
     wish, usual = layout.spec.fpc.panel, layout.spec.fpc.rules.panel_size
     gap, rail, frame = wish.gap, wish.rail, wish.rail + wish.gap
-    coupon, no_coupon = _coupon(layout)
+    coupon, no_coupon = _coupon(layout.spec)
     x0, y0, x1, y1 = bounding_box([layout.outline])
     box = bounding_box([coupon.outline]) if coupon else (0.0, 0.0, 0.0, 0.0)
     coupon_width, strip = box[2] - box[0], box[3] - box[1] + gap if coupon else 0.0
@@ -282,11 +282,10 @@ def plan(layout: Layout) -> Panel | None:
     )
 
 
-def _coupon(layout: Layout) -> tuple[Layout | None, str]:
+def _coupon(spec: SensorSpec) -> tuple[Layout | None, str]:
     """The first coil alone on a piece of the same stack-up with solder pads; or None and the reason."""
     from sitscad.layout import arrange  # seldom drawn, and the package imports the panel's parts from here
 
-    spec = layout.spec
     if spec.fpc.tail is None and len(spec.array.placements) == 1:
         return None, "the part is a single coil with solder pads: every part is its own coupon"
     coupon = arrange(coupon_spec(spec))

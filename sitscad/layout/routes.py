@@ -121,7 +121,7 @@ def route_in_line(
                 for beside in (False, True) if turned else (False,):
                     key = (*board.key(index, there), beside)
                     if key not in known:
-                        choices = exits(spec, board.bus, board.lanes[index], front, beside)
+                        choices = exits(spec.coil, board.bus, board.lanes[index], front, beside)
                         known[key] = _lead_out(board, index, choices, board.laid(there))
                     if (found := known[key]) is not None:
                         return found
@@ -227,11 +227,11 @@ def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Rout
     """The finished routing, on a tail long enough for it."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
-    down = ways_down(spec, bus, tail, lanes, [way.entries for way in ways])
+    down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
     pieces = [branch for way in ways for branch in way.branches]
     far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
     long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
-    laid = tuple(runs(spec, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
+    laid = tuple(runs(spec.fpc, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
     return Routing(bus, ways, laid, board.breadth, far, long)
 
 
@@ -310,7 +310,7 @@ class _Mazes:
             for branch in chain.from_iterable(way.branches for way in there):
                 maze.add(branch.tracks, branch.holes)
             self.searches.left -= TRIALS_OF_A_WAVE
-            entry = Point(tail.funnel, pair_height(self.spec, tail, lanes[index]))
+            entry = Point(tail.funnel, pair_height(self.spec.array.placements, tail, lanes[index]))
             choices = islice(maze.exits(lanes[index].placement, entry), TRIED)
             shortest = next(choices, None)
             if shortest is None:

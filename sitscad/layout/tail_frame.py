@@ -17,6 +17,7 @@ from sitscad.layout.clearance import ViaToPlace, hole_keep_out
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.record import record, replace
 from sitscad.spec.circuit import Chip, Connector, Tail
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
@@ -318,23 +319,23 @@ def contact_height(pitch: float, contacts: int, number: int) -> float:
     return pitch * ((contacts - 1) / 2 - (number - 1))
 
 
-def pair_height(spec: SensorSpec, tail: TailFrame, lane: Lane) -> float:
+def pair_height(placements: tuple[CoilPlacement, ...], tail: TailFrame, lane: Lane) -> float:
     """Height (m) above the axis of the middle between a coil's two contacts, where its stacked pair runs."""
-    contacts = 2 * len(spec.array.placements)
+    contacts = 2 * len(placements)
     first = contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 1)
     return tail.row.offset + (first + contact_height(tail.fan_pitch, contacts, 2 * lane.rank + 2)) / 2
 
 
-def parting(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
     if not bus.is_stacked:
         return tail.pad_start - CAP
-    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP - tail.fan_pitch / 2
+    return tail.fan_end - rules.via_pad - 2.0 * CAP - tail.fan_pitch / 2
 
 
 def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
     """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
-    apart = parting(spec, bus, tail)
+    apart = parting(spec.fpc.rules, bus, tail)
     if not tail.turn:
         return apart
     return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn

@@ -19,6 +19,8 @@ from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
 from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin
 from sitscad.record import record
+from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 
 SAME = 1e-9  # Heights that differ by less (m) are equal
@@ -104,11 +106,11 @@ def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
 
 
 def ways_down(
-    spec: SensorSpec, bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
+    placements: tuple[CoilPlacement, ...], bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends]
 ) -> list[tuple[Descent, Descent]]:
     """How both conductors of every coil, entering the funnel at these points, come to their lanes."""
     if bus.is_stacked:  # both at the pair's middle, above each other on two layers
-        middles = [pair_height(spec, tail, lane) for lane in lanes]
+        middles = [pair_height(placements, tail, lane) for lane in lanes]
         return [(way, way) for way in descents(tail.funnel, [a for a, _ in entries], middles, bus.pitch)]
     numbers = [number for lane, ends in zip(lanes, entries, strict=True) for number in _numbers(bus, lane, ends)]
     heights = [_track_height(tail, number) for number in numbers]
@@ -129,15 +131,15 @@ def stretched(spec: SensorSpec, bus: Bus, tail: TailFrame, ways: list[tuple[Desc
     return replace(tail, end=tail.end + late)
 
 
-def runs(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[Descent, Descent]) -> tuple[Run, Run]:
+def runs(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, ways: tuple[Descent, Descent]) -> tuple[Run, Run]:
     """Both conductors (A, B) of one coil from where they enter the funnel to their contacts."""
     a, b = _numbers(bus, lane, (ways[0].entry, ways[1].entry))
-    return _run(spec, bus, tail, lane, ways[0], a, "A"), _run(spec, bus, tail, lane, ways[1], b, "B")
+    return _run(fpc, bus, tail, lane, ways[0], a, "A"), _run(fpc, bus, tail, lane, ways[1], b, "B")
 
 
-def _run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
+def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, number: int, end: str) -> Run:
     """A conductor from the funnel to its contact; end B of a stacked pair comes up to the contact's layer by a via."""
-    name, width, rules = lane.placement.name, tail.trace_width, spec.fpc.rules
+    name, width, rules = lane.placement.name, tail.trace_width, fpc.rules
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     neck = TrackToPlace(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
     pad = replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
@@ -145,7 +147,7 @@ def _run(spec: SensorSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, 
         return Run(neck, (TrackToPlace(polyline([neck.path.end, pad.centre]), width, layer),), pad)
 
     height = _track_height(tail, number)
-    part = Point(parting(spec, bus, tail), way.height)
+    part = Point(parting(rules, bus, tail), way.height)
     before = [neck.path.end, part, Point(part.x + abs(height - way.height), height)]
     pieces: list[TrackToPlace | ViaToPlace] = []
     if end == "B":

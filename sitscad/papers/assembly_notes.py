@@ -24,8 +24,10 @@ from sitscad.scene.fit import measures
 from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
+from sitscad.spec.mount import Assembly
 from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
 WIDTH = 96
@@ -48,7 +50,7 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     spec = layout.spec
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
-    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(layout) else ""
+    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(spec) else ""
     head = (
         f"mount/assembly.svg shows the pieces apart{jaws}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
@@ -70,8 +72,8 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from _prepared(layout)
     yield bare_board(layout, estimates, bench)
     # Which faces get a primer; nothing where none is needed
-    glue = layout.spec.assembly.adhesive
-    if glue is not None and glue.primer and layout.spec.elastomer is not None:
+    glue = spec.assembly.adhesive
+    if glue is not None and glue.primer and spec.elastomer is not None:
         yield (
             f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (board, "
             f"target and metal need none), and let it dry before gluing. How long it dries and how long {glue.product} "
@@ -81,15 +83,15 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
         yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
     if spec.elastomer is not None:
-        yield _glued(layout, "elastomer", "the board", _above_board(at, "elastomer"))
+        yield _glued(spec, "elastomer", "the board", _above_board(at, "elastomer"))
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
-        yield _glued(layout, "target", under, _above_board(at, "target"))
+        yield _glued(spec, "target", under, _above_board(at, "target"))
     is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
     sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
         yield from sealing
-    if _has_jig(layout):
+    if _has_jig(spec):
         yield "Push the board out of the base from below, by the hole."
     yield from _into_jaw(layout, at)
     if not is_cast:
@@ -102,9 +104,9 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield assembled(bench, closes if has_jaw else "", unseen)
 
 
-def _has_jig(layout: Layout) -> bool:
+def _has_jig(spec: SensorSpec) -> bool:
     """Whether there is anything to glue on the board, and so a jig."""
-    return layout.spec.elastomer is not None or layout.spec.target is not None
+    return spec.elastomer is not None or spec.target is not None
 
 
 def _has_printed_mount(layout: Layout) -> bool:
@@ -116,16 +118,16 @@ def _has_printed_mount(layout: Layout) -> bool:
 
 
 def _prepared(layout: Layout) -> Iterator[str]:
-    spec, mount, poured = layout.spec, layout.spec.mount, pour(layout)
+    spec, mount, poured = layout.spec, layout.spec.mount, pour(layout.spec)
     assert mount is not None
     counts = ""
     if mount.jaw is not None and _has_printed_mount(layout):
         counts = " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too "
         counts += "thick."
-    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(layout)
+    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
-    if cures_badly(layout) and (poured is not None or skin_pour(layout) is not None):
+    if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
         yield (
@@ -137,22 +139,22 @@ def _prepared(layout: Layout) -> Iterator[str]:
         )
 
 
-def _glued(layout: Layout, part: str, under: str, height: Toleranced | None) -> str:
-    assembly = layout.spec.assembly
+def _glued(spec: SensorSpec, part: str, under: str, height: Toleranced | None) -> str:
+    assembly = spec.assembly
     line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
     measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
-    is_one = part == "elastomer" and joined_part(layout.spec) is not None
-    wells = 1 if is_one else len(cell_placements(layout.spec))
+    is_one = part == "elastomer" and joined_part(spec) is not None
+    wells = 1 if is_one else len(cell_placements(spec))
     drop = f"drop the {part} into the well" if wells == 1 else f"drop one {part} into each of the {wells} wells"
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
-        f"{_glue(layout)}, {drop}, and press with jig-{part}-press until its collar lies on the "
+        f"{_glue(assembly)}, {drop}, and press with jig-{part}-press until its collar lies on the "
         f"frame: the glue line is {line}. Let it set, lift press and frame.{measured}"
     )
 
 
-def _glue(layout: Layout) -> str:
-    glue = layout.spec.assembly.adhesive
+def _glue(assembly: Assembly) -> str:
+    glue = assembly.adhesive
     return glue.product if glue is not None else "glue"
 
 
@@ -169,7 +171,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     below = [layer.part.removeprefix("glue under the ") for layer in glued]
     order = below[: below.index("board") + 1] if "board" in below else []
     if not order:
-        yield from fastened(layout, _glue(layout))
+        yield from fastened(layout, _glue(layout.spec.assembly))
         return
     yield from jaw_cut(layout)
     metal = at["jaw"][1]
@@ -180,16 +182,17 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         end = " against the stop" if stop_place(layout) is not None else " with its end flush with the mount's end"
         against = f", the board{between}{end} at the tip"
     yield (
-        f"Degrease the jaw's face. Glue on it with {_glue(layout)}, in this order: {', '.join(order)}{against}; press "
-        f"each until it is as high above the jaw's metal as this: {heights}.{_squared(layout)}"
+        f"Degrease the jaw's face. Glue on it with {_glue(layout.spec.assembly)}, in this order: "
+        f"{', '.join(order)}{against}; press each until it is as high above the jaw's metal as this: "
+        f"{heights}.{_squared(layout)}"
     )
     if layout.spec.fpc.tail is not None:
-        yield tail_held(layout, _glue(layout))
+        yield tail_held(layout, _glue(layout.spec.assembly))
 
 
 def _squared(layout: Layout) -> str:
     """Where on the jaw the mount is glued, and how it is kept straight; empty where pocket or joint place it."""
-    jaw, mount = fitted_jaw(layout), layout.spec.mount
+    jaw, mount = fitted_jaw(layout.spec.mount), layout.spec.mount
     if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
         return ""
     away = layout.body[0] - jaw_range(layout, jaw)[0]
@@ -284,7 +287,7 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
         f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
         "+- is one sigma of manufacture: a coil "
-        f"three and more off is not worth gluing.{_drive(layout, estimates, bench)}"
+        f"three and more off is not worth gluing.{_drive(layout.spec, estimates, bench)}"
     )
     return "\n".join([said, *lines])
 
@@ -342,9 +345,9 @@ def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
     return f"{show(value, unit, 4)}{scatter}"
 
 
-def _drive(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+def _drive(spec: SensorSpec, estimates: Estimates, bench: Estimates) -> str:
     """With which drive code the converter reads a bare board; empty where no code is chosen."""
-    device, readout, code = layout.spec.readout.device, estimates.readout, bare_board_code(bench)
+    device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
     if code is None or readout.high_current or readout.drive_code is None:
         return ""
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ

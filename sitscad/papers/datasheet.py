@@ -93,7 +93,7 @@ def _sheets(
     plots: Sequence[Plot], forced: bool, bench: Estimates,
 ) -> list[Sheet]:
     between = [] if found is None else list(found.error_rows)
-    first = _new(layout, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
+    first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
     low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
     if found is not None:
@@ -102,17 +102,17 @@ def _sheets(
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
     assembly = drawing(layout, forced)
-    curved = _new(layout, "data sheet, curves", forced)
+    curved = _new(layout.spec, "data sheet, curves", forced)
     for plotted, low in zip(plots[:2], (126.0, 46.0), strict=True):
         plot(curved, (LEFT, low, *plotted.size), plotted.draw)
         curved.text(LEFT, low - 3.5, plotted.caption, 2.2)
-    beyond = _new(layout, "data sheet, working range and errors", forced)
+    beyond = _new(layout.spec, "data sheet, working range and errors", forced)
     for plotted, left in zip(plots[2:], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
     table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
-    last = _new(layout, "data sheet, contacts and limits", forced)
-    own = _new(layout, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
+    last = _new(layout.spec, "data sheet, contacts and limits", forced)
+    own = _new(layout.spec, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
     if own is not None:
         table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
     low = TOP
@@ -127,8 +127,8 @@ def _sheets(
 MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
 
 
-def _new(layout: Layout, what: str, forced: bool, scale: str = "") -> Sheet:
-    return new_sheet(layout.spec, what, scale, "the whole package", forced)
+def _new(spec: SensorSpec, what: str, forced: bool, scale: str = "") -> Sheet:
+    return new_sheet(spec, what, scale, "the whole package", forced)
 
 
 def _widths(rows: Rows, first: float, whole: float) -> list[float]:

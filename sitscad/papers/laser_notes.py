@@ -13,6 +13,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
 from sitscad.papers.order_codes import order_of
 from sitscad.scene.stack import sheets
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, parse_quantity
 
 WIDTH = 96
@@ -22,16 +23,16 @@ SILICONE = "silicone"
 def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
     """The text, ``forced`` a warning first. Raises ValueError where a sheet cannot be laid out."""
     found = sheets(layout)
-    return {"laser/readme.txt": text(layout, found, bool(forced)).encode("utf-8")} if found else {}
+    return {"laser/readme.txt": text(layout.spec, found, bool(forced)).encode("utf-8")} if found else {}
 
 
-def text(layout: Layout, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
+def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """The whole page."""
-    boards = layout.spec.fpc.boards or 1
+    boards = spec.fpc.boards or 1
     lines = [FORCED, ""] if forced else []
-    lines += [f"{layout.spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
+    lines += [f"{spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
     for sheet in sheets:
-        lines += [*_sheet(layout, sheet), ""]
+        lines += [*_sheet(spec, sheet), ""]
     lines.append("Colours and order")
     for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
         look = LOOKS[layer]
@@ -42,8 +43,8 @@ def text(layout: Layout, sheets: tuple[LaserSheet, ...], forced: bool = False) -
     if any(sheet.part == "shield" for sheet in sheets):
         lines += [*_wrapped(SHIELD), ""]
     if any(sheet.part == "target" for sheet in sheets):
-        lines += [*_wrapped(WITHOUT_LASER.format(name=layout.spec.name)), ""]
-    if (bought := _bought(layout)) is not None:
+        lines += [*_wrapped(WITHOUT_LASER.format(name=spec.name)), ""]
+    if (bought := _bought(spec)) is not None:
         lines += [*_wrapped(bought), ""]
     return "\n".join([*lines, *_wrapped(KERF)]) + "\n"
 
@@ -69,13 +70,13 @@ KERF = (
 )
 
 
-def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
-    nest, name = sheet.nest, f"laser/{layout.spec.name}-{sheet.name}"
+def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
+    nest, name = sheet.nest, f"laser/{spec.name}-{sheet.name}"
     yield f"{name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
-    joined, web = joined_part(layout.spec) if sheet.part == "elastomer" else None, []
-    if joined is not None and layout.spec.cells is not None and layout.spec.cells.web is not None:
-        web = [layout.spec.cells.web]
+    joined, web = joined_part(spec) if sheet.part == "elastomer" else None, []
+    if joined is not None and spec.cells is not None and spec.cells.web is not None:
+        web = [spec.cells.web]
         yield f"   part       {joined.words}, finished"
     else:
         yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
@@ -87,7 +88,7 @@ def _sheet(layout: Layout, sheet: LaserSheet) -> Iterator[str]:
     least = max(found) if found else None
     if least is not None:
         # the part and its webs are drawn wider by a kerf, copies stand as far apart as the lines between them
-        beside = [layout.spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
+        beside = [spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
         narrow = max(0.0, min(*sheet.size, *beside, *web))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
@@ -106,14 +107,14 @@ def _kind(sheet: LaserSheet) -> str:
     return SILICONE if sheet.part == "elastomer" else sheet.material
 
 
-def _bought(layout: Layout) -> str | None:
+def _bought(spec: SensorSpec) -> str | None:
     """How the elastomer's sheet is come by."""
-    pad = layout.spec.elastomer
+    pad = spec.elastomer
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None
     moulded = "or cast single pads in the mould of mount/, which need no laser"
-    if layout.spec.mount is None:
+    if spec.mount is None:
         moulded = "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
     return (
         f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "

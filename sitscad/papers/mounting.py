@@ -33,6 +33,7 @@ from sitscad.scene.seating import adapter_needed, joint_clearance, relief, reten
 from sitscad.scene.state import Pose
 from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
 from sitscad.spec.materials import Encapsulation
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
@@ -43,7 +44,7 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
     """What is cut into the jaw for a dovetail or pins."""
     found, mount = retention(layout), layout.spec.mount
     if found is not None and mount is not None and mount.jaw is not None:
-        room = joint_clearance(layout)
+        room = joint_clearance(layout.spec)
         if found.kind == "dovetail":
             bottom, top, depth = tongue_across(found, room)
             yield (
@@ -69,7 +70,7 @@ def tail_held(layout: Layout, glue: str) -> str:
             f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         )
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
-    path, jaw = tail_path(layout), fitted_jaw(layout)
+    path, jaw = tail_path(layout), fitted_jaw(layout.spec.mount)
     assert path is not None and jaw is not None
     begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
     if room >= LEAST_FIXED:
@@ -144,7 +145,7 @@ def skin(layout: Layout, film: Encapsulation) -> str:
             "dipped, the contacts masked; no copper may be left open. Let it cure. Measure the sensor's height before "
             "and after: a coat that is too thin is given another, of silicone thinned as its maker says."
         )
-    sealed = " (its print sealed as said above)" if cures_badly(layout) else ""
+    sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
     return (
         f"Cast the skin: mix {film.material.name} ({amount(poured)}), fill mould-skin{sealed} lying open, take the "
         "air out, and put the jig's base with the sensor on it face down, so that its pins go into the cup; weigh it "
@@ -152,9 +153,9 @@ def skin(layout: Layout, film: Encapsulation) -> str:
     )
 
 
-def cures_badly(layout: Layout) -> bool:
+def cures_badly(mount: Mount | None) -> bool:
     """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
-    return layout.spec.mount is not None and layout.spec.mount.process == "resin"
+    return mount is not None and mount.process == "resin"
 
 
 RAW_RESIN = (

@@ -29,6 +29,7 @@ from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contacts, head
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 
@@ -52,9 +53,9 @@ def readme(
         [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
         notes.section("Stack-up, from the top", _layers(layout)),
         notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout)),
-        *([notes.section("Questions", notes.questions(layout))] if layout.spec.fpc.rules.one_process else ()),
+        *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         _contact_table(layout), notes.section("Files", _files(layout, panel)),
-        _fingerprint(layout, panel, files) if files else []
+        _fingerprint(layout.spec, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
@@ -69,7 +70,7 @@ def _contact_table(layout: Layout) -> list[str]:
     return notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", lines)
 
 
-def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
+def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
     """What is hashed, and the line of a shell that prints the same."""
     images = board_images(files)
     what = (
@@ -77,7 +78,7 @@ def _fingerprint(layout: Layout, panel: Panel | None, files: Mapping[str, bytes]
         "folder that holds them that line prints the same. Drawings show its first 16 digits."
     )
     if panel is not None:
-        name = panel_path(layout, "-readme.txt").rpartition("/")[2]
+        name = panel_path(spec, "-readme.txt").rpartition("/")[2]
         what += (
             f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
             f"{name}."
@@ -98,7 +99,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Quantity", quantity
     if panel is not None:
         width, height = (show(side, "m") for side in panel.size)
-        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout)}"
+        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec)}"
         yield "Delivery", f"in panels of {width} x {height}, {many}"
     else:
         small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
@@ -114,7 +115,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Holes", _holes(layout)
     yield "Finish", notes.finish_text(layout).removeprefix("Finish on bare contacts: ")
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
-    yield "Laminates", notes.laminate_text(layout)
+    yield "Laminates", notes.laminate_text(fpc.stackup)
     if not fpc.rules.one_process:
         yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
@@ -131,20 +132,20 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         )
     if layout.bend_zone is not None:
         yield "Bend", notes.bend_text(layout)
-    if turn := notes.turn_text(layout):
+    if turn := notes.turn_text(fpc.tail):
         yield "Outline", turn
-    yield "Made for rules", _rules(layout)
+    yield "Made for rules", _rules(layout.spec)
 
 
-def _panel_name(layout: Layout) -> str:
-    return panel_path(layout, "-drawing.pdf").rpartition("/")[2]
+def _panel_name(spec: SensorSpec) -> str:
+    return panel_path(spec, "-drawing.pdf").rpartition("/")[2]
 
 
 def _tolerances(layout: Layout) -> str:
     rules = layout.spec.fpc.rules
     places = ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
     return (
-        f"outline {notes.outline_text(layout)}, layers in register within {show(rules.registration, 'm')}, "
+        f"outline {notes.outline_text(rules)}, layers in register within {show(rules.registration, 'm')}, "
         f"finished thickness {places}"
     )
 
@@ -187,7 +188,7 @@ def _contacts(layout: Layout) -> str:
     made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
     allowed, where = connector.insertion_thickness_tolerance, notes.thickness_text(layout, Where.CONTACT)
     closer, usual = "", layout.spec.fpc.rules.outline_tolerance
-    if end_tolerance(layout) < usual - 1e-9:
+    if end_tolerance(layout.spec.fpc) < usual - 1e-9:
         closer = (
             f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
             f"confirmed, or every board is measured before it is plugged in)"
@@ -202,11 +203,11 @@ def _contacts(layout: Layout) -> str:
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
 
 
-def _rules(layout: Layout) -> str:
-    rules = layout.spec.fpc.rules
+def _rules(spec: SensorSpec) -> str:
+    rules = spec.fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
     # Where the copper is thicker than any for which the rules give widths: for which they hold
-    foil = layout.spec.fpc.stackup.line_foil(layout.spec.coil.layers)
+    foil = spec.fpc.stackup.line_foil(spec.coil.layers)
     thickest = max((row.copper for row in rules.track_lines), default=foil)
     beyond = f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
     beyond = beyond if foil > thickest + 1e-9 else ""
@@ -229,9 +230,9 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
     for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
         words = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
         yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
-    yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(layout).items())
+    yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(stackup).items())
     if layout.vias and stackup.plating_thickness and not layout.spec.fpc.rules.one_process:
-        yield "Plating", f"{notes.plating_text(layout)}. The copper above is finished, foil and plating together"
+        yield "Plating", f"{notes.plating_text(stackup)}. The copper above is finished, foil and plating together"
     if layout.vias and stackup.plating is Plating.BUTTONS:
         rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
         yield "Buttons", f"rings are {rings} wide: tell us if your resist for the buttons needs wider ones"
@@ -270,23 +271,23 @@ def _test(layout: Layout) -> Iterator[tuple[str, str]]:
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
-    yield _name(layout, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
-    yield _name(layout, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
+    yield _name(layout.spec, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
+    yield _name(layout.spec, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
-        yield _name(layout, "Drill_Map.gbr"), "drill map (Gerber drawing)"
+        yield _name(layout.spec, "Drill_Map.gbr"), "drill map (Gerber drawing)"
     words = "board drawing with dimensions, contacts with their table on its second page (also as SVG)"
-    yield _name(layout, "drawing.pdf"), words
-    yield _name(layout, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
+    yield _name(layout.spec, "drawing.pdf"), words
+    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
     if panel is not None:
-        readme = panel_path(layout, "-readme.txt").rpartition("/")[2]
+        readme = panel_path(layout.spec, "-readme.txt").rpartition("/")[2]
         words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
         yield "Archive", f"{words} package"
-        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({_panel_name(layout)})"
-    yield _name(layout, "order.zip"), "what is sent: the files of the order under the fabricator's names"
-    yield _name(layout, "board.svg"), "picture of the whole board, for orientation only"
-    yield _name(layout, "body.svg"), "picture of the part with the coils, for orientation only"
+        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({_panel_name(layout.spec)})"
+    yield _name(layout.spec, "order.zip"), "what is sent: the files of the order under the fabricator's names"
+    yield _name(layout.spec, "board.svg"), "picture of the whole board, for orientation only"
+    yield _name(layout.spec, "body.svg"), "picture of the part with the coils, for orientation only"
     yield "Coordinates", "millimetres, one origin for all files"
 
 
-def _name(layout: Layout, ending: str) -> str:
-    return fabrication_path(layout, ending).rpartition("/")[2]
+def _name(spec: SensorSpec, ending: str) -> str:
+    return fabrication_path(spec, ending).rpartition("/")[2]

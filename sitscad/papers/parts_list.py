@@ -168,11 +168,11 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
         size = _plate_size(pad.shape, pad.size, pad.thickness)
         note = f"{hardness}cut from a {in_mm(pad.thickness)} mm sheet with laser/{spec.name}-elastomer.dxf"
-        mixed = pour(layout)
+        mixed = pour(spec)
         if mixed is not None and spec.mount is not None:
             taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
             note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
-            note += ", sealed first (mount/assembly.txt)" if cures_badly(layout) else ""
+            note += ", sealed first (mount/assembly.txt)" if cures_badly(spec.mount) else ""
         count, shape, joined = cells, pad.shape, joined_part(spec)
         if joined is not None:
             count, shape, note = 1, "joined pads", f"{joined.words}; {note}"
@@ -207,7 +207,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.shield is not None and sheet is not None:
         x0, y0, x1, y1 = bounding_box((sheet.outline(),))
         size = f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(spec.shield.thickness)} mm"
-        if has_round_body(layout) and shield_part(layout)[0].shape == "circle":
+        if has_round_body(spec.fpc.body) and shield_part(layout)[0].shape == "circle":
             size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
@@ -225,12 +225,12 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.target is not None or spec.elastomer is not None:
         words = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", words)
-    poured, cast = pour(layout), skin_pour(layout)
+    poured, cast = pour(spec), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
     if cast is not None:
         yield Item("skin mould", 1, "mould-skin", "printed", "", "print from mount/; where the encapsulation is cast")
-    if cures_badly(layout) and (poured is not None or cast is not None):
+    if cures_badly(spec.mount) and (poured is not None or cast is not None):
         yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
     yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
     yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
@@ -265,7 +265,7 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         return
     sheet = shield_heights(spec)
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
-    spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet)
+    spans = seat_spans(board_heights(spec.fpc.stackup)[0], mount.standoff, sheet)
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
 
@@ -303,7 +303,7 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
         rows.writerow([each.reference, value, each.package, *at, turned, "top"])
-    return {fabrication_path(layout, "placement.csv"): text.getvalue().encode("ascii")}
+    return {fabrication_path(layout.spec, "placement.csv"): text.getvalue().encode("ascii")}
 
 
 def capacitance_text(chosen: float | None) -> str:

@@ -94,7 +94,7 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
 def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
-    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
     assert jaw is not None and jaw.hinge is not None and pair is not None
     x, y = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, axis(layout).y * MM
     z = (pair.axis - jaw.pivot_offset) * MM
@@ -131,7 +131,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
     there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
     if fault.what == PORT:
         # What of the closed pair, between tip and heel, lies beyond the port's circle
-        jaw, pair = fitted_jaw(layout), closed_section(layout)
+        jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
         assert jaw is not None and pair is not None
         x0, x1 = (x * MM for x in jaw_range(layout, jaw))
         y, z, radius = axis(layout).y * MM, pair.axis * MM, fault.limit * MM
@@ -176,7 +176,7 @@ def _moved(layout: Layout, piece: MeshedPiece, fault: Measured, loads: tuple[Pad
     if role is BodyRole.ELASTOMER:
         return bulged(body, load)
     if role is BodyRole.TARGET:
-        return posed(layout, body, load.pose)
+        return posed(layout.spec, body, load.pose)
     if role in MOVING and fault.what in (BULGE, TRAVEL):
         return body.translate((0.0, 0.0, load.pose.z * MM))
     return body
@@ -224,7 +224,7 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
     if mount is None or not solids or (mount.finger is not None and not mount.standoff):
         return ()
-    under = board_heights(layout.spec)[0] * MM
+    under = board_heights(layout.spec.fpc.stackup)[0] * MM
     # What of the carriers lies below a plane (mm), as a section from above
     height = under - (layout.spec.assembly.glue_line * MM if mount.jaw is not None else 0.0)
     m3 = require("manifold3d")

@@ -16,10 +16,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from sitscad.geometry.path import Point
-from sitscad.layout.board import Layout
 from sitscad.parts.solid import MM, PartsError, require
 from sitscad.scene.state import Vector
 from sitscad.spec.mount import StepPart
+from sitscad.spec.yaml.source import SpecSource
 
 SECONDS = 120
 LARGEST = 1000.0  # A part's longest side at most (mm)
@@ -37,11 +37,11 @@ AXES: dict[str, Vector] = {
 }
 
 
-def imported(layout: Layout, part: StepPart, at: Point, height: float) -> Any:
+def imported(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
     """The solid of a file, its datum at a point and a height (m) of the sensor, its axes turned to the sensor's. Raises
     `PartsError` where the file is not with the spec, is no single closed solid, or has no such coordinate system.
     """
-    content = layout.spec.source.files.get(part.file)
+    content = source.files.get(part.file)
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
     brep, unit = _converted(content, part.file)

@@ -26,6 +26,7 @@ from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw
 from sitscad.spec.mount import Jaw
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
+from sitscad.spec.sensor import SensorSpec
 
 PAD_COLOUR = "#e8d8c8"
 
@@ -56,11 +57,11 @@ def elastomer(layout: Layout) -> Solid | None:
     return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
 
 
-def above_board(layout: Layout) -> tuple[Solid, ...]:
+def above_board(spec: SensorSpec) -> tuple[Solid, ...]:
     """Elastomers and targets: the pads, and on them, or on the board's face where there are none, the plates."""
     return tuple(
         _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
-        for body in bodies.above_board(layout.spec)
+        for body in bodies.above_board(spec)
     )
 
 
@@ -78,13 +79,13 @@ def encapsulation(layout: Layout) -> Solid | None:
     shape = one_solid(shape, "encapsulation")
     for cover in _covers(layout):
         shape = one_solid(shape + cover, "encapsulation")
-    shape = without(shape, (inside.shape for inside in above_board(layout)), "encapsulation")
+    shape = without(shape, (inside.shape for inside in above_board(layout.spec)), "encapsulation")
     return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
 
 
 def _covers(layout: Layout) -> list[Any]:
     """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
-    blocks, film = [], bodies.film_thickness(layout.spec)
+    blocks, film = [], bodies.film_thickness(layout.spec.encapsulation)
     for spec in cell_specs(layout.spec):
         pad, plate = bodies.elastomer(spec), bodies.target(spec)
         if pad and plate and pad.footprint == plate.footprint:
@@ -107,16 +108,16 @@ TIP_ROUNDING = 0.5e-3
 
 def jaw(layout: Layout) -> Solid | None:
     """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
-    fitted, seat, mount = fitted_jaw(layout), seat_heights(layout.spec), layout.spec.mount
+    fitted, seat, mount = fitted_jaw(layout.spec.mount), seat_heights(layout.spec), layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
     metal = mount.metal.name
     if mount.is_jaw_unmeasured and mount.step is not None:
-        shape = imported(layout, mount.step, axis(layout), seat[0])
+        shape = imported(layout.spec.source, mount.step, axis(layout), seat[0])
     elif fitted is None:
         return None
     elif fitted.step is not None:
-        shape = imported(layout, fitted.step, axis(layout), seat[0])
+        shape = imported(layout.spec.source, fitted.step, axis(layout), seat[0])
     else:
         bar = _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
         shape = cut_for(layout, _pocketed(layout, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
@@ -127,12 +128,12 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
     that only a STEP file describes it is that file's mirror image, without a pad.
     """
-    fitted, mount = fitted_jaw(layout), layout.spec.mount
+    fitted, mount = fitted_jaw(layout.spec.mount), layout.spec.mount
     bd = require("build123d")
     if fitted is None:
         if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
             return ()
-        shape = imported(layout, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
+        shape = imported(layout.spec.source, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
         name = mount.metal.name
         return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
     pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
@@ -152,7 +153,7 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
 def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
     """The other jaw, face up at a height (m): a mirrored file, or the jaw's section with a pocket of its own."""
     if fitted.step is not None:
-        return imported(layout, fitted.step, axis(layout), floor)
+        return imported(layout.spec.source, fitted.step, axis(layout), floor)
     recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
     tall = replace(fitted, height=fitted.height + recess)
     return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
@@ -190,7 +191,7 @@ def assemble(layout: Layout) -> tuple[Solid, ...]:
     sheet = stack.shield(layout)
     shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
     below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid)
-    above = (board_body(layout), *above_board(layout), encapsulation(layout))
+    above = (board_body(layout), *above_board(layout.spec), encapsulation(layout))
     return (*below, *(solid for solid in above if solid))
 
 
@@ -211,7 +212,7 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
     if wanted.kind != "custom":
         shapes = BUILDERS[wanted.kind](layout, wanted.standoff)
     elif wanted.step is not None:
-        shapes = (imported(layout, wanted.step, axis(layout), board_heights(layout.spec)[0]),)
+        shapes = (imported(layout.spec.source, wanted.step, axis(layout), board_heights(layout.spec.fpc.stackup)[0]),)
     named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
     if wanted.kind == "bench-plate" and (below := adapter(layout, wanted.standoff)) is not None:
         named.insert(0, (ADAPTER, below))

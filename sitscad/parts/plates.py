@@ -45,11 +45,11 @@ LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at t
 
 def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """The plate, and the spacer over a shield."""
-    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    under, shield = board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
     used = under - (shield[0] if shield else under)
     floor = max(standoff - used, _floor(layout))
     bottom = under - used - floor
-    plan = plate_plan(layout, film_thickness(layout.spec))
+    plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
     plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
@@ -73,8 +73,8 @@ def adapter(layout: Layout, standoff: float) -> Any | None:
     holes = adapter_needed(layout)
     if not holes:
         return None
-    plan = plate_plan(layout, film_thickness(layout.spec))
-    under, shield = board_heights(layout.spec)[0], shield_that_fits(layout.spec)
+    plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    under, shield = board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
     used = under - (shield[0] if shield else under)
     top = under - used - max(standoff - used, _floor(layout))
     head = max(hole.diameter for hole in holes)
@@ -101,23 +101,23 @@ def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
 
 def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """The slab that keeps the shield at its gap below the board."""
-    under = board_heights(layout.spec)[0]
+    under = board_heights(layout.spec.fpc.stackup)[0]
     if shield is None or under - shield[1] < 1e-9:
         return ()
     x0, y0, x1, y1 = layout.body
-    if has_round_body(layout):
+    if has_round_body(layout.spec.fpc.body):
         return (prism(ground(layout), shield[1], under),)
     return (box(x0, y0, shield[1], x1, y1, under),)
 
 
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
-    under, room = board_heights(layout.spec)[0], clearance(layout.spec.mount)
+    under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
     cuts = [raised(grown(layout), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
         plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
-        if has_round_body(layout):  # the same wall as the board's own recess
+        if has_round_body(layout.spec.fpc.body):  # the same wall as the board's own recess
             plan = (grown(layout) & plan).faces()[0]
         cuts.append(raised(plan, shield[0], 1e-3))
     if layout.stiffener is not None:
@@ -137,8 +137,8 @@ def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
     x0, y0, x1, y1 = _box_of(beyond)
     if x1 < plan[2] - 1e-9:
         return ()
-    deep = board_heights(layout.spec)[0] - depth
-    edge = round_edge(layout.spec, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
+    deep = board_heights(layout.spec.fpc.stackup)[0] - depth
+    edge = round_edge(layout.spec.fpc, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
     return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
 
 
@@ -184,7 +184,7 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     mount = layout.spec.mount
     assert mount is not None and mount.finger is not None
     finger, shield = mount.finger, shield_that_fits(layout.spec)
-    under, room = board_heights(layout.spec)[0], clearance(mount)
+    under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(mount)
     x0, y0, x1, y1 = layout.body
     # Where the cap ends towards the hand (m)
     end = cap_end(layout)
@@ -231,6 +231,6 @@ def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
     low, high = layout.reach_at(end)
     if low == high or standoff <= 0.0:
         return ()
-    room, under = clearance(layout.spec.mount), board_heights(layout.spec)[0]
-    edge = lip(layout) or round_edge(layout.spec, end, standoff / 2, 0.0)
+    room, under = clearance(layout.spec.mount), board_heights(layout.spec.fpc.stackup)[0]
+    edge = lip(layout) or round_edge(layout.spec.fpc, end, standoff / 2, 0.0)
     return (rounding(edge, (low - room, high + room), under),)

@@ -20,6 +20,7 @@ from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.scene.fit import closed_section
 from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
 from sitscad.scene.state import Pose
+from sitscad.spec.sensor import SensorSpec
 
 TIP_STEP = 0.5e-3  # How far (m) the other jaw's tip goes between two positions that it is tried in
 SEARCH = 2.0  # Gaps (mm) are looked for up to here: what is farther apart is said to be this far
@@ -92,7 +93,7 @@ class Meshed:
 
 def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
     """Measure the solids of `sitscad.parts.whole.whole`; None without a jaw. Raises `MissingExtra`, `PartsError`."""
-    jaw, plane = fitted_jaw(layout), closed_section(layout)
+    jaw, plane = fitted_jaw(layout.spec.mount), closed_section(layout)
     if jaw is None or plane is None:
         return None
     meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
@@ -112,7 +113,7 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     if opened is not None:
         found += _while_opening(layout, meshed, opened)
     for load in loads:
-        found += _under_load(layout, meshed, load)
+        found += _under_load(layout.spec, meshed, load)
     return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(found), _gaps(meshed), opened)
 
 
@@ -157,7 +158,7 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
     # From the pivot to the jaw's tip (m)
-    jaw = fitted_jaw(layout)
+    jaw = fitted_jaw(layout.spec.mount)
     assert jaw is not None and jaw.hinge is not None
     steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
     worst: dict[tuple[str, str], Measured] = {}
@@ -177,7 +178,7 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     return [Measured(OPENING, "all pieces", "opposing-jaw", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0), when)]
 
 
-def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
+def _under_load(spec: SensorSpec, meshed: tuple[Meshed, ...], load: PadLoad) -> list[Measured]:
     """The gap that is left to what does not give way: of the loaded target, of the pad with its sides bulged, and of
     the other jaw, which comes down with the target where nothing is grasped.
     """
@@ -185,7 +186,7 @@ def _under_load(layout: Layout, meshed: tuple[Meshed, ...], load: PadLoad) -> li
     found = []
     for each in meshed:
         if each.solid.role is BodyRole.TARGET:
-            moved = posed(layout, each.body, load.pose)
+            moved = posed(spec, each.body, load.pose)
             found.append(_nearest(TRAVEL, each.solid.name, moved, rigid, load.name))
         if each.solid.role is BodyRole.ELASTOMER:
             found.append(_nearest(BULGE, each.solid.name, bulged(each.body, load), rigid, load.name))
@@ -254,17 +255,17 @@ def between(body: Any, x0: float, x1: float) -> Any:
 
 def turned(layout: Layout, body: Any, angle: float) -> Any:
     """A mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
-    jaw, plane = fitted_jaw(layout), closed_section(layout)
+    jaw, plane = fitted_jaw(layout.spec.mount), closed_section(layout)
     assert jaw is not None and jaw.hinge is not None and plane is not None
     x, z = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, (plane.axis - jaw.pivot_offset) * MM
     y = axis(layout).y * MM
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 
-def posed(layout: Layout, body: Any, pose: Pose) -> Any:
+def posed(spec: SensorSpec, body: Any, pose: Pose) -> Any:
     """A mesh (mm) moved as the target is: turned about its near face's centre, then displaced."""
     bounds = body.bounding_box()
-    gap = target_gap(layout.spec)
+    gap = target_gap(spec)
     assert gap is not None
     centre = np.array([(bounds[0] + bounds[3]) / 2, (bounds[1] + bounds[4]) / 2, gap * MM])
     turn = np.array(pose.rotation)

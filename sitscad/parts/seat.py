@@ -55,7 +55,7 @@ GROOVES = (0.2, 0.4, 0.6, 0.8)
 
 def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """The seat's pieces from the bottom up; none where the board lies on the metal itself."""
-    spans = seat_spans(board_heights(layout.spec)[0], standoff, shield_that_fits(layout.spec))
+    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], standoff, shield_that_fits(layout.spec))
     if not spans:
         return ()
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body
@@ -125,7 +125,7 @@ def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
 
 def _within_port(layout: Layout, slab: Any) -> Any:
     """The slab without the edges that could stand out of the port's circle, tolerances at their worst, jaws closed."""
-    fitted, span = fitted_jaw(layout), closed_span(layout)
+    fitted, span = fitted_jaw(layout.spec.mount), closed_span(layout.spec)
     if fitted is None or span is None:
         return slab
     slab = _within_pocket(layout, fitted, slab, span[0] + fitted.height)
@@ -225,7 +225,7 @@ def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
     """The jaw, its face at a height (m), with the groove or the holes that the mount's tongue or pins go into: a
     clearance larger, the groove open at the tip, the holes drilled through so that glue can leave.
     """
-    found, room, fitted = retention(layout), joint_clearance(layout), fitted_jaw(layout)
+    found, room, fitted = retention(layout), joint_clearance(layout.spec), fitted_jaw(layout.spec.mount)
     if found is None or fitted is None:
         return jaw
     if found.kind == "pins":

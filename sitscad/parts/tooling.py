@@ -46,7 +46,9 @@ from sitscad.scene.bodies import (
 from sitscad.scene.column import mount_tolerance, print_limit, process_of
 from sitscad.scene.seating import plate_plan
 from sitscad.scene.stack import ground
+from sitscad.spec.mount import Mount
 from sitscad.spec.places import cell_placements
+from sitscad.spec.sensor import SensorSpec
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
 DRAFT = math.radians(3.0)
@@ -69,19 +71,19 @@ class Pour:
     mixed: float
 
 
-def pour(layout: Layout) -> Pour | None:
+def pour(spec: SensorSpec) -> Pour | None:
     """What is mixed for one mould; None without an elastomer."""
-    body = elastomer(layout.spec)
+    body = elastomer(spec)
     if body is None:
         return None
-    pieces = [body] if not joints(layout.spec) else [*elastomers(layout.spec), *joints(layout.spec)]
-    volume, cavities = sum(_area(one, 0.0) * one.thickness for one in pieces), _cavities(layout)
+    pieces = [body] if not joints(spec) else [*elastomers(spec), *joints(spec)]
+    volume, cavities = sum(_area(one, 0.0) * one.thickness for one in pieces), _cavities(spec)
     return Pour(cavities, volume, SPILL * cavities * volume)
 
 
-def _cavities(layout: Layout) -> int:
+def _cavities(spec: SensorSpec) -> int:
     """How many pads are cast at a time, or pieces of all pads where webs join them."""
-    return 1 if joints(layout.spec) else CAVITIES
+    return 1 if joints(spec) else CAVITIES
 
 
 def mould(layout: Layout) -> tuple[Solid, ...]:
@@ -89,12 +91,12 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     pad = joined(layout.spec) or elastomer(layout.spec)
     if pad is None:
         return ()
-    cavities = _cavities(layout)
+    cavities = _cavities(layout.spec)
     tray = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0)
     for centre in _centres(pad, cavities):
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
         lean = math.tan(DRAFT) * pad.thickness / 2
-        for piece, at in _pieces(layout, pad, centre):
+        for piece, at in _pieces(layout.spec, pad, centre):
             cavity = tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0)
             tray = one_solid(tray - cavity, "mould")
         # A ditch round the cavity, half as deep, behind a rim
@@ -112,11 +114,10 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
 
 
-def _pieces(layout: Layout, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
+def _pieces(spec: SensorSpec, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
     """What is cast together about a point, each with its middle: the pad alone, or all pads with their webs, which
     reach into these.
     """
-    spec = layout.spec
     if not joints(spec):
         yield pad, centre
         return
@@ -175,15 +176,15 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
     if not rows:
         return ()
     plan, bd = plate_plan(layout, 0.0), require("build123d")
-    found = [("jig-base", _base(layout, plan))]
+    found, gap = [("jig-base", _base(layout, plan))], clearance(layout.spec.mount)
     for lines, row in enumerate(rows, 1 if layout.spec.elastomer is not None else 0):
         # The pieces' frame: wells of their outlines, and below them room for those that are glued already. A plate on
         # the base with windows: each a body, what is left free round it, and from where to where (m)
         kind, lower, upper, under = row[0].role.value, row[0].lower, row[0].upper, rows[0] if row is not rows[0] else ()
         height = upper + WELL
         cuts = [cut for k, body in enumerate(row) for cut in (
-            (body, clearance(layout), lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
-        gap, (walls, relief) = clearance(layout), _between(layout, row)
+            (body, gap, lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
+        walls, relief = _between(layout.spec.mount, row)
         frame = prism(rectangle(*plan, 2e-3), 0.0, height)
         frame = without(frame, (prism(wall, -1e-3, height + 1e-3) for wall in walls), "jig")
         for at, size in pins(plan):
@@ -204,11 +205,11 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
 
 
-def _between(layout: Layout, row: Sequence[Body]) -> tuple[list[Path], float]:
+def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
     """The walls between wells of neighbours that would be thinner than can be made, which are left out and the wells
     joined; and how far corners are drilled out (m), so that thin walls stay in one piece with the frame.
     """
-    wall, gap = print_limit(process_of(layout.spec.mount), "wall").value, clearance(layout)
+    wall, gap = print_limit(process_of(mount), "wall").value, clearance(mount)
     walls, relief = [], CORNER_RELIEF
     for one, other in combinations(row, 2):
         (x0, y0, x1, y1), (u0, v0, u1, v1) = one.footprint.box, other.footprint.box
@@ -224,14 +225,14 @@ def _between(layout: Layout, row: Sequence[Body]) -> tuple[list[Path], float]:
     return walls, relief
 
 
-def clearance(layout: Layout) -> float:
+def clearance(mount: Mount | None) -> float:
     """Between a piece and what guides it, on each side (m): the least that the mount's process can make."""
-    return print_limit(process_of(layout.spec.mount), "clearance").value
+    return print_limit(process_of(mount), "clearance").value
 
 
 def _base(layout: Layout, plan: Box) -> Any:
     """The jig's base: a block with the board's outline sunk in, a hole to push it out, and pins."""
-    under = board_heights(layout.spec)[0]
+    under = board_heights(layout.spec.fpc.stackup)[0]
     body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
     if near is not None:  # a longer tail makes the same jig, to the last digit
@@ -247,7 +248,7 @@ def _base(layout: Layout, plan: Box) -> Any:
 
 def _stiffener_room(layout: Layout, plan: Box, under: float) -> tuple[Any, ...]:
     """What a stiffener that lies over the base takes out of it."""
-    plate, gap = layout.stiffener, clearance(layout)
+    plate, gap = layout.stiffener, clearance(layout.spec.mount)
     if plate is None:
         return ()
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
@@ -297,7 +298,7 @@ def skin_mould(layout: Layout) -> Solid | None:
     for x in (max(points, key=lambda p: p.y).x,) if given else corners:
         found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
     cup = without(cup, found, "mould")
-    gap = clearance(layout)
+    gap = clearance(layout.spec.mount)
     for at, size in pins(plan):
         cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
     turned = one_solid(cup.rotate(require("build123d").Axis.X, 180.0), "mould")

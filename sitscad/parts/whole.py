@@ -261,7 +261,7 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
         return ()
     # The board's body, whose films are pieces of their own
     bd, body, shapes = require("build123d"), _body_face(layout), {solid.name: solid.shape for solid in pieces}
-    low, high = (height * MM for height in board_heights(layout.spec))
+    low, high = (height * MM for height in board_heights(layout.spec.fpc.stackup))
     plates = {name: _level(shape) for name, shape in shapes.items()} | {
         "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
     }
@@ -331,14 +331,14 @@ def _lifts(layout: Layout) -> dict[str, float]:
         spec = layout.spec
         line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
         above = all_lines or line * (spec.elastomer is not None)
-        below = 0 if sheet is None else 1 + (board_heights(spec)[0] - sheet[1] > SPACED)
+        below = 0 if sheet is None else 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > SPACED)
         found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
         spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
         return found | dict.fromkeys(("mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
-    board = at["board"][0].nominal - board_heights(layout.spec)[0]
+    board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
     stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
     bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
-    spans = seat_spans(board_heights(layout.spec)[0], mount.standoff, shield_heights(layout.spec))
+    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_heights(layout.spec))
     bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, spans, strict=False)}
     found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
     return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}

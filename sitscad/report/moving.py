@@ -85,7 +85,7 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
         first, start = first + len(known), start + len(triangles)
     # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
-    jaw, pair, hinge = fitted_jaw(layout), closed_section(layout), None
+    jaw, pair, hinge = fitted_jaw(layout.spec.mount), closed_section(layout), None
     if jaw is not None and pair is not None and jaw.hinge is not None and jaw.opening:
         pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
         hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}

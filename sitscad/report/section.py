@@ -82,7 +82,7 @@ def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
     if spec.encapsulation is not None:
         label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
         top = top_height(spec)
-        above.append(SectionLayer(top - film_thickness(spec), top, COLOURS["film"], label, 20.0))
+        above.append(SectionLayer(top - film_thickness(spec.encapsulation), top, COLOURS["film"], label, 20.0))
     yield from reversed(above)
     # The layers of the board from the top down
     depth, copper = 0.0, 0
@@ -94,7 +94,7 @@ def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
         yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
         depth += layer.thickness
     # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
-    here = board_heights(spec)[0]
+    here = board_heights(spec.fpc.stackup)[0]
     shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
     if shield is not None and levels is not None:
         below = seat is not None and levels[0] - seat[0] > 1e-9

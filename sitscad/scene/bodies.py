@@ -15,7 +15,8 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Path, Region
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.record import kept, record
-from sitscad.spec.materials import Conductor
+from sitscad.spec.circuit import Stackup
+from sitscad.spec.materials import Conductor, Encapsulation
 from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
 
@@ -149,22 +150,22 @@ def _of_cells(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tup
     return tuple(replace(body, cell=k * bool(spec.cells)) for k, body in enumerate(found, 1) if body is not None)
 
 
-def board_heights(spec: SensorSpec) -> Heights:
+def board_heights(stackup: Stackup) -> Heights:
     """The board, without stiffener."""
-    return -spec.fpc.stackup.thickness, 0.0
+    return -stackup.thickness, 0.0
 
 
 def shield_heights(spec: SensorSpec) -> Heights | None:
     """The sheet behind the board, whether or not it fits above the metal of the jaw; None without one."""
     if spec.shield is None:
         return None
-    upper = board_heights(spec)[0] - spec.shield.gap
+    upper = board_heights(spec.fpc.stackup)[0] - spec.shield.gap
     return upper - spec.shield.thickness, upper
 
 
 def seat_heights(spec: SensorSpec) -> Heights | None:
     """From the face that carries the mount up to the board's bottom face: the standoff; None without a mount."""
-    lower = board_heights(spec)[0]
+    lower = board_heights(spec.fpc.stackup)[0]
     return None if spec.mount is None else (lower - spec.mount.standoff, lower)
 
 
@@ -184,12 +185,12 @@ MOUNT_PIECES = ("mount", "mount-spacer")
 def top_height(spec: SensorSpec) -> float:
     """The uppermost face of the sensor, film included."""
     above = above_board(spec)
-    return (above[-1].upper if above else 0.0) + film_thickness(spec)
+    return (above[-1].upper if above else 0.0) + film_thickness(spec.encapsulation)
 
 
-def film_thickness(spec: SensorSpec) -> float:
+def film_thickness(encapsulation: Encapsulation | None) -> float:
     """The encapsulation's thickness (m), which stands round the pieces too; 0 without one."""
-    return spec.encapsulation.thickness if spec.encapsulation is not None else 0.0
+    return encapsulation.thickness if encapsulation is not None else 0.0
 
 
 def target_lines(spec: SensorSpec) -> float:
@@ -213,7 +214,7 @@ def shield_span(spec: SensorSpec) -> Heights | None:
     sheet = shield_heights(spec)
     if sheet is None:
         return None
-    spaced = board_heights(spec)[0] - sheet[1] > 1e-9
+    spaced = board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9
     down = spec.assembly.glue_line * (spec.mount is not None) * (1 + spaced)
     return sheet[0] - down, sheet[1] - down
 
@@ -223,14 +224,14 @@ def metal_face(spec: SensorSpec) -> float | None:
     seat, sheet = seat_heights(spec), shield_heights(spec)
     if seat is None or spec.mount is None:
         return None
-    pieces = len(seat_spans(board_heights(spec)[0], spec.mount.standoff, sheet)) + (sheet is not None)
+    pieces = len(seat_spans(board_heights(spec.fpc.stackup)[0], spec.mount.standoff, sheet)) + (sheet is not None)
     return seat[0] - spec.assembly.glue_line * (pieces + (spec.mount.jaw is not None))
 
 
 def room_behind(spec: SensorSpec) -> float:
     """The room (m) from the board's bottom face to the shield, or to what carries the mount; endless without either."""
     sheet, metal = shield_span(spec), metal_face(spec)
-    bottom = board_heights(spec)[0]
+    bottom = board_heights(spec.fpc.stackup)[0]
     if sheet is not None:
         return bottom - sheet[1]
     return float("inf") if metal is None else bottom - metal

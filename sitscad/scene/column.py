@@ -16,7 +16,7 @@ from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import kept, record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
-from sitscad.spec.mount import Mount
+from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 
@@ -132,19 +132,20 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
     finished, written = finished_thickness(layout, Where.COIL), assembly.tolerance("board")
     board = SizeTolerance(finished.maximum - finished.nominal, finished.source)
     board = board if written is None else SizeTolerance(written, WRITTEN)
-    stacked = [_layer("jaw", jaw.height, jaw_tolerance(spec, jaw.height))]
+    stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
     for layer in (*_behind(spec, mount), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
         if assembly.glue_line:
             glue = SizeTolerance(assembly.glue_tolerance, source)
             stacked.append(_layer(f"{GLUE}{layer.part}", assembly.glue_line, glue))
         stacked.append(layer)
-    film, pad = film_thickness(spec), jaw.opposing_pad_thickness  # neither is glued
+    film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
     if film:
-        stacked.append(_layer("encapsulation", film, _tolerance(spec, "encapsulation", "film", "coated", film)))
+        stacked.append(_layer("encapsulation", film, _tolerance(assembly, "encapsulation", "film", "coated", film)))
     if pad:
-        stacked.append(_layer("opposing-pad", pad, _tolerance(spec, "opposing_pad", "opposing-pad", "moulded", pad)))
-    return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(spec, jaw.height)))
+        moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
+        stacked.append(_layer("opposing-pad", pad, moulded))
+    return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
 
 
 def levels(layers: tuple[Layer, ...]) -> Levels:
@@ -167,13 +168,13 @@ def slack(layout: Layout) -> tuple[float, float]:
 def _slack(layout: Layout) -> tuple[float, float]:
     layers = column(layout)
     glue = total(layer.thickness for layer in layers if layer.is_glue).nominal
-    size, placed = mount_tolerance(layout.spec).band, placement(layout.spec).band
+    size, placed = mount_tolerance(layout.spec).band, placement(layout.spec.assembly).band
     return 0.5 * size + placed, 0.5 * (total(layer.thickness for layer in layers).spread + glue)
 
 
-def placement(spec: SensorSpec) -> SizeTolerance:
+def placement(assembly: Assembly) -> SizeTolerance:
     """How far a piece may be glued beside its place."""
-    return _tolerance(spec, "placement", "placement", "by ledges", 0.0)
+    return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
 
 def outline_tolerance(spec: SensorSpec) -> SizeTolerance:
@@ -192,19 +193,19 @@ def process_of(mount: Mount | None) -> str:
 def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
     """Of each printed or milled piece."""
     size = spec.mount.standoff if spec.mount is not None else 0.0
-    return _tolerance(spec, "mount", "mount", process_of(spec.mount), size)
+    return _tolerance(spec.assembly, "mount", "mount", process_of(spec.mount), size)
 
 
-def jaw_tolerance(spec: SensorSpec, size: float) -> SizeTolerance:
+def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
     """Of a jaw's size (m)."""
-    return _tolerance(spec, "jaw", "jaw", "machined", size)
+    return _tolerance(assembly, "jaw", "jaw", "machined", size)
 
 
-def plate_tolerance(spec: SensorSpec, name: str, size: float) -> SizeTolerance:
+def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
     """Of the sides of the elastomer or the target."""
     if name == "target":
-        return _tolerance(spec, "target_size", "edge", "cut", size)
-    return _of_elastomer(spec, "elastomer_size", "elastomer size")
+        return _tolerance(assembly, "target_size", "edge", "cut", size)
+    return _of_elastomer(assembly, "elastomer_size", "elastomer size")
 
 
 def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
@@ -214,40 +215,42 @@ def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
 
 def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
     """Printed pieces and shield between metal and board, from the metal upwards."""
-    bottom, sheet = board_heights(spec)[0], shield_heights(spec)
+    bottom, sheet = board_heights(spec.fpc.stackup)[0], shield_heights(spec)
     spans = zip(MOUNT_PIECES, seat_spans(bottom, mount.standoff, sheet), strict=False)
     printed = mount_tolerance(spec)
     found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
     if sheet is not None and spec.shield is not None:
         thickness = spec.shield.thickness
-        found.append((sheet[0], _layer("shield", thickness, _tolerance(spec, "shield", "sheet", "rolled", thickness))))
+        rolled = _tolerance(spec.assembly, "shield", "sheet", "rolled", thickness)
+        found.append((sheet[0], _layer("shield", thickness, rolled)))
     return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
 
 
 def _above(spec: SensorSpec) -> Iterator[Layer]:
     if spec.elastomer is not None:
-        yield _layer("elastomer", spec.elastomer.thickness, _of_elastomer(spec, "elastomer", "elastomer thickness"))
+        own = _of_elastomer(spec.assembly, "elastomer", "elastomer thickness")
+        yield _layer("elastomer", spec.elastomer.thickness, own)
     if spec.target is not None:
         thickness = spec.target.thickness
-        yield _layer("target", thickness, _tolerance(spec, "target", "sheet", "rolled", thickness))
+        yield _layer("target", thickness, _tolerance(spec.assembly, "target", "sheet", "rolled", thickness))
 
 
 def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
     return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
 
 
-def _of_elastomer(spec: SensorSpec, written: str, row: str) -> SizeTolerance:
+def _of_elastomer(assembly: Assembly, written: str, row: str) -> SizeTolerance:
     """The tolerance of the pad, one and the same as the electrical estimate's."""
-    own = spec.assembly.tolerance(written)
+    own = assembly.tolerance(written)
     if own is not None:
         return SizeTolerance(own, WRITTEN)
     found = next(entry for entry in _read("tolerances") if entry["name"] == row)
     return SizeTolerance(float(found["half_width"]), cited(found))
 
 
-def _tolerance(spec: SensorSpec, written: str, part: str, process: str, size: float) -> SizeTolerance:
+def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
     """What the spec writes, else what the process keeps at a size (m)."""
-    own = spec.assembly.tolerance(written)
+    own = assembly.tolerance(written)
     return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
 
 

@@ -43,7 +43,7 @@ from sitscad.scene.jaws import (
 )
 from sitscad.scene.seating import side_ledges
 from sitscad.scene.tail_path import tail_path
-from sitscad.spec.mount import Jaw
+from sitscad.spec.mount import Assembly, Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 
@@ -99,12 +99,12 @@ class ClosedSection:
 
 def fit(layout: Layout) -> tuple[Measure, ...]:
     """What is measured of a sensor in a jaw; nothing without one. Raises `PartsError` where the shield does not fit."""
-    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
     if jaw is None or pair is None:
         return ()
     # the circle that the closed pair needs, with the shares of all its parts
     spec, layers = layout.spec, column(layout)
-    outline, placed = outline_tolerance(spec), placement(spec)
+    outline, placed = outline_tolerance(spec), placement(spec.assembly)
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
@@ -131,7 +131,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not
     fit.
     """
-    jaw, span = fitted_jaw(layout), closed_span(layout)
+    jaw, span = fitted_jaw(layout.spec.mount), closed_span(layout.spec)
     shield_that_fits(layout.spec)
     if jaw is None or span is None:
         return None
@@ -148,7 +148,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
     """How far the board stands over the sides of the jaw's face; the seat carries as much as it is thick (45 deg)."""
     spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
-    outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec, face), placement(spec)
+    outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec.assembly, face), placement(spec.assembly)
     parts = (
         Share("board across", width, outline.band, outline.source),
         Share("jaw's face across", face, metal.band, metal.source),
@@ -162,7 +162,7 @@ def _overhang(layout: Layout, jaw: Jaw) -> Measure:
 
 def _length(layout: Layout, jaw: Jaw) -> Measure:
     """The body's length against the jaw's."""
-    outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec, jaw.length)
+    outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec.assembly, jaw.length)
     length = layout.body_size[0]
     parts = (
         Share("board along", length, outline.band, outline.source),
@@ -180,7 +180,7 @@ def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: 
 def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
     # Lowest point, side and face edge of both jaws
     profile = section(jaw)
-    half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec, profile.face).band, "jaw across")
+    half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, profile.face).band, "jaw across")
     side = Toleranced(profile.side)
     for name, back, inner, inward in (("jaw", 0, 1, -1.0), ("opposing jaw", 1, 0, 1.0)):
         faces = at[name.replace(" ", "-")]
@@ -194,7 +194,7 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
     ):
         if pocket is not None and recess:
             tall = section(replace(jaw, height=jaw.height + recess))
-            edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec, tall.face).band, "jaw across")
+            edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, tall.face).band, "jaw across")
             for below in (0.0, tall.side):
                 yield Corner(name, edge, floor + Toleranced(inward * (recess - below)) - middle)
     yield from _seat_corners(layout, at, middle)
@@ -204,21 +204,22 @@ def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterat
 def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
     """The lower edge of the seat on the metal, and both edges of the shield; both are made to measure."""
     spec = layout.spec
-    metal, sheet = board_heights(spec)[0] - (spec.mount.standoff if spec.mount else 0.0), shield_heights(spec)
-    printed, placed = mount_tolerance(spec), _placed(layout, "mount")
+    metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
+    sheet = shield_heights(spec)
+    printed, placed = mount_tolerance(spec), _placed(spec.assembly, "mount")
     lowest = at["jaw"][1]
     yield Corner(
         "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed, lowest - middle
     )
     if sheet:
-        half = Toleranced(half_width(layout, sheet[0])) + _placed(layout, "shield")
+        half = Toleranced(half_width(layout, sheet[0])) + _placed(spec.assembly, "shield")
         for level in at["shield"]:
             yield Corner("shield", half, level - middle)
     ledges = side_ledges(layout)
     if ledges is not None and "mount" in at:
         aside = Toleranced.of(ledges[1], 0.5 * printed.band, "mount across") + placed
         foot = at["mount"][0]
-        height = Toleranced.of(board_heights(spec)[1] - metal, printed.band, "ledge")
+        height = Toleranced.of(board_heights(spec.fpc.stackup)[1] - metal, printed.band, "ledge")
         for level in (foot, foot + height):
             yield Corner("mount", aside, level - middle)
 
@@ -227,7 +228,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     """Every outer corner of board, pad, target and film."""
     spec = layout.spec
     outline = outline_tolerance(spec)
-    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(layout, "board")
+    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(spec.assembly, "board")
     for level in at["board"]:
         yield Corner("board body", half, level - middle)
     film = at["encapsulation"][1] - at["encapsulation"][0] if "encapsulation" in at else None
@@ -236,8 +237,8 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
     for body in above_board(spec):
         part, (_, low, _, high) = body.role.value, body.footprint.box
         aside = max(high - axis(layout).y, axis(layout).y - low)
-        size = plate_tolerance(spec, part, high - low)
-        across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(layout, part)
+        size = plate_tolerance(spec.assembly, part, high - low)
+        across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
         lower, upper = at[part]
         for level in (lower, upper):
             yield Corner(part, across, level - middle)
@@ -247,9 +248,9 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
             yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
 
 
-def _placed(layout: Layout, part: str) -> Toleranced:
+def _placed(assembly: Assembly, part: str) -> Toleranced:
     """Where a piece is glued beside its place, each by itself: all are pushed against the same ledges."""
-    return Toleranced.of(0.0, placement(layout.spec).band, f"{part} beside its place")
+    return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
 
 
 @record
@@ -278,7 +279,7 @@ def shaft(spec: SensorSpec) -> Shaft | None:
 
 def end_section(layout: Layout) -> tuple[float, float]:
     """Width and thickness (m) of the tail behind the jaw, end and stiffener included; zeros without such, or a jaw."""
-    jaw = fitted_jaw(layout)
+    jaw = fitted_jaw(layout.spec.mount)
     if jaw is None:
         return 0.0, 0.0
     heel = jaw_range(layout, jaw)[1]
@@ -308,14 +309,14 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
     `PartsError` where the shield does not fit into the standoff.
     """
-    jaw, behind, pair = fitted_jaw(layout), shaft(layout.spec), closed_section(layout)
+    jaw, behind, pair = fitted_jaw(layout.spec.mount), shaft(layout.spec), closed_section(layout)
     closed = tail_path(layout)
     if jaw is None or behind is None or pair is None or jaw.hinge is None or closed is None or closed.radius is None:
         return ()
     pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
     half = (jaw.opening or 0.0) / 2
     ways = [("closed", 0.0, closed), (f"open by {math.degrees(2 * half):.3g} deg", half, tail_path(layout, half))]
-    thick = tail_thickness(layout.spec)
+    thick = tail_thickness(layout.spec.fpc)
     return tuple(
         PinGap(when, (way or closed).distance(*pivot) - thick / 2, behind.pin / 2, angle, behind.source)
         for when, angle, way in ways
@@ -327,7 +328,7 @@ def closing(layout: Layout) -> Closing | None:
     lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the sensor
     leaves of that is the tissue's.
     """
-    jaw, pair = fitted_jaw(layout), closed_section(layout)
+    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
     if jaw is None or pair is None:
         return None
     heel = jaw_range(layout, jaw)[1]

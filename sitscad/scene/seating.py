@@ -11,14 +11,15 @@ from dataclasses import replace
 from itertools import pairwise
 
 from sitscad.geometry.convex import Box
-from sitscad.geometry.path import bounding_box
-from sitscad.layout.board import Layout
+from sitscad.geometry.path import Path, bounding_box
+from sitscad.layout.board import Layout, Stiffener
 from sitscad.record import record
 from sitscad.scene.bodies import above_board, board_heights, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
+from sitscad.spec.sensor import SensorSpec
 
 TIGHT = 0.15e-3
 """Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""
@@ -56,7 +57,7 @@ def ledge(mount: Mount | None) -> float:
 
 def stop_place(layout: Layout) -> tuple[float, float] | None:
     """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
-    mount, fitted = layout.spec.mount, fitted_jaw(layout)
+    mount, fitted = layout.spec.mount, fitted_jaw(layout.spec.mount)
     inner = layout.body[0] - clearance(mount)
     outer = inner - ledge(mount)
     return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
@@ -64,10 +65,10 @@ def stop_place(layout: Layout) -> tuple[float, float] | None:
 
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
     """Inner and outer half width (m) of the ledges beside the board; None where jaw or port leave no room for them."""
-    mount, jaw = layout.spec.mount, fitted_jaw(layout)
+    mount, jaw = layout.spec.mount, fitted_jaw(layout.spec.mount)
     if mount is None or jaw is None or mount.kind != "grasper-pad":
         return None
-    spans = seat_spans(board_heights(layout.spec)[0], mount.standoff, shield_that_fits(layout.spec))
+    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_that_fits(layout.spec))
     inner = layout.body_size[1] / 2 + clearance(mount)
     outer = inner + ledge(mount)
     if not spans or outer > section(rim(jaw)).face / 2:
@@ -78,11 +79,11 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
 
 def relief(layout: Layout) -> Relief | None:
     """The tongue under the tail; None without a tail, or where jaw and stiffener leave it no room."""
-    mount, jaw = layout.spec.mount, fitted_jaw(layout)
+    mount, jaw = layout.spec.mount, fitted_jaw(layout.spec.mount)
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
     start = layout.body[2]
-    end = min(start + LONGEST_RELIEF, jaw_range(layout, jaw)[1] - 0.2e-3, _before_stiffener(layout))
+    end = min(start + LONGEST_RELIEF, jaw_range(layout, jaw)[1] - 0.2e-3, _before_stiffener(layout.stiffener))
     if jaw.pocket is not None and jaw.recess:
         middle = sum(jaw_range(layout, jaw)) / 2
         end = min(end, middle + jaw.pocket[0] / 2 - clearance(mount))
@@ -92,15 +93,15 @@ def relief(layout: Layout) -> Relief | None:
     wall = clearance(mount) + ledge(mount)
     low, high = layout.body[1], layout.body[3]
     across, cheeks = (max(low, tail[0]), min(high, tail[1])), None
-    straight = _straight_from(layout, tail, start, end) + clearance(mount)
+    straight = _straight_from(layout.outline, tail, start, end) + clearance(mount)
     if tail[0] - wall >= low and tail[1] + wall <= high and end - straight >= LEAST_RELIEF:
         across, cheeks = (tail[0] - wall, tail[1] + wall), straight
     return Relief((start, end), across, tail, tail_heights(layout)[0], cheeks)
 
 
-def _straight_from(layout: Layout, tail: tuple[float, float], start: float, end: float) -> float:
+def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
     """From where on (m) no edge of the board, its taper included, stands beyond the tail's sides at the end."""
-    points = layout.outline.flattened(1e-5)
+    points = outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):
         for side, limit in ((-1.0, tail[0] - SAME), (1.0, tail[1] + SAME)):
@@ -117,12 +118,12 @@ def cap_end(layout: Layout) -> float | None:
     mount = layout.spec.mount
     if mount is None or mount.finger is None:
         return None
-    return min(layout.body[2] + mount.finger.grip, _before_stiffener(layout) - 0.7e-3)
+    return min(layout.body[2] + mount.finger.grip, _before_stiffener(layout.stiffener) - 0.7e-3)
 
 
-def _before_stiffener(layout: Layout) -> float:
+def _before_stiffener(stiffener: Stiffener | None) -> float:
     """Where a stiffener under the tail begins, less a little (m); endless without one."""
-    plate = layout.stiffener
+    plate = stiffener
     return math.inf if plate is None else bounding_box([plate.outline.outline])[0] - 0.3e-3
 
 
@@ -136,9 +137,9 @@ def retention(layout: Layout) -> Retention | None:
     return replace(found, spacing=found.spacing if found.spacing is not None else (x1 - x0) / 2)
 
 
-def joint_clearance(layout: Layout) -> float:
+def joint_clearance(spec: SensorSpec) -> float:
     """Between tongue or pin and the jaw cut for it, on each side (m): the process's, and the glue line."""
-    return print_limit(process_of(layout.spec.mount), "clearance").value + layout.spec.assembly.glue_line
+    return print_limit(process_of(spec.mount), "clearance").value + spec.assembly.glue_line
 
 
 def neck(found: Retention) -> float:
@@ -155,11 +156,11 @@ def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
 
 def metal_below(layout: Layout) -> float | None:
     """The least metal (m) that a dovetail's groove leaves of the jaw; None without one."""
-    found, jaw = retention(layout), fitted_jaw(layout)
+    found, jaw = retention(layout), fitted_jaw(layout.spec.mount)
     if found is None or jaw is None or found.kind != "dovetail":
         return None
     bar = section(jaw)
-    half, _, depth = tongue_across(found, joint_clearance(layout))
+    half, _, depth = tongue_across(found, joint_clearance(layout.spec))
     if half >= bar.face / 2:
         return 0.0
     sagitta = bar.radius - math.sqrt(max(0.0, bar.radius**2 - half**2))
@@ -204,7 +205,7 @@ def plate_plan(layout: Layout, film: float) -> Box:
     for body in above_board(layout.spec):
         left, low, right, high = body.footprint.box
         x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
-    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(layout)
+    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(layout.spec.mount)
     if pattern is not None:
         ends += [(*hole.at, hole.head / 2 + ROUND_HOLE) for hole in _placed(layout, pattern)]
     x0, y0 = min(x - room for x, _, room in ends), min(y - room for _, y, room in ends)
@@ -213,7 +214,7 @@ def plate_plan(layout: Layout, film: float) -> Box:
 
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
     """The holes of an adapter: a pattern's that lie under board or tail; none where the plate has them itself."""
-    pattern = _pattern(layout)
+    pattern = _pattern(layout.spec.mount)
     return () if pattern is None or clear_pattern(layout) else _placed(layout, pattern)
 
 
@@ -224,9 +225,8 @@ def corner_holes(plan: Box) -> tuple[Hole, ...]:
     return tuple(Hole(centre, CORNER_SCREW.hole, CORNER_SCREW.head) for centre in centres)
 
 
-def _pattern(layout: Layout) -> HolePattern | None:
+def _pattern(mount: Mount | None) -> HolePattern | None:
     """The plate's pattern; None for screws in its own corners."""
-    mount = layout.spec.mount
     found = mount.holes if mount is not None else None
     return None if found is None or (found.grid is None and found.name == "corners-m2") else found
 
@@ -235,7 +235,7 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
     """The holes of a plate's pattern where all are clear of board, tail and what stands over it; else none: then four
     stand in its corners.
     """
-    pattern = _pattern(layout)
+    pattern = _pattern(layout.spec.mount)
     if pattern is None:
         return ()
     holes, boxes = _placed(layout, pattern), [box for box in _boxes(layout) if box[2] > box[0]]

@@ -35,6 +35,7 @@ from sitscad.scene.jaws import (
     section,
     shield_that_fits,
 )
+from sitscad.spec.body import BodySpec
 from sitscad.spec.mount import Jaw
 from sitscad.units import in_mm
 
@@ -52,7 +53,7 @@ def stack(layout: Layout) -> tuple[Body, ...]:
 
 def board(layout: Layout) -> Body:
     """The flexible circuit with its tail held straight, without stiffener."""
-    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec), "polyimide")
+    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec.fpc.stackup), "polyimide")
 
 
 def stiffener(layout: Layout) -> Body | None:
@@ -77,14 +78,14 @@ def shield(layout: Layout) -> Body | None:
     if sheet is None or levels is None:
         return None
     (x0, _, x1, _), y, half = layout.body, axis(layout).y, half_width(layout, levels[0])
-    is_disc = has_round_body(layout) and half >= (x1 - x0) / 2 - 1e-9
+    is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
     plan = Region(ground(layout) if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
 
 
-def has_round_body(layout: Layout) -> bool:
+def has_round_body(body: BodySpec | None) -> bool:
     """Whether the spec makes the board's body a circle."""
-    return layout.spec.fpc.body is not None and layout.spec.fpc.body.shape == "circle"
+    return body is not None and body.shape == "circle"
 
 
 def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
@@ -124,7 +125,7 @@ def ground(layout: Layout) -> Path:
 
 def _jaws(layout: Layout) -> Iterator[Body]:
     """The jaws as bodies, and the other one's pad."""
-    jaw, seat = fitted_jaw(layout), seat_heights(layout.spec)
+    jaw, seat = fitted_jaw(layout.spec.mount), seat_heights(layout.spec)
     if jaw is None or seat is None:
         return
     (x0, x1), y, half = jaw_range(layout, jaw), axis(layout).y, section(jaw).face / 2
@@ -211,8 +212,8 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
-    (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec)[0]
-    sheet, jaw, closed = shield_that_fits(layout.spec), fitted_jaw(layout), closed_span(layout)
+    (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec.fpc.stackup)[0]
+    sheet, jaw, closed = shield_that_fits(layout.spec), fitted_jaw(mount), closed_span(layout.spec)
     spans = seat_spans(under, mount.standoff, sheet)
     if sheet is not None and under - sheet[1] <= 1e-9:
         half = half_width(layout, sheet[0])

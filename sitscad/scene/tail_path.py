@@ -13,7 +13,7 @@ from sitscad.scene.bodies import board_heights, film_thickness, metal_face, seat
 from sitscad.scene.jaws import fitted_jaw, jaw_range
 from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
 from sitscad.scene.stack import tail_heights
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.circuit import FpcSpec
 
 LEAST = 1e-6  # Drops and turns (m, rad) below this are none
 
@@ -130,11 +130,11 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     low, high = tail_heights(layout)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (BentStretch(layout.tail_length),))
-    drop, jaw, stretch = _drop(layout), fitted_jaw(layout), bend_stretch(layout)
+    drop, jaw, stretch = _drop(layout), fitted_jaw(layout.spec.mount), bend_stretch(layout)
     if drop is None:
         return straight
     reason = _why_straight(layout)
-    radius = bend_radius(layout.spec)
+    radius = bend_radius(layout.spec.fpc)
     if reason or radius is None or stretch is None:
         return TailPath(start, straight.stretches, None, reason)
     middle = radius + (high - low) / 2
@@ -158,7 +158,7 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 def _drop(layout: Layout) -> float | None:
     """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
-    mount, jaw, face = layout.spec.mount, fitted_jaw(layout), metal_face(layout.spec)
+    mount, jaw, face = layout.spec.mount, fitted_jaw(layout.spec.mount), metal_face(layout.spec)
     if mount is None or face is None or (jaw is None and mount.finger is None):
         return None
     rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
@@ -175,26 +175,26 @@ def _held_until(layout: Layout) -> float:
 
 def lip(layout: Layout) -> Lip | None:
     """The round edge over which the tail leaves tongue or cap; None without one, a known radius or room for it."""
-    mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec)
+    mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec.fpc)
     if mount is None or not drop or radius is None:
         return None
-    bends = _let_down(drop, radius + tail_thickness(layout.spec) / 2)
-    turn = bends[0].length / (radius + tail_thickness(layout.spec) / 2) if bends else 0.0
+    bends = _let_down(drop, radius + tail_thickness(layout.spec.fpc) / 2)
+    turn = bends[0].length / (radius + tail_thickness(layout.spec.fpc) / 2) if bends else 0.0
     if (end := cap_end(layout)) is not None:
-        return round_edge(layout.spec, end, (1.0 - LEFT) * mount.standoff, turn)
+        return round_edge(layout.spec.fpc, end, (1.0 - LEFT) * mount.standoff, turn)
     tongue = relief(layout)
     if tongue is None:
         return None
-    spans = seat_spans(board_heights(layout.spec)[0], mount.standoff, shield_heights(layout.spec))
-    found = round_edge(layout.spec, tongue.along[1], (1.0 - LEFT) * (tongue.top - spans[-1][0]), turn)
+    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_heights(layout.spec))
+    found = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - spans[-1][0]), turn)
     return found if found.start - tongue.along[0] >= LEAST_RELIEF else None
 
 
-def round_edge(spec: SensorSpec, end: float, depth: float, turn: float) -> Lip:
+def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
     """An edge at a place along the tail (m) that is round by the tail's bend radius through an angle (rad), or as far
     as so much depth (m) has room; by a small radius where none is known.
     """
-    radius = bend_radius(spec)
+    radius = bend_radius(fpc)
     if radius is None:
         radius, turn = min(EDGE_ROUNDING, depth), math.pi / 2
     turn = min(turn, math.acos(max(-1.0, 1.0 - depth / radius)))
@@ -206,7 +206,8 @@ def free_from(layout: Layout) -> float:
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
         return end
-    return max(end, plate_plan(layout, film_thickness(layout.spec))[2] - (bend_radius(layout.spec) or 0.0))
+    plate = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    return max(end, plate[2] - (bend_radius(layout.spec.fpc) or 0.0))
 
 
 def _why_straight(layout: Layout) -> str:
@@ -217,7 +218,7 @@ def _why_straight(layout: Layout) -> str:
         return "fpc.tail.bend is none"
     if tail.turn != "none" or tail.offset:
         return "it turns aside in its plane before the contacts"
-    if bend_radius(layout.spec) is None:
+    if bend_radius(layout.spec.fpc) is None:
         return f"{layout.spec.fpc.rules.name} states no bend radius"
     if stretch is None:
         return "no stretch of it has straight tracks"
@@ -251,7 +252,7 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
     path = tail_path(layout)
     if path is None or path.radius is None:
         return ()
-    whose = "finger" if fitted_jaw(layout) is None else "jaw"
+    whose = "finger" if fitted_jaw(layout.spec.mount) is None else "jaw"
     over = "off the body's level" if lip(layout) is None else "over the mount's round edge"
     found, here = [], layout.body[2]
     for stretch in path.stretches:
@@ -268,13 +269,13 @@ def own_bend(layout: Layout) -> Bend | None:
     tail, room = layout.spec.fpc.tail, room_for_own(layout)
     if tail is None or room is None or not tail.bend_angle:
         return None
-    half, low, high = bend_length(layout.spec) / 2, *room
+    half, low, high = bend_length(layout.spec.fpc) / 2, *room
     line, pivot = (low + high) / 2, pivot_line(layout)
     if tail.bend_at is not None:
         line = layout.body[2] + tail.bend_at
     elif pivot is not None and low + half <= pivot <= high - half:
         line = pivot
-    radius, is_dynamic = bend_radius(layout.spec), tail.bend == "dynamic"
+    radius, is_dynamic = bend_radius(layout.spec.fpc), tail.bend == "dynamic"
     return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, is_dynamic)
 
 
@@ -291,7 +292,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 def pivot_line(layout: Layout) -> float | None:
     """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
-    jaw, path = fitted_jaw(layout), tail_path(layout)
+    jaw, path = fitted_jaw(layout.spec.mount), tail_path(layout)
     if jaw is None or jaw.hinge is None:
         return None
     pivot = jaw_range(layout, jaw)[1] + jaw.hinge

@@ -119,7 +119,7 @@ def _turned(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def _of_band(spec: SensorSpec) -> float:
-    return placement(spec).band / math.sqrt(3.0)
+    return placement(spec.assembly).band / math.sqrt(3.0)
 
 
 SPREADS: dict[str, UnitSpread] = {

@@ -68,7 +68,7 @@ def test_a_bend_without_room_is_an_error(advised, bench):
 
 
 def test_a_bend_in_a_zone_that_is_long_enough_but_nowhere_straight_is_a_warning(advised, bench):
-    needed, (start, _) = bend_length(bench.spec), bench.bend_zone
+    needed, (start, _) = bend_length(bench.spec.fpc), bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.01 * needed)))
     assert found.severity is Severity.WARNING and found.measured < found.limit == needed
 

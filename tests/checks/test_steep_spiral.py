@@ -52,7 +52,7 @@ def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
     found = judge("SIT108", spec, lay_out(spec))
     gap = min(finding.measured for finding in found)
     assert gap == approx(nearest_turns(spec), abs=0.2e-6)
-    assert 0.0 < spec.coil.trace_spacing - gap <= nearer_by(spec)
+    assert 0.0 < spec.coil.trace_spacing - gap <= nearer_by(spec.coil)
 
 
 @pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
@@ -67,6 +67,6 @@ def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge
 
 
 def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
-    assert nearer_by(wide(shape="square", turns=1)) == 0.0
-    assert nearer_by(wide(0.1, 0.1, 5)) < 0.1e-6
+    assert nearer_by(wide(shape="square", turns=1).coil) == 0.0
+    assert nearer_by(wide(0.1, 0.1, 5).coil) < 0.1e-6
     assert judge("SIT108", wide(0.1, 0.1, 5), lay_out(wide(0.1, 0.1, 5))) == []

@@ -39,12 +39,12 @@ loads:
 
 def case(text, name="scissor"):
     spec = load_text(PLAIN + text)
-    return spec, posed(spec, load_cases(spec, [name])[0])[0]
+    return spec, posed(spec, load_cases(spec.loads, [name])[0])[0]
 
 
 def test_a_press_is_the_required_force_and_stays_level():
     spec = load_text(ALL)
-    pose = posed(spec, load_cases(spec, ["press"])[0])[0]
+    pose = posed(spec, load_cases(spec.loads, ["press"])[0])[0]
     assert pose[[0, 1, 3, 4, 5]] == approx(0.0, abs=1e-12)
     assert soft_pad(spec).force(pose)[0, 2] == approx(-2.0, rel=1e-6)
 
@@ -52,7 +52,7 @@ def test_a_press_is_the_required_force_and_stays_level():
 def test_every_case_is_held_by_the_force_that_it_names():
     spec = load_text(ALL)
     pad = soft_pad(spec)
-    for one in load_cases(spec, ["all"]):
+    for one in load_cases(spec.loads, ["all"]):
         held, push = pad.force(posed(spec, one)[0])[0], push_of(one)
         assert held[:3] == approx(push.force, abs=1e-7), one.name
 

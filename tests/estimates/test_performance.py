@@ -28,7 +28,7 @@ def bench():
 
 
 def test_axes_are_those_that_the_array_tells_apart():
-    found = {name: axes_told_apart(sitscad.load(TEMPLATES / f"{name}.yaml").array)
+    found = {name: axes_told_apart(sitscad.load(TEMPLATES / f"{name}.yaml").array.placements)
              for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
     assert found["single_coil"] == ("normal",)
     assert found["bench_7mm"] == ("normal", "shear_x")

@@ -88,7 +88,7 @@ def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
 
 
 def test_the_law_of_the_tanks_is_that_of_the_states(steel):
-    law, coil = tank_law(steel.spec, steel.estimates), steel.estimates.coils[0]
+    law, coil = tank_law(steel.spec.readout.device, steel.estimates), steel.estimates.coils[0]
     rest, pressed = coil.states["rest"], coil.states["pressed"]
     lost = (pressed.resistance - rest.resistance) / (2.0 * np.pi * rest.frequency)
     said = law.logarithms(np.array([complex(pressed.inductance - rest.inductance, -lost)]))[0]

@@ -159,7 +159,7 @@ def test_what_bonds_copper_to_copper_is_no_core(name):
 
 def test_the_extent_of_layers_that_end_at_the_body_is_on_a_layer_of_its_own():
     layout = spec_board("line, count: 2, pitch: 8", 4)
-    text, corner = kicad_board.board(layout), kicad_board.sheet_corner(layout)
+    text, corner = kicad_board.board(layout), kicad_board.sheet_corner(layout.outline)
     rows = re.findall(r'\(gr_line \(start (\S+) (\S+)\) \(end (\S+) (\S+)\).*?\(layer "User.3"\)', text)
     points = {(float(x), float(y)) for row in rows for x, y in (row[:2], row[2:])}
     x0, y0, x1, y1 = (side * 1e3 for side in layout.body)

@@ -58,7 +58,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
     (finding,) = advised(spec)
     factor = float(re.search(r"centres ([\d.]+) times", finding.hint).group(1))
-    near = room.nearest_distance(spec)
+    near = room.nearest_distance(spec.array.placements)
     assert finding.key == "array.centres" and finding.measured == approx(near, rel=1e-6)
     assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
 

@@ -223,7 +223,7 @@ def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkey
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
     monkeypatch.setattr(bench_steps, "bare_board_code", lambda *_: int(used))
-    said = bench_steps._drive(SENSOR.layout, SENSOR.estimates, SENSOR.bench_estimates)
+    said = bench_steps._drive(SENSOR.layout.spec, SENSOR.estimates, SENSOR.bench_estimates)
     assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 

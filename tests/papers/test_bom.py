@@ -164,7 +164,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     layout = lay_out(load_text(templates.read(template)))
     rows = rows_of(layout)
     length, width, thickness = (float(side) for side in rows["shield"]["size"].removesuffix(" mm").split(" x "))
-    low, high = closed_span(layout)
+    low, high = closed_span(layout.spec)
     levels = shield_heights(layout.spec)
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
     assert corner == approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)

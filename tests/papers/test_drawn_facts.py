@@ -126,7 +126,7 @@ def test_readme_and_drawings_state_one_thickness_at_the_contacts(connector):
 def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
     labels, end = labels_of(contact_sheet(real, "")), board_end(real)
     count, connector = len(real.pads), real.spec.fpc.tail.connector if real.spec.fpc.tail else None
-    allowed = end_tolerance(real)
+    allowed = end_tolerance(real.spec.fpc)
     assert f"{end.width * 1e3:.2f} +/- {allowed * 1e3:.2f}" in labels
     told = re.search(r"Tail [0-9.]+ mm \+/- ([0-9]+) um wide", words_of(contact_sheet(real, "")))
     assert told is None or float(told[1]) == approx(allowed * 1e6, rel=1e-6)
@@ -234,7 +234,7 @@ def test_a_bend_that_is_only_called_so_is_a_right_angle_down_in_the_middle(bend)
     assert found.line == approx((a + b) / 2, rel=1e-6) and found.angle == approx(math.pi / 2, rel=1e-6)
     assert (found.direction, found.is_dynamic) == ("down", bend == "dynamic")
     ratio = layout.spec.fpc.rules.static_bend_ratio[2] if bend == "static" else 40.0
-    thickness = tail_thickness(layout.spec)
+    thickness = tail_thickness(layout.spec.fpc)
     assert found.radius == approx(ratio * thickness, rel=1e-6)
     assert found.end - found.start == approx(math.pi / 2 * (ratio + 0.5) * thickness, rel=1e-6)
     assert any("90 deg down" in default for default in load_text(BENT.format(bend=bend)).source.defaults)
@@ -244,7 +244,7 @@ def test_a_bend_written_out_is_drawn_where_and_as_it_is_said():
     layout = bent("{kind: static, at: 12, direction: up, angle: 45 deg, radius: 2}")
     bend, x = own_bend(layout), layout.body[2] + 12e-3
     assert bend.line == approx(x, rel=1e-6) and bend.radius == approx(2e-3, rel=1e-6)
-    assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec) / 2), rel=1e-6)
+    assert bend.end - bend.start == approx(math.pi / 4 * (2e-3 + tail_thickness(layout.spec.fpc) / 2), rel=1e-6)
     drawing = board_drawing.drawing(layout, "")
     assert "bend 45 deg up, R min 2.00 inside" in labels_of(drawing) and board_drawing.mm(x) in labels_of(drawing)
     said = f"about the line across it at x = {x * 1e3:.4g} mm; inside radius at least 2 mm"
@@ -330,7 +330,7 @@ def test_the_room_that_a_misplaced_bend_is_told_is_room(at):
 
 def test_a_bend_that_fits_is_not_told():
     assert not bend_findings("{at: 12, radius: 3, angle: 30 deg, direction: up}")
-    assert bend_length(bent("{angle: 180 deg}").spec) == approx(2 * bend_length(bent("static").spec), rel=1e-6)
+    assert bend_length(bent("{angle: 180 deg}").spec.fpc) == approx(2 * bend_length(bent("static").spec.fpc), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
         assert mesh.interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in mesh.clearances(together)}
         if name in ("jaw", "round"):  # others overhang, and lie on their frame
-            assert gaps[f"jig-{body.name}", body.name] == approx(clearance(layout), abs=2e-6)
+            assert gaps[f"jig-{body.name}", body.name] == approx(clearance(layout.spec.mount), abs=2e-6)
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
 
 
@@ -83,7 +83,7 @@ def test_the_press_stops_where_glue_and_piece_are_as_high_as_meant():
 
 def test_without_anything_on_the_board_there_is_no_jig():
     assert jig(handmade.layout("bare")) == () and mould(handmade.layout("bare")) == ()
-    assert pour(handmade.layout("bare")) is None
+    assert pour(handmade.layout("bare").spec) is None
 
 
 @pytest.mark.parametrize("name", ["jaw", "round"])
@@ -92,7 +92,7 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
     layout = handmade.layout(name)
     pad = elastomer(layout.spec)
     tray, lid = mould(layout)
-    found = pour(layout)
+    found = pour(layout.spec)
     x, y = pad.footprint.size
     area = math.pi * x * y / 4 if pad.footprint.is_round else x * y
     assert found.pad == approx(area * pad.thickness, rel=1e-6) and found.mixed == approx(
@@ -108,7 +108,7 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
 
 def test_a_coarser_process_leaves_more_room_in_the_jig():
     mount = replace(handmade.jaw_sensor().spec.mount, process="filament")
-    assert clearance(handmade.jaw_sensor(mount=mount)) > clearance(handmade.jaw_sensor())
+    assert clearance(handmade.jaw_sensor(mount=mount).spec.mount) > clearance(handmade.jaw_sensor().spec.mount)
 
 
 @pytest.mark.slow
@@ -124,7 +124,7 @@ def test_pads_that_webs_join_are_cast_and_laid_as_one_piece():
     whole, middle = cut.slice(low + 0.5).area(), cut.slice(low + 2.0 + 0.49 * depth).area()
     area = 4 * 10.0**2 + 4 * 2.0 * 6.0
     assert whole - middle == approx(area, rel=0.01)
-    assert (pour(layout).pads, pour(layout).pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
+    assert (pour(layout.spec).pads, pour(layout.spec).pad) == approx((1, 1e-9 * area * depth), rel=1e-9)
     found = {solid.name: manifold(tessellate(solid)) for solid in jig(layout)}
     assert found["jig-elastomer"].slice(1.0).num_contour() == 4  # outside, two pins, a well
     assert found["jig-target"].slice(1e3 * elastomer(layout.spec).upper + 1.0).num_contour() == 3 + 4

@@ -229,7 +229,7 @@ def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
         and layout.body[2] < face.center().X * 1e-3
         and low < face.center().Y * 1e-3 < high
     ]
-    assert round_edges == [approx(bend_radius(layout.spec), rel=1e-6)]
+    assert round_edges == [approx(bend_radius(layout.spec.fpc), rel=1e-6)]
 
 
 def test_a_tail_that_is_let_down_over_a_cap_stands_in_nothing():

@@ -32,7 +32,7 @@ def cup():
 
 def hollow(height):
     """The cavity's area (mm2) at a height (mm), the holes of the pins left out."""
-    body, room = manifold(tessellate(cup())), 1e3 * clearance(LAYOUT)
+    body, room = manifold(tessellate(cup())), 1e3 * clearance(LAYOUT.spec.mount)
     pins = sum(math.pi * (0.5e3 * size + room) ** 2 for size in PINS)
     return body.slice(1e3 * top_height(LAYOUT.spec) + 1.0).area() - body.slice(height).area() - pins
 

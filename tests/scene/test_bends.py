@@ -37,7 +37,7 @@ def laid(name, *changes):
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_every_bend_lies_where_tracks_are_straight_and_is_wide_enough(name):
     layout = laid(name)
-    found, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec)
+    found, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec.fpc)
     assert found
     for bend in found:
         assert low - 1e-9 <= bend.start < bend.end <= high + 1e-9 and bend.radius >= least - 1e-12
@@ -73,7 +73,8 @@ def test_a_cap_lets_the_tail_down_over_a_lip_of_its_bend_radius():
     down, up = bends(layout)
     edge = lip(layout)
     assert (down.direction, up.direction) == ("down", "up") and own_bend(layout) is None
-    assert edge.radius == down.radius == least_bend_radius(layout.spec) and edge.start == approx(down.start, rel=1e-9)
+    assert edge.radius == down.radius == least_bend_radius(layout.spec.fpc)
+    assert edge.start == approx(down.start, rel=1e-9)
     end = tail_path(layout).at(up.end - layout.body[2])
     assert end.angle == approx(0.0, abs=1e-9)
     assert tail_path(layout).start.z - end.z == approx(layout.spec.mount.standoff, rel=0.05)

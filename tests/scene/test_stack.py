@@ -43,7 +43,7 @@ def test_metals_are_those_that_the_estimate_sees(layout):
 
 
 def test_the_closed_pair_reaches_from_back_to_back(layout):
-    span, section = closed_span(layout), closed_section(layout)
+    span, section = closed_span(layout.spec), closed_section(layout)
     if span is None:
         assert section is None
         return

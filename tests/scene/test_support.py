@@ -45,7 +45,7 @@ def test_a_seat_carries_what_the_port_leaves_of_it():
     """A strip about the axis, as wide as the circle is at the board's lower face."""
     thick = replace(handmade.jaw_sensor().spec.elastomer, thickness=2.4e-3)
     layout = pad(elastomer=thick)
-    low, high = closed_span(layout)
+    low, high = closed_span(layout.spec)
     depth = (low + high) / 2 + layout.spec.fpc.stackup.thickness
     half = math.sqrt(made_to_measure(layout, layout.spec.mount.jaw) ** 2 - depth**2)
     found = support(layout)

@@ -22,7 +22,8 @@ from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import shield
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
-from sitscad.spec.mount import Jaw
+from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
 ROUNDING = 1e-9
@@ -33,7 +34,7 @@ GRAIN = 10e-6
 
 def tail_bend(design: Design) -> Iterator[Verdict]:
     """The tail's bend through a hinge: its layers, and the radius that it needs."""
-    spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec)
+    spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec.fpc)
     assert tail is not None
     if tail.bend == "none":
         return
@@ -42,7 +43,7 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
             "fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
             "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
-            severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING, advice=lambda left: _calmer(design, left),
+            severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING, advice=lambda left: _calmer(spec, left),
         )
     if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
         yield Violation(
@@ -58,7 +59,7 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
     """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
-    thickness, mount = tail_thickness(design.spec), design.spec.mount
+    thickness, mount = tail_thickness(design.spec.fpc), design.spec.mount
     room = mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
@@ -74,18 +75,18 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
                 "buttons), or no bend")
         yield Violation(
             f"a {tail.bend} bend of {counted(tail.layers, 'copper layer')} needs a radius of {show(radius, 'm', 3)} "
-            f"({house(design, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside the port there "
-            f"are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
+            f"({house(design.spec.fpc.rules, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside "
+            f"the port there are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
             severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
-            source=source_of(design, field), advice=lambda left: first_tried(
+            source=source_of(design.spec.fpc.rules, field), advice=lambda left: first_tried(
                 [list(thinner_tails(design.spec)), list(plated_in_holes_alone(design.spec))], hint)(left),
         )
 
 
-def _calmer(design: Design, left: Left) -> str:
+def _calmer(spec: SensorSpec, left: Left) -> str:
     # One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
     # are a warning yet.
-    thinner, once = list(thinner_tails(design.spec))[::-1], [setting(design.spec, "fpc.tail.bend", "static", "static")]
+    thinner, once = list(thinner_tails(spec))[::-1], [setting(spec, "fpc.tail.bend", "static", "static")]
     found = ways(([change] for change in (*thinner, *once)), left)
     milder = [f"{fix.words} leaves a warning" for fix in thinner if left(fix) == ("SIT308",)]
     if found:
@@ -135,17 +136,16 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
                         advice=first_tried([list(sealed(design.spec))], hint))
 
 
-def jaw_of(design: Design) -> Jaw:
+def jaw_of(mount: Mount | None) -> Jaw:
     """The jaw of a rule that needs one."""
-    mount = design.spec.mount
     assert mount is not None and mount.jaw is not None
     return mount.jaw
 
 
-def pad_of(design: Design) -> ElastomerPad:
+def pad_of(spec: SensorSpec) -> ElastomerPad:
     """The elastomer of a rule that needs one."""
-    assert design.spec.elastomer is not None
-    return design.spec.elastomer
+    assert spec.elastomer is not None
+    return spec.elastomer
 
 
 def unverified(jaw: Jaw) -> str:

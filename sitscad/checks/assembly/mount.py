@@ -24,7 +24,7 @@ from sitscad.units import show
 
 def mount_joint(design: Design) -> Iterator[Verdict]:
     """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
-    mount, jaw, found = design.spec.mount, jaw_of(design), retention(design.layout)
+    mount, jaw, found = design.spec.mount, jaw_of(design.spec.mount), retention(design.layout)
     assert mount is not None
     if jaw.fenestration is not None:
         # what a window through the jaw's face leaves beside it and at its ends
@@ -48,7 +48,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
 
 def _stands_on_metal(spec: SensorSpec, mount: Mount) -> bool:
     """Whether a printed piece lies on the jaw's metal."""
-    bottom = board_heights(spec)[0]
+    bottom = board_heights(spec.fpc.stackup)[0]
     try:
         spans = seat_spans(bottom, mount.standoff, shield_that_fits(spec))
     except PartsError:
@@ -77,7 +77,7 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
     left = metal_below(design.layout)
     if left is not None and left < metal.value - ROUNDING:
         yield Violation(
-            f"the dovetail's groove, with {show(joint_clearance(design.layout), 'm', 3)} of room for the tongue and "
+            f"the dovetail's groove, with {show(joint_clearance(design.spec), 'm', 3)} of room for the tongue and "
             f"its glue, leaves {show(left, 'm', 3)} of the jaw's metal: {show(metal.value, 'm', 3)} at least",
             "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
             "mount.retention.depth", left, metal.value, "m", source=metal.source, detail=unverified(jaw),
@@ -86,7 +86,7 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
 
 def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
     """The pins' diameter and length, and the metal round their holes."""
-    pin, room = print_limit(process, "pin"), joint_clearance(design.layout)
+    pin, room = print_limit(process, "pin"), joint_clearance(design.layout.spec)
     if found.diameter < pin.value - ROUNDING:
         yield Violation(
             f"the pins are {show(found.diameter, 'm', 3)} thick, which {process} does not make: "
@@ -141,7 +141,7 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
         sheet = shield_that_fits(spec)
     except PartsError:
         return
-    spans = seat_spans(board_heights(spec)[0], mount.standoff, sheet) if mount.kind != "custom" else ()
+    spans = seat_spans(board_heights(spec.fpc.stackup)[0], mount.standoff, sheet) if mount.kind != "custom" else ()
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
@@ -199,7 +199,7 @@ def _what_carries(design: Design, mount: Mount) -> str:
     """What would put something under the board."""
     if mount.kind == "fingertip":
         return "mount.standoff: plastic between the finger and the board carries all of it"
-    if fitted_jaw(design.layout) is not None and not mount.standoff:
+    if fitted_jaw(design.layout.spec.mount) is not None and not mount.standoff:
         return "mount.standoff: a seat bridges the jaw's window, and carries what stands beside its face"
     return (
         "the seat is cut back to the port and the pad pocket: a lower stack (a thinner elastomer, a smaller "

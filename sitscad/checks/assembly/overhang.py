@@ -53,7 +53,7 @@ ENDS = ("far end", "lower side", "tail's end", "upper side")
 def overhang(design: Design) -> Iterator[Verdict]:
     """What hangs over what it lies on: the target over the elastomer, the lower of both or its film over the body."""
     spec, body = design.spec, ground(design.layout)
-    pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec)
+    pad, plate, round_it = elastomer(spec), target(spec), film_thickness(spec.encapsulation)
 
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
         # an error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it
@@ -146,7 +146,7 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
     changed, also = first.spec, first.edits
     layout, low = design.layout, lowest(changed)
     if changed.fpc.body is not None and low is not None:
-        over = low.footprint.hangs_over(ground(layout)) + film_thickness(changed)
+        over = low.footprint.hangs_over(ground(layout)) + film_thickness(changed.encapsulation)
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
         edge = edge_of_body(fix.spec)
         if fix.edits and edge is not None and lies(fix.spec, edge):

@@ -20,6 +20,7 @@ from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
+from sitscad.spec.coil import ArraySpec
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_specs, footprint
 from sitscad.spec.sensor import SensorSpec
@@ -44,8 +45,8 @@ def lies(spec: SensorSpec, body: Path) -> bool:
     pad, plate = elastomer(spec), target(spec)
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    lows = (lowest(cell) for cell in cell_specs(spec))
-    return all(low is None or low.footprint.hangs_over(body) + film_thickness(spec) <= ROUNDING for low in lows)
+    lows, film = (lowest(cell) for cell in cell_specs(spec)), film_thickness(spec.encapsulation)
+    return all(low is None or low.footprint.hangs_over(body) + film <= ROUNDING for low in lows)
 
 
 def carried(spec: SensorSpec) -> Iterator[Fix]:
@@ -72,14 +73,14 @@ def moved(spec: SensorSpec) -> Iterator[Fix]:
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
     """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
     here = [low.footprint for cell in cell_specs(spec) if (low := lowest(cell)) is not None]
-    boxes = [grown(one.box, film_thickness(spec)) for one in here]
+    boxes = [grown(one.box, film_thickness(spec.encapsulation)) for one in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
     radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)
 
     def has_room(beside: float) -> bool:
         dx, dy = more[0] + beside, more[1] + beside
         larger = rectangle(body[0] - dx, body[1] - dy, body[2] + dx, body[3] + dy, radius)
-        return max(one.hangs_over(larger) for one in here) + film_thickness(spec) <= 0.0
+        return max(one.hangs_over(larger) for one in here) + film_thickness(spec.encapsulation) <= 0.0
 
     beside = _least(has_room, radius)
     x, y = (round(math.ceil((now + side + beside) / GRAIN - 1e-4) * GRAIN, 9) if side + beside > 0.0 else now
@@ -95,13 +96,13 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
         if spec.elastomer is not None:
             yield from _cut(spec, spec.elastomer, body, grain)
         elif spec.target is not None:
-            for edits, plate in _fitting("target", spec, spec.target, body, film_thickness(spec), grain):
+            for edits, plate in _fitting("target", spec, spec.target, body, film_thickness(spec.encapsulation), grain):
                 yield Fix(edits, replace(spec, target=plate))
 
 
 def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
     for pad in (*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), now):
-        for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec), grain):
+        for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec.encapsulation), grain):
             if smaller == now:
                 below = ()
             elif smaller == pad:
@@ -213,7 +214,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
     target, array = design.spec.target, design.spec.array
     assert target is not None
-    pitch, coil, length = _line_pitch(design.spec), _largest_coil(design, target.rotation), _chord(target)
+    pitch, coil, length = _line_pitch(array), _largest_coil(design.spec, target.rotation), _chord(target)
 
     def advice(left: Left) -> str:
         return _larger(design.spec, target, pitch, coil, left)
@@ -273,14 +274,14 @@ def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[f
     )
 
 
-def _line_pitch(spec: SensorSpec) -> float | None:
+def _line_pitch(array: ArraySpec) -> float | None:
     """How far apart (m) two coils in a line stand; None of any other array."""
-    return spec.array.pitch if spec.array.pattern == "line" and len(spec.array.placements) == 2 else None
+    return array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
 
 
 def is_as_long_as_line(spec: SensorSpec) -> bool:
     """Whether a target over two coils in a line is as long as they stand apart; over others no length is asked."""
-    pitch, target = _line_pitch(spec), spec.target
+    pitch, target = _line_pitch(spec.array), spec.target
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
@@ -315,10 +316,10 @@ def _chord(target: Target) -> float:
     return x / along if across * x <= along * y else y / across
 
 
-def _largest_coil(design: Design, turn: float) -> tuple[float, float]:
+def _largest_coil(spec: SensorSpec, turn: float) -> tuple[float, float]:
     """How far the coils reach along the axes (m) of a target turned so far (rad), each turned as it stands."""
-    length, width = design.spec.coil.size
-    turned = [placement.rotation - turn for placement in design.spec.array.placements]
+    length, width = spec.coil.size
+    turned = [placement.rotation - turn for placement in spec.array.placements]
     if length == width:
         return length, width
     return (max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),

@@ -31,7 +31,7 @@ def on_solids(design: Design) -> Iterator[Verdict]:
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
     """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
-    layout, jaw = design.layout, jaw_of(design)
+    layout, jaw = design.layout, jaw_of(design.spec.mount)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:
@@ -52,7 +52,7 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
                 "mount.standoff)", "mount.standoff", gap.away, gap.pin, "m",
             )
     half = (jaw.opening or 0.0) / 2
-    needed = (closed.radius + tail_thickness(design.spec) / 2) * math.tan(half / 2)
+    needed = (closed.radius + tail_thickness(design.spec.fpc) / 2) * math.tan(half / 2)
     if needed > jaw.hinge:
         yield Violation(
             f"the tail's bend of {show(closed.radius, 'm', 3)} inside radius begins {show(needed, 'm', 3)} before the "

@@ -36,7 +36,7 @@ SLENDERNESS = 0.25
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
-    pad, force = pad_of(design), design.spec.requirements.normal_force
+    pad, force = pad_of(design.spec), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
@@ -65,9 +65,9 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {rubber.name} pad by {100.0 * nominal.strain:.0f} "
         f"% ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
         f"{show(rubber.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to {show(nominal.gap, 'm', 3)}",
-        "", "elastomer.material", strain, limit, finds_hint=lambda: _stiffer(design, force) + otherwise,
+        "", "elastomer.material", strain, limit, finds_hint=lambda: _stiffer(design.spec, force) + otherwise,
         severity=Severity.ERROR if is_error else Severity.WARNING,
-        advice=(lambda left: _stiffer(design, force, left) + otherwise) if is_error else None,
+        advice=(lambda left: _stiffer(design.spec, force, left) + otherwise) if is_error else None,
         detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
         f"{nominal.shape_factor:.2f}{_part(nominal)}",
     )
@@ -82,7 +82,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
     from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, pushed
 
-    pad, face, force = pad_of(design), loaded_face(design.spec)[0], design.spec.requirements.normal_force
+    pad, face, force = pad_of(design.spec), loaded_face(design.spec)[0], design.spec.requirements.normal_force
     # whether it gives way sideways under the required normal force, the target held level or free
     lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
@@ -114,7 +114,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
-    spec, pad, force = design.spec, pad_of(design), design.spec.requirements.shear_force
+    spec, pad, force = design.spec, pad_of(design.spec), design.spec.requirements.shear_force
     pitch, hint = spec.array.pitch, "a stiffer, a larger or a thinner pad"
     assert force is not None
     if not rests_on_pad(spec):
@@ -162,7 +162,8 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
-    spec, limit, softest = design.spec, elastomer.VALID_SHEAR, _softest(pad_of(design).material.shear_modulus_sigma)
+    spec, limit = design.spec, elastomer.VALID_SHEAR
+    softest = _softest(pad_of(spec).material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
         # beyond what the pad's law was held against, as data sheet and calibration say
@@ -176,7 +177,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
                 force, held, "N", severity=Severity.NOTE,
             )
         return
-    material, area = pad_of(design).material, loaded_face(spec)[0].area
+    material, area = pad_of(spec).material, loaded_face(spec)[0].area
     most = strain if strain > limit else usual
 
     @cache
@@ -245,7 +246,7 @@ def _modulus_for_shear(
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
     """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
-    spec, pad, target, mount = design.spec, pad_of(design), design.spec.target, design.spec.mount
+    spec, pad, target, mount = design.spec, pad_of(design.spec), design.spec.target, design.spec.mount
     room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
     now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
     if wanted > room:
@@ -295,7 +296,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     from sitscad.mechanics.plate_bending import bending, rigidity
 
     pad, (face, _) = pressed(spec), loaded_face(spec)
-    way = pad_of(design).thickness * pad.strain
+    way = pad_of(spec).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
     stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
     if is_all:
@@ -332,12 +333,12 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
+def _stiffer(spec: SensorSpec, force: float, left: Left | None = None) -> str:
     # The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it. By
     # bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
-    pad, face = pad_of(design), loaded_face(design.spec)[0]
+    pad, face = pad_of(spec), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
-    around = surround(design.spec) or elastomer.BARE
+    around = surround(spec) or elastomer.BARE
     size = (face.width_x, face.width_y, pad.thickness)
 
     def bears(rubber: ElastomerMaterial, modulus: float) -> bool:
@@ -350,7 +351,7 @@ def _stiffer(design: Design, force: float, left: Left | None = None) -> str:
     while high > 1.0005 * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
-    change = stiffer_pad(design.spec, _rounded_up(high / _softest(sigma)))
+    change = stiffer_pad(spec, _rounded_up(high / _softest(sigma)))
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
     named = _named_preset(_softest_enough(bears))

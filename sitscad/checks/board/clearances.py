@@ -24,8 +24,9 @@ from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.spec.circuit import LayerKind
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import connector, names
-from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 GRAIN = 1e-6
@@ -37,9 +38,8 @@ ALLOWED_SHORTFALL = 1e-6
 """What a drawn gap may fall short of the rule (m): a spiral's gap square to the track is a little below its spacing."""
 
 
-def nearer_by(spec: SensorSpec) -> float:
+def nearer_by(coil: CoilSpec) -> float:
     """By how much (m) neighbouring turns of a circle come nearer than its spacing, at most: at the inner end."""
-    coil = spec.coil
     if not coil.outline.is_round:
         return 0.0
     inner = (coil.size[0] - coil.trace_width) / 2 - coil.pitch * max(coil.layer_turns)
@@ -55,9 +55,9 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         missing = f"{show(asked - gap, 'm')} are missing: "
         found = Violation(
             f"{what} on layer {layer} comes within {show(max(0.0, gap), 'm')} of the board's edge; "
-            f"{house(design, 'copper_to_edge')} asks {show(asked, 'm')}",
+            f"{house(design.spec.fpc.rules, 'copper_to_edge')} asks {show(asked, 'm')}",
             f"{missing}a wider board, or a smaller coil, gives it room", "coil.outer_diameter", gap, asked, "m",
-            source=source_of(design, "copper_to_edge"), place=Place(x, y, layer, (item.net,)),
+            source=source_of(design.spec.fpc.rules, "copper_to_edge"), place=Place(x, y, layer, (item.net,)),
         )
         at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
         yield found if not at_plug else replace(
@@ -109,9 +109,9 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
         via, foreign = (near.one, near.other) if isinstance(near.one, Via) else (near.other, near.one)
         yield Violation(
             f"a hole of {via.net} comes within {show(max(0.0, near.gap), 'm')} of {name_of(foreign)} on layer "
-            f"{near.layer}; {house(design, 'drill_to_copper')} asks {show(rules.drill_to_copper, 'm')} from hole to "
+            f"{near.layer}; {house(rules, 'drill_to_copper')} asks {show(rules.drill_to_copper, 'm')} from hole to "
             "copper", f"{show(rules.drill_to_copper - near.gap, 'm')} are missing", "coil.turns", near.gap,
-            rules.drill_to_copper, "m", source=source_of(design, "drill_to_copper"),
+            rules.drill_to_copper, "m", source=source_of(rules, "drill_to_copper"),
             place=Place(near.x, near.y, near.layer, near.nets),
         )
 
@@ -155,7 +155,7 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     spec, asked = design.spec, near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     more = f" (and in {places - 1} more)" if places > 1 else ""
-    who, source = gap_asked_by(design, asked)
+    who, source = gap_asked_by(spec.fpc.rules, asked)
     missing = f"{show(asked - near.gap, 'm')} are missing: "
     found = Violation(
         f"{pair_in_words(near)} {how} on layer {near.layer}{more}; {who} asks {show(asked, 'm')}",
@@ -164,7 +164,9 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     )
     # a turn near another one of its coil, or near what goes on where that ends
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
-    if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns or asked - near.gap > nearer_by(spec):
+    if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
+        return found
+    if asked - near.gap > nearer_by(spec.coil):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
     untried = f"{missing}coil.trace_spacing: {show(spacing, 'm', 6)}: {WHY}"
@@ -203,11 +205,11 @@ def pair_in_words(near: Nearness) -> str:
 
 def coverlay_web(design: Design) -> Iterator[Verdict]:
     """The strip of coverlay left between two openings, and beside one along the board's edge."""
-    layout = design.layout
+    layout, rules = design.layout, design.spec.fpc.rules
     for side, openings in (("top", layout.top_openings), ("bottom", layout.bottom_openings)):
         pieces = [edge_of(region.outline) for region in openings]
         for one, other in combinations(pieces, 2):
-            yield from _narrow_web(design, one, other, f"two openings of the {side} coverlay leave a web of",
+            yield from _narrow_web(rules, one, other, f"two openings of the {side} coverlay leave a web of",
                                    "between them", "join them to one opening, or move the contacts apart")
         for one in pieces:
             # an opening's sides and the board's edges but those that lie on each other: there it reaches the edge
@@ -216,8 +218,8 @@ def coverlay_web(design: Design) -> Iterator[Verdict]:
             near, edges = one.take(pairs[:, 0]), edge.take(pairs[:, 1])
             on = (to_points(edges, near.start) < ROUNDING) & (to_points(edges, near.end) < ROUNDING)
             sides, edge = one.take(_others(len(one), pairs[on, 0])), edge.take(_others(len(edge), pairs[on, 1]))
-            inside = _inside_of(sides, layout.outline, design.spec.fpc.rules.coverlay_web)
-            yield from _narrow_web(design, inside, edge, f"an opening of the {side} coverlay leaves a web of",
+            inside = _inside_of(sides, layout.outline, rules.coverlay_web)
+            yield from _narrow_web(rules, inside, edge, f"an opening of the {side} coverlay leaves a web of",
                                    "to the board's edge",
                                    "a wider connector, or a fabricator whose coverlay keeps a narrower web")
 
@@ -242,17 +244,17 @@ def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[fl
 
 
 def _narrow_web(
-    design: Design, one: Primitives, other: Primitives, what: str, where: str, hint: str
+    rules: DesignRules, one: Primitives, other: Primitives, what: str, where: str, hint: str
 ) -> Iterator[Violation]:
     """A complaint where the strip of coverlay between two groups of edges is too narrow."""
-    asked = design.spec.fpc.rules.coverlay_web
+    asked = rules.coverlay_web
     # the smallest distance, looking no further than what is asked
     pairs = nearest_pairs(one.boxes, np.full(len(one), asked), other.boxes, np.zeros(len(other)))
     web = float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf))
     if web < asked - ROUNDING:
         yield Violation(
-            f"{what} {show(web, 'm')} {where}; {house(design, 'coverlay_web')} asks {show(asked, 'm')}", hint,
-            "fpc.tail.connector", web, asked, "m", source=source_of(design, "coverlay_web"),
+            f"{what} {show(web, 'm')} {where}; {house(rules, 'coverlay_web')} asks {show(asked, 'm')}", hint,
+            "fpc.tail.connector", web, asked, "m", source=source_of(rules, "coverlay_web"),
             place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
         )
 
@@ -260,7 +262,7 @@ def _narrow_web(
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
     """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
     spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
-    asked, who = spec.fpc.rules.coverlay_opening_to_trace, house(design, "coverlay_opening_to_trace")
+    asked, who = spec.fpc.rules.coverlay_opening_to_trace, house(spec.fpc.rules, "coverlay_opening_to_trace")
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
             lies = ""
@@ -284,7 +286,7 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
                     f"{name_of(item)} on layer {number} comes within {show(max(0.0, gap), 'm')} of an opening of the "
                     f"coverlay; {who} asks {show(asked, 'm')}",
                     "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail", gap, asked, "m",
-                    source=source_of(design, "coverlay_opening_to_trace"),
+                    source=source_of(spec.fpc.rules, "coverlay_opening_to_trace"),
                     place=Place(float(point[0]), float(point[1]), number, (item.net,)),
                 )
 

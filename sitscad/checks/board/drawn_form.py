@@ -283,7 +283,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
 def sliver(design: Design) -> Iterator[Verdict]:
     """Gaps between parts of one conductor that turns back on itself, narrower than the fabricator's spacing."""
     asked = min(design.spec.fpc.rules.trace_spacing, design.spec.coil.trace_spacing)
-    who, source = gap_asked_by(design, asked)
+    who, source = gap_asked_by(design.spec.fpc.rules, asked)
     for near in conductor_notches(copper_in(design), asked - ALLOWED_SHORTFALL):
         yield Violation(
             f"{pair_in_words(near)} leave a notch of {show(near.gap, 'm')} between them on layer {near.layer}; {who} "

@@ -20,6 +20,7 @@ from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size,
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 ROUNDING = 1e-9
@@ -34,9 +35,9 @@ def via_drill(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield Violation(
-                f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(design, 'via_drill')} drills "
+                f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(rules, 'via_drill')} drills "
                 f"{show(rules.via_drill, 'm')} and larger", "", "fpc.rules", via.drill, rules.via_drill, "m",
-                source=source_of(design, "via_drill"), place=Place(*via.centre, nets=(via.net,)),
+                source=source_of(rules, "via_drill"), place=Place(*via.centre, nets=(via.net,)),
             )
 
 
@@ -47,10 +48,10 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
             yield Violation(
-                f"a via of {via.net} has an annular ring of {show(ring, 'm')}; {house(design, 'annular_ring')} asks "
+                f"a via of {via.net} has an annular ring of {show(ring, 'm')}; {house(rules, 'annular_ring')} asks "
                 f"{show(rules.annular_ring, 'm')}",
                 f"a pad of {show(via.drill + 2.0 * rules.annular_ring, 'm')} is needed", "fpc.rules", ring,
-                rules.annular_ring, "m", source=source_of(design, "annular_ring"),
+                rules.annular_ring, "m", source=source_of(rules, "annular_ring"),
                 place=Place(*via.centre, nets=(via.net,)),
             )
 
@@ -64,9 +65,9 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
             if wall < rules.hole_to_hole - ROUNDING:
                 yield Violation(
                     f"two holes ({via.net}, {other.net}) leave {show(wall, 'm')} between them; "
-                    f"{house(design, 'hole_to_hole')} asks {show(rules.hole_to_hole, 'm')}",
+                    f"{house(rules, 'hole_to_hole')} asks {show(rules.hole_to_hole, 'm')}",
                     f"move them {show(rules.hole_to_hole - wall, 'm')} apart: a larger inner diameter gives the room",
-                    "coil.turns", wall, rules.hole_to_hole, "m", source=source_of(design, "hole_to_hole"),
+                    "coil.turns", wall, rules.hole_to_hole, "m", source=source_of(rules, "hole_to_hole"),
                     place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
                                 nets=tuple(sorted({via.net, other.net}))),
                 )
@@ -81,11 +82,11 @@ def part_size(design: Design) -> Iterator[Verdict]:
                   if size < limit - ROUNDING), None)
     if short is not None:
         said = (
-            f"the board is {show(length, 'm')} x {show(width, 'm')}; {house(design, 'part_size')} handles parts from "
+            f"the board is {show(length, 'm')} x {show(width, 'm')}; {house(rules, 'part_size')} handles parts from "
             f"{show(least[1], 'm')} x {show(least[0], 'm')}"
         )
         found = Violation(f"{said}, and it is not in a panel", "fpc.panel: auto puts it in a panel, held by bridges",
-                          "fpc.panel", *short, "m", Severity.WARNING, source_of(design, "part_size"))
+                          "fpc.panel", *short, "m", Severity.WARNING, source_of(rules, "part_size"))
         name = design.spec.name
         yield found if not in_panel else replace(
             found, message=f"{said}: so it is put in a panel, which is ordered instead", key="fpc.rules",
@@ -95,12 +96,12 @@ def part_size(design: Design) -> Iterator[Verdict]:
     if in_panel:
         size = least_size(design.layout)
         yield from _panel_size(
-            design, size, Violation(f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}",
+            rules, size, Violation(f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}",
                                     "fewer parts a panel, a shorter tail, or fpc.panel: none", "fpc.panel"))
         yield from _too_few_bridges(design)
-    elif not is_unverified(source_of(design, "panel_size")):
+    elif not is_unverified(source_of(rules, "panel_size")):
         yield from _panel_size(
-            design, (x1 - x0, y1 - y0),
+            rules, (x1 - x0, y1 - y0),
             Violation(f"the board is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}",
                       "a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
             ", out of which a board that is sold singly is cut, too")
@@ -123,37 +124,35 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _panel_size(design: Design, size: tuple[float, float], found: Violation, more: str = "") -> Iterator[Verdict]:
+def _panel_size(rules: DesignRules, size: tuple[float, float], found: Violation, more: str = "") -> Iterator[Verdict]:
     """A complaint where what is delivered (m) is larger than the fabricator's panel."""
-    limits = design.spec.fpc.rules.panel_size
+    limits = rules.panel_size
     for side, largest in zip(sorted(size), sorted(limits), strict=True):
         if side > largest + ROUNDING:
-            makes = f"{house(design, 'panel_size')} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}"
+            makes = f"{house(rules, 'panel_size')} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}"
             yield replace(found, message=f"{found.message}; {makes}{more}", measured=side, limit=largest, unit="m",
-                          severity=Severity.WARNING, source=source_of(design, "panel_size"))
+                          severity=Severity.WARNING, source=source_of(rules, "panel_size"))
             return
 
 
-def house(design: Design, field: str) -> str:
+def house(rules: DesignRules, field: str) -> str:
     """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
-    rules = design.spec.fpc.rules
-    mark = " (unverified)" if is_unverified(source_of(design, field)) else ""
+    mark = " (unverified)" if is_unverified(source_of(rules, field)) else ""
     return rules.holder(field) + mark
 
 
-def source_of(design: Design, field: str) -> str:
+def source_of(rules: DesignRules, field: str) -> str:
     """Where one figure of the fabricator's rules comes from."""
-    rules = design.spec.fpc.rules
     return rules.sources.get(field) or rules.source or FABRICATOR
 
 
-def gap_asked_by(design: Design, asked: float) -> tuple[str, str]:
+def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
     """Who asks for a gap between copper (m), and where that stands: the spec itself where it is its turns' own spacing,
     which is narrower than the fabricator's.
     """
-    if asked < design.spec.fpc.rules.trace_spacing - ROUNDING:
+    if asked < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
-    return house(design, "trace_spacing"), source_of(design, "trace_spacing")
+    return house(rules, "trace_spacing"), source_of(rules, "trace_spacing")
 
 
 NAMED = 4
@@ -165,50 +164,49 @@ WAIVER = "ask the fabricator for a waiver (no electrical test sees a short betwe
 
 def trace_width(design: Design) -> Iterator[Verdict]:
     """The coil's track against the fabricator's smallest track."""
-    yield from _too_fine(design, "trace_width", "tracks are {} wide", "wider")
-    yield from _thicker_foil(design, "trace_width", "tracks")
+    yield from _too_fine(design.spec, "trace_width", "tracks are {} wide", "wider")
+    yield from _thicker_foil(design.spec, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
         if trace.width < min(rules.trace_width, coil.trace_width) - ROUNDING:
             yield Violation(
                 f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {show(trace.width, 'm')} "
-                f"wide; {house(design, 'trace_width')} makes {show(rules.trace_width, 'm')} and wider", "", "fpc.rules",
-                trace.width, rules.trace_width, "m", source=source_of(design, "trace_width"),
+                f"wide; {house(rules, 'trace_width')} makes {show(rules.trace_width, 'm')} and wider", "", "fpc.rules",
+                trace.width, rules.trace_width, "m", source=source_of(rules, "trace_width"),
                 place=Place(*trace.path.start, trace.layer, (trace.net,)),
             )
 
 
-def _too_fine(design: Design, field: str, asked: str, more: str) -> Iterator[Violation]:
+def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[Violation]:
     """A figure of the coil, in words of which it is part, below the fabricator's smallest."""
-    value, least = getattr(design.spec.coil, field), getattr(design.spec.fpc.rules, field)
+    value, least = getattr(spec.coil, field), getattr(spec.fpc.rules, field)
     if value < least - ROUNDING:
         yield Violation(
-            f"{asked.format(show(value, 'm'))}; {house(design, field)} makes {show(least, 'm')} and {more}",
-            "", f"coil.{field}", value, least, "m", source=source_of(design, field),
-            advice=lambda left: _widened(design, field, left),
+            f"{asked.format(show(value, 'm'))}; {house(spec.fpc.rules, field)} makes {show(least, 'm')} and {more}",
+            "", f"coil.{field}", value, least, "m", source=source_of(spec.fpc.rules, field),
+            advice=lambda left: _widened(spec, field, left),
             finds_hint=lambda: "widen tracks and gaps and wind fewer turns, or choose "
-            + _finer(list(finer_fabricators(design.spec))),
+            + _finer(list(finer_fabricators(spec))),
         )
 
 
-def _thicker_foil(design: Design, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Violation]:
+def _thicker_foil(spec: SensorSpec, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Violation]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
-    spec = design.spec
     rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
     stated = rules.beyond.get(field)
     if stated is not None:
         yield Violation(
-            f"{house(design, field)} gives no figure for {word} in {show(foil, 'm')} copper; the thickest stated is "
+            f"{house(rules, field)} gives no figure for {word} in {show(foil, 'm')} copper; the thickest stated is "
             f"{show(stated, 'm')}", f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
-            "fpc.rules", foil, stated, "m", severity=severity, source=source_of(design, field),
+            "fpc.rules", foil, stated, "m", severity=severity, source=source_of(rules, field),
         )
 
 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
     """The asked spacing against the fabricator's smallest spacing."""
-    yield from _too_fine(design, "trace_spacing", "turns stand {} apart", "more")
-    yield from _thicker_foil(design, "trace_spacing", "spacings")
+    yield from _too_fine(design.spec, "trace_spacing", "turns stand {} apart", "more")
+    yield from _thicker_foil(design.spec, "trace_spacing", "spacings")
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
@@ -228,32 +226,32 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             if rules.unbound:
                 why = "it comes from the profile that yours is based on, which does not make it binding"
             yield Violation(
-                f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(design, f'coil_{field}')} asks "
+                f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(rules, f'coil_{field}')} asks "
                 f"{show(smallest, 'm')}{copper}",
                 f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
-                source_of(design, f"coil_{field}"),
+                source_of(rules, f"coil_{field}"),
                 advice=partial(_waived if binds else _hardly_widened, design, f"coil_{field}"),
                 detail="" if binds else f"this only warns: {why}",
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
-        yield from _thicker_foil(design, unknown, "coiled tracks", severity)
+        yield from _thicker_foil(design.spec, unknown, "coiled tracks", severity)
 
 
-def _widened(design: Design, field: str, left: Left) -> str:
+def _widened(spec: SensorSpec, field: str, left: Left) -> str:
     """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
-    rules = design.spec.fpc.rules
+    rules = spec.fpc.rules
     width, spacing = (
         max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0) if rules.binds(f"coil_{name}") else 0.0)
         for name in ("trace_width", "trace_spacing")
     )
-    wide, houses = list(wider(design.spec, width, spacing)), list(finer_fabricators(design.spec))
+    wide, houses = list(wider(spec, width, spacing)), list(finer_fabricators(spec))
     is_wide = first_that_mends(wide, left) is not None
     found = None if is_wide else first_that_mends(houses[:NAMED], left)
     finer = f"{found.words}{TRIED}" if found is not None else f"choose {_finer(houses)}"
-    finer = "; or ".join(filter(None, (_as_foil(design, field, left), finer)))
+    finer = "; or ".join(filter(None, (_as_foil(spec, field, left), finer)))
     return _once(first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps")))
 
 
@@ -263,10 +261,10 @@ def _once(hint: str) -> str:
     return f"{before.replace(TRIED, '')} (each was tried){after}" if TRIED in before else hint
 
 
-def _as_foil(design: Design, field: str, left: Left) -> str:
+def _as_foil(spec: SensorSpec, field: str, left: Left) -> str:
     """Plating in the holes alone, where a figure of the coil is then enough for its foil; empty where it is not."""
-    value = getattr(design.spec.coil, field.removeprefix("coil_"))
-    fixes = (fix for fix in plated_in_holes_alone(design.spec)
+    value = getattr(spec.coil, field.removeprefix("coil_"))
+    fixes = (fix for fix in plated_in_holes_alone(spec)
              if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING)
     found = first_that_mends(fixes, left)
     return "" if found is None else f"{found.words} leaves the tracks foil, a build to ask for{TRIED}"
@@ -286,12 +284,12 @@ def _hardly_widened(design: Design, field: str, left: Left) -> str:
     fixes = islice(wider(design.spec, *widths), 1)
     found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
     widened = "" if found is None else f"{found.words} keeps all turns{TRIED}"
-    known = [words for words in (widened, _as_foil(design, field, left)) if words]
+    known = [words for words in (widened, _as_foil(design.spec, field, left)) if words]
     return _once("; or ".join((*known, WAIVER))) if known else ""
 
 
 def _waived(design: Design, field: str, left: Left) -> str:
-    widened = _widened(design, field, left)
+    widened = _widened(design.spec, field, left)
     return f"{WAIVER}, or {widened}" if widened else ""
 
 
@@ -314,30 +312,32 @@ def offered(design: Design) -> Iterator[Verdict]:
     good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
     hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
     for field, word, measured, asked in refused:
-        yield _complaint(design, "fpc.stackup", field, f"{word}: {asked}", hint, measured)
+        yield _complaint(rules, "fpc.stackup", field, f"{word}: {asked}", hint, measured)
     if rules.finishes is not None and fpc.finish not in rules.finishes:
         hint = f"fpc.finish: {rules.finishes[0]}, or another fabricator" if rules.finishes else ANOTHER
-        yield _complaint(design, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint)
+        yield _complaint(rules, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint)
     plate = design.layout.stiffener
     if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
-        yield _complaint(design, "fpc.tail", "stiffeners", f"stiffener: {plate.material}",
+        yield _complaint(rules, "fpc.tail", "stiffeners", f"stiffener: {plate.material}",
                          f"contacts for solder need none (fpc.tail.connector: solder-pads); or take {ANOTHER}")
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
         yield Violation(
-            f"{fpc.boards} boards are wanted; {house(design, 'order_multiple')} sells them in multiples of "
+            f"{fpc.boards} boards are wanted; {house(rules, 'order_multiple')} sells them in multiples of "
             f"{rules.order_multiple}", f"fpc.boards: {more}", "fpc.boards", float(fpc.boards), float(more),
-            severity=Severity.WARNING, source=source_of(design, "order_multiple"),
+            severity=Severity.WARNING, source=source_of(rules, "order_multiple"),
         )
 
 
-def _complaint(design: Design, key: str, field: str, asked: str, hint: str, measured: float | None = None) -> Violation:
+def _complaint(
+    rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None
+) -> Violation:
     """What is asked, in words, and what the fabricator lists of that field instead."""
     listed = (show(each, "m") if isinstance(each, float) else str(each)
-              for each in getattr(design.spec.fpc.rules, field))
+              for each in getattr(rules, field))
     unit = None if measured is None or field == "layer_counts" else "m"
-    return Violation(f"{asked}; {house(design, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
-                     unit, source=source_of(design, field))
+    return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
+                     unit, source=source_of(rules, field))
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:

@@ -12,10 +12,11 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
+from sitscad.geometry.path import Path
 from sitscad.layout.bending import Where, finished_thickness
-from sitscad.layout.board import Layout, Pad
+from sitscad.layout.board import Pad
 from sitscad.layout.tail_frame import contact_row
-from sitscad.spec.circuit import Connector
+from sitscad.spec.circuit import Connector, FpcSpec
 from sitscad.spec.presets import finish, stock_stiffeners
 from sitscad.units import show
 
@@ -32,7 +33,7 @@ PADS = Undecided("the tail ends in solder pads: no connector takes it")
 
 def insertion_thickness(design: Design) -> Iterator[Verdict]:
     """What is there at the contacts, coverlay that is left and stiffener included, against what the connector takes."""
-    connector = _connector(design)
+    connector = _connector(design.spec.fpc)
     wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if wanted <= 0.0:
         yield PADS
@@ -61,7 +62,7 @@ def contact_worst_case(design: Design) -> Iterator[Verdict]:
     """The finished thickness at the contacts with the fabricator's tolerance against what the connector takes, as far
     as another stiffener would come nearer: what comes with every connector stands in the order.
     """
-    connector, pads = _connector(design), design.layout.pads
+    connector, pads = _connector(design.spec.fpc), design.layout.pads
     wanted, allowed = connector.insertion_thickness, connector.insertion_thickness_tolerance
     if wanted <= 0.0:
         yield PADS
@@ -108,7 +109,7 @@ def plug_width(design: Design) -> Iterator[Verdict]:
     """The tolerance of the outline against that which the connector asks of the tail's width, where even a closer cut
     does not keep it: the order asks for the closer one anyway.
     """
-    connector, rules = _connector(design), design.spec.fpc.rules
+    connector, rules = _connector(design.spec.fpc), design.spec.fpc.rules
     if connector.width_tolerance <= 0.0:
         yield Undecided("the tail ends in solder pads: nothing guides its sides")
         return
@@ -117,18 +118,18 @@ def plug_width(design: Design) -> Iterator[Verdict]:
         mark = plug_mark(connector, "width_tolerance")
         yield Violation(
             f"the tail's end is {show(width, 'm')} wide, +- {show(rules.outline_tolerance, 'm')} by "
-            f"{house(design, 'outline_tolerance')}; {connector.name} guides it by its sides and takes +- "
+            f"{house(rules, 'outline_tolerance')}; {connector.name} guides it by its sides and takes +- "
             f"{show(connector.width_tolerance, 'm')}{mark}",
             f"order and drawing ask for +- {show(connector.width_tolerance, 'm')} there: have it confirmed (cut by "
             "laser, or by a punch of its own), or measure the parts before they are plugged in", "fpc.tail.connector",
-            rules.outline_tolerance, connector.width_tolerance, "m", source=source_of(design, "outline_tolerance"),
+            rules.outline_tolerance, connector.width_tolerance, "m", source=source_of(rules, "outline_tolerance"),
             place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
         )
 
 
 def connector_positions(design: Design) -> Iterator[Verdict]:
     """The number of contacts against those that the connector is made with, and whether some lead nowhere."""
-    connector, tail = _connector(design), design.spec.fpc.tail
+    connector, tail = _connector(design.spec.fpc), design.spec.fpc.tail
     row, made, mark = contact_row(design.spec, connector), connector.positions, plug_mark(connector, "positions")
     if made and row.count not in made:
         written = tail is not None and tail.contacts is not None
@@ -154,9 +155,9 @@ def plug_mark(connector: Connector, *fields: str) -> str:
     return " (unverified: compare with its drawing)" if is_unverified(connector.source, *fields) else ""
 
 
-def _connector(design: Design) -> Connector:
-    assert design.spec.fpc.tail is not None
-    return design.spec.fpc.tail.connector
+def _connector(fpc: FpcSpec) -> Connector:
+    assert fpc.tail is not None
+    return fpc.tail.connector
 
 
 def contact_finish(design: Design) -> Iterator[Verdict]:
@@ -169,7 +170,7 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
         yield Violation(f"{fpc.finish} is not for contacts that are {why}", "finish: enig serves both", "fpc.finish",
                         severity=Severity.WARNING, source=chosen.source)
     if chosen.is_electrolytic and layout.pads:
-        apart = max(_to_the_edge(layout, pad) for pad in layout.pads)
+        apart = max(_to_the_edge(layout.outline, pad) for pad in layout.pads)
         is_long = apart > LONGEST_BAR + ROUNDING
         bars = (
             "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it "
@@ -184,9 +185,9 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _to_the_edge(layout: Layout, pad: Pad) -> float:
+def _to_the_edge(outline: Path, pad: Pad) -> float:
     """From a contact's end straight on to the outline (m), in the nearer direction along the contact."""
-    half, corners, found = max(pad.size) / 2, layout.outline.flattened(1e-6), [math.inf]
+    half, corners, found = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
     for sign in (-1.0, 1.0):  # as far as a metre
         end = pad.centre.shifted(sign * half * dx, sign * half * dy)

@@ -94,7 +94,7 @@ def _room_inside(design: Design, plain: Violation, left: Left) -> Violation:
 
 
 def _vias_fit(spec: SensorSpec, left: Left) -> bool:
-    return left.affords(winding_work(spec)) and moves.inner_vias_fit(spec)
+    return left.affords(winding_work(spec.coil)) and moves.inner_vias_fit(spec)
 
 
 def _room_between(design: Design, plain: Violation, left: Left) -> Violation | str:
@@ -117,7 +117,7 @@ def _room_between(design: Design, plain: Violation, left: Left) -> Violation | s
             measured=near, limit=near + more, unit="m",
         )
 
-    near, first = moves.nearest_distance(spec), moves.lead_room(spec)
+    near, first = moves.nearest_distance(spec.array.placements), moves.lead_room(spec)
     found = None if near is None else moves.least(spec, moves.coils_apart, routes, first, left.wants_another)
     if near is not None and found is not None:
         more, fix = found

@@ -113,7 +113,7 @@ def _mount_bends(design: Design) -> Iterator[Violation]:
 def _too_short(design: Design) -> Iterator[Violation]:
     """A complaint where the tail has no straight stretch long enough for its bend."""
     spec, layout, tail = design.spec, design.layout, design.spec.fpc.tail
-    straight, needed, fits, figure = _straight(design), bend_length(spec), _fits(design), bend_figure(spec)
+    straight, needed, fits, figure = _straight(design), bend_length(spec.fpc), _fits(design), bend_figure(spec.fpc)
     assert tail is not None
     if straight.unfit is not None:
         rest = (
@@ -129,7 +129,7 @@ def _too_short(design: Design) -> Iterator[Violation]:
         return
     angle, radius = f"{math.degrees(tail.bend_angle):g} deg", ""
     if figure is not None:
-        radius = f" at the radius of {figure[1]:g} thicknesses that {house(design, figure[0])} asks"
+        radius = f" at the radius of {figure[1]:g} thicknesses that {house(spec.fpc.rules, figure[0])} asks"
     mount = " beyond the mount's bends" if bends_of_mount(layout) else ""
     asked = f"{show(needed, 'm', 3)}{radius}"
     if straight.unfit is not None:
@@ -144,7 +144,7 @@ def _too_short(design: Design) -> Iterator[Violation]:
     has_room = zone is not None and zone[1] - start >= needed - ROUNDING
     yield Violation(
         message, NO_ROOM, "fpc.tail.length", straight.room, needed, "m",
-        Severity.WARNING if has_room else Severity.ERROR, source_of(design, figure[0]) if figure else None,
+        Severity.WARNING if has_room else Severity.ERROR, source_of(spec.fpc.rules, figure[0]) if figure else None,
         place if straight.unfit is not None else None, advice=lambda left: _longer(design, left),
     )
 
@@ -188,7 +188,7 @@ def _misplaced(design: Design) -> Iterator[Violation]:
 
 def _too_sharp(design: Design) -> Iterator[Violation]:
     """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
-    tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec), bend_figure(design.spec)
+    tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec.fpc), bend_figure(design.spec.fpc)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
         return
     if tail.bend_radius < least - ROUNDING:
@@ -198,8 +198,9 @@ def _too_sharp(design: Design) -> Iterator[Violation]:
         hint = "a larger fpc.tail.bend.radius, or leave it out"
         yield Violation(
             f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
-            f"thicknesses that {house(design, figure[0])} asks: {show(least, 'm', 3)}", hint, "fpc.tail.bend.radius",
-            tail.bend_radius, least, "m", severity=Severity.WARNING, source=source_of(design, figure[0]),
+            f"thicknesses that {house(design.spec.fpc.rules, figure[0])} asks: {show(least, 'm', 3)}", hint,
+            "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
+            source=source_of(design.spec.fpc.rules, figure[0]),
             advice=first_tried([[fix]], hint),
         )
 
@@ -209,7 +210,7 @@ def _longer(design: Design, left: Left) -> str:
     # none, or where leads or vias found no room: that search is long, and as vain with any tail.
     shorter, length = design, design.layout.tail_length
     for _ in range(TRIALS if not design.layout.shortfalls else 0):
-        missing = bend_length(shorter.spec) - max(0.0, _straight(shorter).room)
+        missing = bend_length(shorter.spec.fpc) - max(0.0, _straight(shorter).room)
         if shorter.layout.bend_zone is None:
             missing = max(missing, FIRST_ROOM)
         length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
@@ -225,7 +226,7 @@ def _longer(design: Design, left: Left) -> str:
 
 def _fits(design: Design) -> bool:
     """Whether there is somewhere to bend, and straight tracks along all of its bend."""
-    return design.layout.bend_zone is not None and _straight(design).room >= bend_length(design.spec) - ROUNDING
+    return design.layout.bend_zone is not None and _straight(design).room >= bend_length(design.spec.fpc) - ROUNDING
 
 
 def _straight(design: Design) -> _Straight:
@@ -257,14 +258,14 @@ def special_build(design: Design) -> Iterator[Verdict]:
             )
         return
     plain = replace(spec, fpc=replace(spec.fpc, stackup=stackup, tail=replace(tail, layers=count)))
-    radii = [least_bend_radius(each) for each in (spec, plain)]
+    radii = [least_bend_radius(each.fpc) for each in (spec, plain)]
     bent = f" and bends to {show(radii[1], 'm')} instead of {show(radii[0], 'm')}" if radii[0] and radii[1] else ""
     yield Violation(
         f"a tail of {last} copper layer{'s' * (last > 1)} on a body of {count} is a special build; finished copper "
         f"{_copper(spec.fpc.stackup)}",
         "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes "
-        f"only, finished copper {_copper(stackup)}); its tail is {show(tail_thickness(plain), 'm')} thick instead of "
-        f"{show(tail_thickness(spec), 'm')}{bent}. For this one, have the steps confirmed with the quotation",
+        f"only, finished copper {_copper(stackup)}); its tail is {show(tail_thickness(plain.fpc), 'm')} thick instead "
+        f"of {show(tail_thickness(spec.fpc), 'm')}{bent}. For this one, have the steps confirmed with the quotation",
         "fpc.tail.layers", float(last), float(count), detail=build_text(layout),
     )
 
@@ -285,10 +286,10 @@ def step(design: Design) -> Iterator[Verdict]:
     if near is not None and gap < rules.hole_to_step - ROUNDING:
         message = (
             f"a hole of {near.net} stands {show(gap, 'm')} from the body's end, where copper {tail_copper(layout) + 1} "
-            f"and what is below it end; {house(design, 'hole_to_step')} asks {show(rules.hole_to_step, 'm')}"
+            f"and what is below it end; {house(rules, 'hole_to_step')} asks {show(rules.hole_to_step, 'm')}"
         )
         place = Place(*near.centre, nets=(near.net,))
-        yield _too_near(design, message, gap, rules.hole_to_step, source_of(design, "hole_to_step"), place)
+        yield _too_near(design, message, gap, rules.hole_to_step, source_of(rules, "hole_to_step"), place)
     asked = rules.coverlay_lap + rules.registration
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
@@ -300,7 +301,7 @@ def step(design: Design) -> Iterator[Verdict]:
             "apart there"
         )
         place = Place(*coil.centre, nets=(coil.net,))
-        yield _too_near(design, message, gap, asked, source_of(design, "coverlay_lap"), place)
+        yield _too_near(design, message, gap, asked, source_of(rules, "coverlay_lap"), place)
 
 
 def _too_near(design: Design, message: str, gap: float, asked: float, source: str, place: Place) -> Violation:

@@ -181,7 +181,7 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
     """Why a coil swings too little: its own states differ, the coils do, or its R_P is low for any drive."""
     if design.spec.readout.drive_code is not None:
         return CODE_IS_SET
-    away = more_distance(design)
+    away = more_distance(design.spec)
     distance = f"{away}, or more turns" if away else "more turns"
     values = readings_of(design, "parallel_resistance", True)
     own = [r.value for r in values if r.coil == smallest.coil]

@@ -63,7 +63,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
                               "a few more turns make it safe, where the coil has room for them", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
-    away = more_distance(design) if worst.state != FREE else ""
+    away = more_distance(design.spec) if worst.state != FREE else ""
     less = f"; {away} takes less of it away" if away else ""
     found = Violation(
         f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} the converter cannot "
@@ -127,7 +127,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     floor_name, name = _resistance_floor(design), "parallel_resistance_min"
     specified = design.converter.limit(name)
     if worst.value >= specified:
-        away = more_distance(design) if worst.state != FREE else ""
+        away = more_distance(design.spec) if worst.state != FREE else ""
         way = f"a little {away} makes it safe, or more turns" if away else "a few more turns make it safe,"
         yield from near_limit(worst, specified, "ohm", "parallel resistance",
                               f"measure the first boards; {way} where the coil has room for them", "coil.layers")
@@ -137,7 +137,8 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         name, severity, strong = floor_name, Severity.ERROR, "high-current " * floor_name.endswith("high_current")
         needs = f"the strongest {strong}drive needs {show(design.converter.limit(name), 'ohm')}"
     asked, growth = design.converter.limit(name), (specified / worst.value) ** (1.0 / 3.0)
-    grows, away = "R_P = (omega L)^2 / R grows with about the cube of turns and layers", _distance_advice(design, worst)
+    grows = "R_P = (omega L)^2 / R grows with about the cube of turns and layers"
+    away = _distance_advice(design.spec, worst)
     yield Violation(
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}; {needs}",
         f"{grows}: more of them, a larger coil or a finer pitch; {away}", "coil.layers", worst.value, asked, "ohm",
@@ -155,7 +156,7 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"the quality factor of {where(worst)} is {worst.value:.3g}; below {floor:g} the frequency follows losses, "
             "too", "a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
-            f"{_distance_advice(design, worst)}", "coil.trace_width", worst.value, floor,
+            f"{_distance_advice(design.spec, worst)}", "coil.trace_width", worst.value, floor,
             detail=joined(other_states(design, worst, "quality_factor", ""),
                           "the limit is a rule of thumb, unverified"),
         )
@@ -203,9 +204,8 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _distance_advice(design: Design, worst: Reading) -> str:
+def _distance_advice(spec: SensorSpec, worst: Reading) -> str:
     """How less of the inductance is taken away by metal, in words."""
-    spec = design.spec
     has_metal = spec.mount is not None and spec.mount.metal is not None
     ways = ["a larger mount.standoff (board higher over the metal)"] if has_metal else []
     if spec.shield is None and has_metal:

@@ -83,9 +83,8 @@ AT_RISK = 1.0
 """Sigmas within which it is worth a warning: of six boards more than one is beyond the limit."""
 
 
-def more_distance(design: Design) -> str:
+def more_distance(spec: SensorSpec) -> str:
     """More distance from the metal that a spec puts before and behind the coils, in words; empty without any."""
-    spec = design.spec
     behind = [] if spec.mount is None or spec.mount.metal is None else ["jaw" if spec.mount.jaw else "mount"]
     names = [*(["target"] if spec.target else []), *(["shield"] if spec.shield else behind)]
     return f"more distance from the {' and the '.join(names)}" if names else ""

@@ -21,6 +21,7 @@ from sitscad.record import record
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
+from sitscad.spec.materials import Target
 from sitscad.spec.places import coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
@@ -162,7 +163,7 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
         else ""
     )
     return (
-        f"{where}{_back_over_the_coils(spec)}a target that covers every coil, on a pad as large; or move the coils "
+        f"{where}{_back_over_the_coils(target)}a target that covers every coil, on a pad as large; or move the coils "
         f"together, or leave those out that the target does not reach"
     )
 
@@ -193,14 +194,14 @@ def _more_change(design: Design) -> str:
         names = [o.name for o in others if o.bits > device.bits and o.channels >= device.channels]
         finer = f"a converter with more bits (readout.device: {' or '.join(names) or 'none is known'})"
     return (
-        f"no coil feels it enough: {_back_over_the_coils(design.spec)}"
+        f"no coil feels it enough: {_back_over_the_coils(design.spec.target)}"
         f"{_MORE_CHANGE} gives more change, {finer} a finer step"
     )
 
 
-def _back_over_the_coils(spec: SensorSpec) -> str:
+def _back_over_the_coils(target: Target | None) -> str:
     """The way back for a target that is offset: before everything else."""
-    return "target.offset: [0, 0] over the middle of the coils; " if spec.target and any(spec.target.offset) else ""
+    return "target.offset: [0, 0] over the middle of the coils; " if target and any(target.offset) else ""
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
@@ -220,8 +221,8 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     scale = f"{100.0 * drift / share:.0f} % of full scale" if share > drift else "all of it and more"
     follows = ", which follows losses, too," if best.has_loss_in_it else ""
     hint = (
-        f"{_back_over_the_coils(design.spec)}{_more_signal(design.spec)}; else plan for temperature: a reference coil "
-        "without a target, or a tare before each grasp"
+        f"{_back_over_the_coils(design.spec.target)}{_more_signal(design.spec)}; else plan for temperature: a "
+        "reference coil without a target, or a tare before each grasp"
     )
     yield Violation(
         f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "

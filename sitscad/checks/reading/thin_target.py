@@ -33,7 +33,7 @@ MAGNETIC = 10.0
 
 def target_thickness(design: Design) -> Iterator[Verdict]:
     """What a target thinner than three skin depths costs against a thick one; whether it is a target at all."""
-    target = _target(design)
+    target = _target(design.spec.target)
     frequencies = [reading.value for reading in readings_of(design, "frequency") if reading.value > 0.0]
     if not frequencies:
         yield Undecided("no sensor frequency was estimated")
@@ -53,7 +53,7 @@ def target_thickness(design: Design) -> Iterator[Verdict]:
 
 def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """What a target that is thin for its skin depth (m) costs: a note, or a warning where it weighs."""
-    target, thick, limits = _target(design), THICK * depth, own_limits()
+    target, thick, limits = _target(design.spec.target), THICK * depth, own_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
     found = Violation(
         f"the target is {show(target.thickness, 'm', 3)} thick, {depths:.2g} skin depths of {target.material.name} at "
@@ -137,14 +137,15 @@ def _thicker(design: Design, thickness: float, left: Left) -> str:
     """A target of three skin depths; a higher frequency only where the converter follows it."""
     change = thicker_target(design.spec, thickness)
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
-    faster = (thickness / _target(design).thickness) ** 2  # a skin depth falls with the square root of the frequency
+    # a skin depth falls with the square root of the frequency
+    faster = (thickness / _target(design.spec.target).thickness) ** 2
     higher = ", or a higher frequency" if faster * top <= design.converter.limit("sensor_frequency_max") else ""
     return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
     """A material into which the field goes deeper than the target is wide, held against copper in its place."""
-    target = _target(design)
+    target = _target(design.spec.target)
     copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
     other = _compared(design, copper)
     mine, theirs = (
@@ -192,9 +193,9 @@ def _compared(design: Design, changed: SensorSpec) -> Design:
     return replace(drawn, given_estimates=estimated(drawn.layout, tolerance=tolerance, solved=design.estimates.solved))
 
 
-def _target(design: Design) -> Target:
-    assert design.spec.target is not None
-    return design.spec.target
+def _target(target: Target | None) -> Target:
+    assert target is not None
+    return target
 
 
 _LIMITS = ("thin_target_resistance", "thin_target_change", "least_target_effect")

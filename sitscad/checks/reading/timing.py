@@ -13,6 +13,7 @@ from sitscad.finding import Severity
 from sitscad.fixes.moves import scans
 from sitscad.fixes.search import Left, first_that_mends, in_vain, setting, tried
 from sitscad.spec import presets
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 
@@ -75,7 +76,7 @@ def read_back(design: Design) -> Iterator[Verdict]:
             f"{show(1.0 / sure, 's', 3)}: a scan rate of {show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked",
             f"a lower readout.scan_rate{pause}",
             "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,
-            advice=lambda left: _other_rate(design, math.floor(sure), left, pause),
+            advice=lambda left: _other_rate(design.spec, math.floor(sure), left, pause),
         )
 
 
@@ -87,14 +88,15 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"a scan rate of {show(rate, 'Hz')} follows a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
             f"{show(wanted, 'Hz')} are required", "a readout.scan_rate of twice the bandwidth at least",
-            "readout.scan_rate", rate, 2.0 * wanted, "Hz", advice=lambda left: _other_rate(design, 2.0 * wanted, left),
+            "readout.scan_rate", rate, 2.0 * wanted, "Hz",
+            advice=lambda left: _other_rate(design.spec, 2.0 * wanted, left),
         )
 
 
-def _other_rate(design: Design, rate: float, left: Left, otherwise: str = "") -> str:
+def _other_rate(spec: SensorSpec, rate: float, left: Left, otherwise: str = "") -> str:
     # A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
     # one that is enough: every further scan takes time from conversions, and so signal from the noise.
-    changes = [scans(design.spec, rate)]
+    changes = [scans(spec, rate)]
     found = first_that_mends(changes, left)
     if found is not None:
         return f"{found.words} (it was tried){otherwise}"

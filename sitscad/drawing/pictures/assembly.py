@@ -19,6 +19,7 @@ from sitscad.parts.solid import Solid
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.jaws import section
+from sitscad.spec.mount import Mount
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
@@ -109,9 +110,9 @@ def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
     return [[tuple(point) for point in np.asarray(polygon).tolist()] for polygon in cut.to_polygons()]
 
 
-def _port(cuts: list[tuple[Solid, Polygons]], spec: SensorSpec, top: float) -> tuple[float, float, Polygons] | None:
+def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -> tuple[float, float, Polygons] | None:
     """The closed pair's axis height and port radius (mm), and the opposing jaw's polygons; None without a jaw."""
-    jaw = spec.mount.jaw if spec.mount else None
+    jaw = mount.jaw if mount else None
     if jaw is None:
         return None
     lower = next(polygons for solid, polygons in cuts if solid.role is BodyRole.JAW)
@@ -173,7 +174,7 @@ def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:
         everything = [point for _, polygons in cuts for polygon in polygons for point in polygon]
         y0, y1 = min(p[0] for p in everything), max(p[0] for p in everything)
         z0, z1 = min(p[1] for p in everything), max(p[1] for p in everything)
-        port = _port(cuts, spec, z1)
+        port = _port(cuts, spec.mount, z1)
         if port is not None:
             axis, radius, other = port
             y0, y1, z0 = min(y0, -radius), max(y1, radius), min(z0, axis - radius)

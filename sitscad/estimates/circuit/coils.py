@@ -21,11 +21,11 @@ from sitscad.estimates.states.window import WindowedReflection, WindowEffect, mi
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
 from sitscad.estimates.winding.solved import SolvedWinding
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Coil, Layout
 from sitscad.physics.resonator import resonance_frequency
 from sitscad.record import replace
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
 LEAST_SHARE = 0.02
@@ -96,7 +96,7 @@ def coil_circuits(
     else:
         resistance = winding_resistance(spec.coil, first, conductivity)
     own = self_capacitance(first, spec, winding.is_rough)
-    distances = _distances(layout)
+    distances = _distances(layout.coils)
     beside = [] if winding.is_rough else sorted({d for row in distances for d in row if d > 0.0})
     reflections = _reflections(winding, assembly, beside, layout, solved or shares)
     circuits = []
@@ -114,13 +114,13 @@ def coil_circuits(
     if len(circuits) == 1 or winding.is_rough:  # idle neighbours change less than screening may be off by
         return circuits
     return [
-        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec))
+        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec.readout))
         for k, circuit in enumerate(circuits)
     ]
 
 
 def _neighbours(
-    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], spec: SensorSpec
+    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
 ) -> dict[str, Circuit]:
     """What idle neighbours add to a coil in every state but "free", where the coil is alone."""
     found = {}
@@ -132,13 +132,13 @@ def _neighbours(
             return np.asarray(matrix[i, j] + metal.mutual((i, j), distances[i][j], frequencies))
 
         own = [partial(circuit.own, state) for circuit in circuits]
-        found[state] = idle_neighbours(active, own, mutual, spec.readout)
+        found[state] = idle_neighbours(active, own, mutual, readout)
     return found
 
 
-def _distances(layout: Layout) -> list[list[float]]:
+def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
     # Alike distances get alike numbers, so that each is reflected once.
-    return [[round(math.dist(a.centre, b.centre), 9) for b in layout.coils] for a in layout.coils]
+    return [[round(math.dist(a.centre, b.centre), 9) for b in coils] for a in coils]
 
 
 def _reflections(
@@ -195,7 +195,7 @@ def handed_over(
     shares: TargetShares,
 ) -> TargetChanges:
     """A part of what was solved, with the rest by shares; the errors of both alike."""
-    distances = _distances(layout)
+    distances = _distances(layout.coils)
     beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]
     by_shares = _reflections(winding, assembly, beside[1:], layout, shares)
     places = np.array([[beside.index(d) for d in row] for row in distances])

@@ -14,7 +14,7 @@ from sitscad.arrays import Array
 from sitscad.estimates.winding.losses import Strip
 from sitscad.estimates.winding.methods import bent_path
 from sitscad.geometry.path import Arc
-from sitscad.layout.board import Coil, Layout, LeadPair, Role, Trace, Via
+from sitscad.layout.board import Coil, LeadPair, Role, Trace, Via
 from sitscad.physics.capacitance import coplanar_strips, series_permittivity, stacked_strips
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import (
@@ -363,15 +363,15 @@ def mean_permittivity(stackup: Stackup) -> float:
     return by_thickness / total if total else 3.4
 
 
-def missing_leads(layout: Layout) -> str | None:
+def missing_leads(coils: tuple[Coil, ...]) -> str | None:
     """What the layout lacks, and the terminal values with it; None where every coil is connected."""
-    missing = [coil.name for coil in layout.coils if not coil.is_closed_circuit or not coil.series]
+    missing = [coil.name for coil in coils if not coil.is_closed_circuit or not coil.series]
     if missing:
         return (
             f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
             "numbers at the contacts lack the leads and the tail that are not drawn"
         )
-    ends = [pair for coil in layout.coils for pair in pairwise(map(_places, coil.series))]
+    ends = [pair for coil in coils for pair in pairwise(map(_places, coil.series))]
     if not all(min(math.dist(a, b) for a in one for b in other) < 1e-6 for one, other in ends):
         return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
     return None

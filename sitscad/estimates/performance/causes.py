@@ -249,7 +249,7 @@ def resonances(bench: Bench, pose: Array) -> dict[str, float]:
     area = math.prod(target.size) * target.outline.area
     mass = area * (metal * target.thickness + MOVING * pad.material.density * pad.thickness)
     if skin is not None and skin.material.density is not None:
-        mass += area * skin.material.density * film_thickness(bench.spec)
+        mass += area * skin.material.density * film_thickness(skin)
     stiffness = np.diag(bench.pad.stiffness(pose[None])[0])[[2, 0, 1]]
     return {name: math.sqrt(max(float(stiffness[AXES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
             for name in bench.range.axes}

@@ -64,7 +64,7 @@ def _places(spec: SensorSpec) -> list[Scatter]:
     target, assembly = spec.target, spec.assembly
     if target is None:
         return []
-    placed, across = placement(spec), min(target.size)
+    placed, across = placement(assembly), min(target.size)
     found = [_even(name, placed.band, "m", placed) for name in (OFFSET_X, OFFSET_Y)]
     found.append(_even(YAW, 2.0 * placed.band / across, "rad", placed, f"of both ends, {1e3 * across:.3g} mm apart: "))
     if assembly.glue_tolerance:
@@ -86,7 +86,7 @@ def _pad(spec: SensorSpec) -> list[Scatter]:
         return []
     own, rows = spec.assembly.tolerance("elastomer"), tolerances()
     thickness = rows[THICKNESS] if own is None else Tolerance(own, WRITTEN, True)
-    size = plate_tolerance(spec, "elastomer", min(pad.size))
+    size = plate_tolerance(spec.assembly, "elastomer", min(pad.size))
     return [
         Scatter(THICKNESS, thickness.sigma, "m", UNIT, thickness.source, thickness.verified),
         _even(SIZE, size.band, "m", size),

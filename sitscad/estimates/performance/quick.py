@@ -27,6 +27,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.physics.polynomials import chebyshev_points, evaluated
+from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
@@ -71,11 +72,11 @@ class TankLaw:
         return np.asarray(np.log(omega / start))
 
 
-def tank_law(spec: SensorSpec, estimates: Estimates) -> TankLaw:
+def tank_law(device: Converter, estimates: Estimates) -> TankLaw:
     """The law of all coils' tanks, which have a state at rest."""
     states = [coil.states[REST] for coil in estimates.coils]
     inductance, resistance, frequency = np.array([(s.inductance, s.resistance, s.frequency) for s in states]).T
-    return TankLaw(inductance, resistance, frequency, spec.readout.device.limit("drive_delay"))
+    return TankLaw(inductance, resistance, frequency, device.limit("drive_delay"))
 
 
 def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
@@ -127,7 +128,7 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     middle, rough = places // 2, estimates.is_rough
     asked = [not rough or middle in point for point in product(range(places), repeat=2)]
     moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), asked)]
-    law, pressed = tank_law(spec, estimates), estimates.pressed_place
+    law, pressed = tank_law(spec.readout.device, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
     effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, rough)
     since_rest = np.zeros((count, places * places, effect.shape[-1]), dtype=complex)
@@ -190,7 +191,7 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
     level = chart(layout, estimates)
     if estimates.is_rough:
         return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), level, level))
-    law, pressed, warm = tank_law(spec, estimates), estimates.pressed_place, replace(layout, spec=spec)
+    law, pressed, warm = tank_law(spec.readout.device, estimates), estimates.pressed_place, replace(layout, spec=spec)
 
     def tilted(poses: Array) -> Array:
         """What a turn adds, by the response's own solution of the target at one frequency, crowding left out; held to

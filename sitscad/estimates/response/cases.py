@@ -45,9 +45,9 @@ class Push:
     note: str
 
 
-def load_cases(spec: SensorSpec, names: Sequence[str]) -> tuple[LoadCase, ...]:
+def load_cases(loads: tuple[LoadCase, ...], names: Sequence[str]) -> tuple[LoadCase, ...]:
     """The spec's load cases of these names, every one for `all`; raises NoResponse for a name that it does not have."""
-    known = {case.name: case for case in spec.loads}
+    known = {case.name: case for case in loads}
     wanted = [one for name in names for one in (known if name == ALL else [name])]
     for name in wanted:
         if name not in known:
@@ -137,7 +137,7 @@ def in_cases(
     """What the coils read in load cases of the spec, in the order of `names`; force and moment are what holds the
     target's pose. Raises NoResponse as `load_cases` and `posed` do.
     """
-    cases = load_cases(model.spec, names)
+    cases = load_cases(model.spec.loads, names)
     poses, notes = zip(*(posed(model.spec, case) for case in cases), strict=True)
     found = model.respond(np.array(poses), frequency, tolerance, progress)
     said = tuple((*own, *more) for own, more in zip(notes, found.notes, strict=True))

@@ -41,7 +41,7 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
-    above = film_thickness(spec) + (spec.target.thickness if spec.target is not None else 0.0)
+    above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
     around = surround(spec) or Surround()
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
                      pad.material.bulk_modulus, around.rim, around.film, around.film_modulus, above,

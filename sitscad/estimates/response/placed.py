@@ -16,6 +16,7 @@ from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
 from sitscad.scene.bodies import target_gap
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
 
@@ -53,9 +54,9 @@ def at_rest(spec: SensorSpec) -> Array:
     return np.array([*body.footprint.centre, gap])
 
 
-def tabled(spec: SensorSpec, reach: float) -> float:
+def tabled(coil: CoilSpec, reach: float) -> float:
     """How far (m) from a coil its potential is tabled for points that reach so far (m) from the coils' middle."""
-    return min(reach, (WIDEST / ROOM - 0.5) * max(spec.coil.size))
+    return min(reach, (WIDEST / ROOM - 0.5) * max(coil.size))
 
 
 def require_possible(spec: SensorSpec, poses: Array) -> None:

@@ -255,7 +255,7 @@ def solved_plate(
     finer: float = 1.0,
 ) -> TargetPlate:
     """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`."""
-    bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec, cover.reach)
+    bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec.coil, cover.reach)
     part = cover.part(spec).target
     assert part is not None
     found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
@@ -449,11 +449,11 @@ def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lo
     stated = np.maximum(relative, shared / least)
     diagonal = np.arange(change.shape[1])
     stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])
-    return np.asarray(stated + poles_error(spec) * size / least)
+    return np.asarray(stated + poles_error(target) * size / least)
 
 
-def poles_error(spec: SensorSpec) -> float:
+def poles_error(target: Target | None) -> float:
     """What permeability adds, of the complex change's size: it rises from nothing, so weakly magnetic steels are what
     they nearly are.
     """
-    return MAGNET * (1.0 - 1.0 / spec.target.material.relative_permeability) if spec.target is not None else 0.0
+    return MAGNET * (1.0 - 1.0 / target.material.relative_permeability) if target is not None else 0.0

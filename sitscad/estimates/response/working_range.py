@@ -16,7 +16,7 @@ from sitscad.mechanics.elastomer import VALID_SHEAR
 from sitscad.mechanics.pad import HELD_SHEAR, BondedPad
 from sitscad.physics.polynomials import spread
 from sitscad.record import record
-from sitscad.spec.coil import ArraySpec
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
@@ -102,7 +102,7 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
-    return WorkingRange(axes_told_apart(spec.array), normal, shear)
+    return WorkingRange(axes_told_apart(spec.array.placements), normal, shear)
 
 
 def working_range(spec: SensorSpec) -> WorkingRange:
@@ -204,11 +204,11 @@ def normal_at(spec: SensorSpec, strain: float) -> float:
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 
-def axes_told_apart(array: ArraySpec) -> tuple[str, ...]:
+def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
     """The axes that the coils of an array can tell apart: one coil the normal force alone, coils in a line also shear
     along it, others all three.
     """
-    places = np.array([place.centre for place in array.placements])
+    places = np.array([place.centre for place in placements])
     away = places - places.mean(axis=0)
     spread = np.linalg.svd(away, compute_uv=False)
     if len(places) == 1:

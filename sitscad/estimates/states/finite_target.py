@@ -28,7 +28,7 @@ from sitscad.physics.metal.finite_plate import (
 from sitscad.physics.metal.half_spaces import MetalLayer, reflection
 from sitscad.record import record, replace
 from sitscad.scene.state import in_words
-from sitscad.spec.coil import CoilSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -152,7 +152,7 @@ def target_shares(
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
     errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
     names = [name for name, _, _ in covered]
-    notes = [] if is_rough else _notes(spec, names, (shares, losses), errors, any(f.magnetic for f in found))
+    notes = [] if is_rough else _notes(spec.coil, names, (shares, losses), errors, any(f.magnetic for f in found))
     opaque = OPAQUE * _skin_depth(spec.target) / spec.target.thickness
     is_bare = all(around.below is None for around in states)
     covering = -_uncovered(spec, spec.target) / max(spec.coil.size) if is_bare else -math.inf
@@ -197,7 +197,7 @@ def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings
     found = [(1.0 - like_a_conductor(target, 0.25 * (long + short))) / PURE,
              target.thickness / (THICKEST * min(target.size))]
     if long - short > 1e-9:
-        found += [_askew(spec, target) / TURNED, _uncovered(spec, target) / (HANGING * short)]
+        found += [_askew(spec.array.placements, target) / TURNED, _uncovered(spec, target) / (HANGING * short)]
     if spec.coil.outline.sides:
         found.append(long / (ASPECT * short))
     waves = np.array([LONGEST, SHORTEST]) / short
@@ -208,11 +208,11 @@ def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings
     return max(found)
 
 
-def _askew(spec: SensorSpec, target: Target) -> float:
+def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     """How far (rad) coils longer than wide lie askew under the target, or to each other: shares stand for one way to
     lie.
     """
-    turns = [target.rotation - placement.rotation for placement in spec.array.placements]
+    turns = [target.rotation - placement.rotation for placement in placements]
     to_target = [] if target.outline.is_round else [math.remainder(turn, math.pi / 2) for turn in turns]
     return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
 
@@ -420,7 +420,7 @@ def _plate(target: Target) -> tuple[FinitePlate, float]:
 
 
 def _notes(
-    spec: SensorSpec, states: Sequence[str],
+    coil: CoilSpec, states: Sequence[str],
     shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
     magnetic: bool,
 ) -> list[str]:
@@ -442,9 +442,9 @@ def _notes(
         f"{100.0 * errors[0]:.0f} % of itself), and the loss that it adds is {lost} of the sheet's (within "
         f"{100.0 * errors[1]:.0f} %: currents crowd at its edges)"
     ]
-    if not spec.coil.outline.is_round:
+    if not coil.outline.is_round:
         same = "of the same area, turn by turn"
-        if spec.coil.size[0] != spec.coil.size[1]:
+        if coil.size[0] != coil.size[1]:
             same += ", as long as it is wide, and the target as one shorter by as much"
-        notes.append(f"for that share a {spec.coil.shape} coil counts as a round one {same}")
+        notes.append(f"for that share a {coil.shape} coil counts as a round one {same}")
     return notes

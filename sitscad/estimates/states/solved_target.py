@@ -70,7 +70,8 @@ def solved_target(layout: Layout, assembly: AssemblyStates, band: tuple[float, f
     stated = stated_errors(cover.part(spec), change, size, scale, placed.lowest, 0.0, behind, frequency)
     least = np.maximum(np.abs(change), 0.01 * scale)
     more = np.einsum("pcc->pc", stated * least * np.sign(change))
-    poles = poles_error(spec) * np.minimum(2.0 * math.pi * frequency * np.einsum("pcc->pc", size), LEAST_LOSSY * own)
+    reactance = 2.0 * math.pi * frequency * np.einsum("pcc->pc", size)
+    poles = poles_error(spec.target) * np.minimum(reactance, LEAST_LOSSY * own)
     errors = np.stack([more, (LOSS + behind) * own + poles], axis=-1)
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(

@@ -42,8 +42,8 @@ def render_drills(layout: Layout) -> dict[str, bytes]:
     """
     return {
         file.path: drill_text(
-            drill_title(layout, file.title), file.function, project_attributes(layout), drilled_to(layout, file.layer),
-            "ViaDrill",
+            drill_title(layout.spec, file.title), file.function, project_attributes(layout.spec),
+            drilled_to(layout, file.layer), "ViaDrill",
         )
         for file in drill_files(layout)
     }
@@ -53,7 +53,7 @@ def render_drill_map(layout: Layout) -> dict[str, bytes]:
     """The drill map by its path in the package; nothing where the layout has no hole."""
     if not layout.vias:
         return {}
-    file = drill_map_file(fabrication_path(layout, "Drill_Map.gbr"))
+    file = drill_map_file(fabrication_path(layout.spec, "Drill_Map.gbr"))
     return {file.path: document(layout, file, map_text(layout.outline, plated_tools(layout)))}
 
 
@@ -71,7 +71,7 @@ def render_job(layout: Layout) -> dict[str, bytes]:
             "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
             "LayerNumber": layout.copper_layers,
             "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
-            "Finish": finish_name(layout),
+            "Finish": finish_name(layout.spec.fpc),
         },
         "DesignRules": _rules(layout),
         "FilesAttributes": [
@@ -81,7 +81,7 @@ def render_job(layout: Layout) -> dict[str, bytes]:
         "MaterialStackup": list(_stackup(layout)),
     }
     text = json.dumps(job, indent=2, ensure_ascii=True) + "\n"
-    return {fabrication_path(layout, "job.gbrjob"): text.encode("ascii")}
+    return {fabrication_path(layout.spec, "job.gbrjob"): text.encode("ascii")}
 
 
 def _rules(layout: Layout) -> list[dict[str, Any]]:

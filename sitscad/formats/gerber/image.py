@@ -51,7 +51,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for file in copper_files(layout):
         files[file.path] = document(layout, file, _copper(layout, file.layer or 1))
-    for file in coverlay_files(layout):
+    for file in coverlay_files(layout.spec):
         openings = layout.top_openings if file.function.endswith("Top") else layout.bottom_openings
         files[file.path] = document(layout, file, regions(openings))
     for file in stiffener_files(layout):
@@ -62,7 +62,7 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     for file in tail_coverlay_files(layout):
         covered = Region(part_beyond(layout.outline, lap_start(layout)))
         files[file.path] = document(layout, file, regions((covered,)))
-    outline = profile_file(layout)
+    outline = profile_file(layout.spec)
     files[outline.path] = document(layout, outline, profile(layout.outline))
     return files
 
@@ -73,7 +73,7 @@ def document(
     """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
     head = [f"G04 {layout.spec.name}: {file.title}*"]
     head += [f"G04 {layout.spec.issue.words}*"] if layout.spec.issue.rows else []
-    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout)]
+    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout.spec)]
     head += [f"%TF.FileFunction,{file.function}*%", f"%TF.FilePolarity,{file.polarity}*%"]
     head += ["%FSLAX46Y46*%", "%MOMM*%", "%LPD*%", "G75*"]
     return ("\n".join([*head, *body, "M02*"]) + "\n").encode("ascii")

@@ -58,7 +58,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     made: dict[str, bytes] = {}
     coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
     for file in gerber_files(layout):
-        if file == profile_file(layout):
+        if file == profile_file(layout.spec):
             continue
         images = [(image_of(files[file.path]), panel.parts)]
         if file.path in coupon:
@@ -66,15 +66,16 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
         made |= _file(layout, file, repeated(images))
-    made |= _file(layout, profile_file(layout), profile(rectangle(0.0, 0.0, *panel.size)))
-    made |= _file(layout, cut_file(layout), profile(*panel.cuts, function="CutOut"))
-    return made | _drills(panel) | {panel_path(layout, ".json"): _places(panel)}
+    made |= _file(layout, profile_file(layout.spec), profile(rectangle(0.0, 0.0, *panel.size)))
+    made |= _file(layout, cut_file(layout.spec), profile(*panel.cuts, function="CutOut"))
+    return made | _drills(panel) | {panel_path(layout.spec, ".json"): _places(panel)}
 
 
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
-    path = file.path if file.function == CUTS else panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+    spec, path = layout.spec, file.path
+    path = path if file.function == CUTS else panel_path(spec, path.removeprefix(f"fpc/{spec.name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
-    return {path: document(layout, titled, body, panel_attributes(layout))}
+    return {path: document(layout, titled, body, panel_attributes(layout.spec))}
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
@@ -127,22 +128,22 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     """Plated holes in a file for each span of layers, holes that are not plated in one, and the map of all."""
     layout = panel.layout
     tooling = [DrilledHole(on_grid(at.x), on_grid(at.y), on_grid(TOOLING_HOLE)) for at in panel.tooling_holes]
-    attributes = panel_attributes(layout)
+    attributes = panel_attributes(layout.spec)
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
     for file in drill_files(layout):
         # The plated holes of all copies that end on one layer
-        plated = [hole for at in panel.parts for hole in drilled_to(panel.layout, file.layer, *grid(at))]
+        plated = [hole for at in panel.parts for hole in drilled_to(layout, file.layer, *grid(at))]
         if panel.coupon is not None:
             plated += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, file.layer, *grid(at))]
-        path = panel_path(layout, file.path.removeprefix(f"fpc/{layout.spec.name}"))
-        title = drill_title(layout, f"panel: {file.title}")
+        path = panel_path(layout.spec, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+        title = drill_title(layout.spec, f"panel: {file.title}")
         made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
         shown += tools(plated, plated_words(layout, file.layer or layout.copper_layers))
     holes = tooling_file(layout)
-    title = drill_title(layout, f"panel: {holes.title}")
+    title = drill_title(layout.spec, f"panel: {holes.title}")
     made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
-    chart = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
+    chart = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
     return made | {chart.path: document(layout, chart, drawing, attributes)}
 

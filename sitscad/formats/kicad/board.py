@@ -33,10 +33,12 @@ from sitscad.formats.kicad.sexpr import (
     xy,
 )
 from sitscad.geometry.convex import part_beyond
-from sitscad.geometry.path import Point, bounding_box, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Role, Via
 from sitscad.scene.tail_path import bends
+from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.sensor import SensorSpec
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229
@@ -51,9 +53,9 @@ _SHEET_MARGIN = 40 * _MM
 def board(layout: Layout) -> str:
     """The whole board file."""
     nets = net_numbers(layout)
-    sheet = sheet_corner(layout)
+    sheet = sheet_corner(layout.outline)
     stackup = layout.spec.fpc.stackup
-    size = _sheet_size(layout)
+    size = _sheet_size(layout.outline)
     # The board's title block as a node
     fpc, issue = layout.spec.fpc, layout.spec.issue
     children = [
@@ -70,7 +72,7 @@ def board(layout: Layout) -> str:
             *([f"(comment 2 {quoted(f'part number {issue.part_number}')})"] if issue.part_number else []),
         ),
         layer_table(layout.copper_layers),
-        _setup(layout, sheet),
+        _setup(fpc, sheet),
         *(f"(net {number} {quoted(name)})" for name, number in nets.items()),
     ]
     if layout.pads:
@@ -89,11 +91,11 @@ def board(layout: Layout) -> str:
     return node("kicad_pcb", *children) + "\n"
 
 
-def sheet_corner(layout: Layout) -> Grid:
+def sheet_corner(outline: Path) -> Grid:
     """The sheet's upper left corner as seen from the layout's origin: whole millimetres, the board in the middle."""
-    x0, y0, x1, y1 = bounding_box([layout.outline])
+    x0, y0, x1, y1 = bounding_box([outline])
     middle = grid(Point((x0 + x1) / 2, (y0 + y1) / 2))
-    width, height = _sheet_size(layout)
+    width, height = _sheet_size(outline)
     return _whole(middle[0] - width // 2), _whole(middle[1] - height // 2)
 
 
@@ -101,9 +103,9 @@ def _whole(nanometres: int) -> int:
     return round(nanometres / _MM) * _MM
 
 
-def _sheet_size(layout: Layout) -> Grid:
+def _sheet_size(outline: Path) -> Grid:
     """A4 where the board has room on it, else as large as the board and a margin."""
-    x0, y0, x1, y1 = bounding_box([layout.outline])
+    x0, y0, x1, y1 = bounding_box([outline])
     needed = round((x1 - x0) * 1e9) + _SHEET_MARGIN, round((y1 - y0) * 1e9) + _SHEET_MARGIN
     if needed[0] <= _A4[0] and needed[1] <= _A4[1]:
         return _A4
@@ -116,10 +118,10 @@ def net_numbers(layout: Layout) -> dict[str, int]:
     return {name: number for number, name in enumerate(dict.fromkeys(("", *layout.nets, *drawn_nets)))}
 
 
-def _setup(layout: Layout, sheet: Grid) -> str:
+def _setup(fpc: FpcSpec, sheet: Grid) -> str:
     return node(
         "setup",
-        stackup_section(layout.spec.fpc.stackup, layout.spec.fpc.finish),
+        stackup_section(fpc.stackup, fpc.finish),
         # Openings are drawn exactly as they are ordered: KiCad adds no margin to them and none of its own.
         "(pad_to_mask_clearance 0)",
         "(allow_soldermask_bridges_in_footprints no)",
@@ -139,7 +141,7 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     ):
         taken = contact_openings(openings, [pad for pad in layout.all_pads if pad.layer == number])
         for i, region in enumerate(o for o in openings if o not in taken):
-            yield filled("gr", region, layer, sheet, (layout.spec.name, layer, "free", i))
+            yield filled("gr", region, layer, sheet, (name, layer, "free", i))
     if layout.stiffener is not None:
         outline = layout.stiffener.outline
         for i, path in enumerate((outline.outline, *outline.holes)):
@@ -197,11 +199,11 @@ def _tracks(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[st
         for j, segment in enumerate(drawn(trace.path)):
             kind, points = curve(segment, sheet)
             head = "segment" if kind == "line" else "arc"
-            yield f"({head} {points} {rest} {identity(*_track_names(layout, i, j))})"
+            yield f"({head} {points} {rest} {identity(*_track_names(layout.spec, i, j))})"
 
 
-def _track_names(layout: Layout, trace: int, segment: int) -> tuple[object, ...]:
-    return layout.spec.name, "track", trace, segment
+def _track_names(spec: SensorSpec, trace: int, segment: int) -> tuple[object, ...]:
+    return spec.name, "track", trace, segment
 
 
 def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
@@ -219,7 +221,7 @@ def _groups(layout: Layout) -> Iterator[str]:
     """One group a coil, of its windings: to pick it up as one thing, and for rules to tell windings from leads."""
     for coil in layout.coils:
         members = [
-            quoted(uuid_of(*_track_names(layout, i, j)))
+            quoted(uuid_of(*_track_names(layout.spec, i, j)))
             for i, trace in enumerate(layout.traces)
             if trace.role is Role.WINDING and trace.net == coil.net
             for j, _ in enumerate(drawn(trace.path))

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from sitscad.formats.kicad.sexpr import Grid, copper_names, grid, identity, length, node, polygon_points, quoted, xy
 from sitscad.geometry.path import Path, Region, bounding_box
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import decimal, show
 
 REFERENCE = "J1"
@@ -31,9 +32,9 @@ ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # what 
 _ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)"
 
 
-def anchor(layout: Layout) -> Grid:
+def anchor(pads: tuple[Pad, ...]) -> Grid:
     """Where the footprint stands: the middle of its pads."""
-    low, high = extent(layout.pads)
+    low, high = extent(pads)
     return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
 
 
@@ -50,7 +51,7 @@ def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[R
 
 def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
     """The footprint as it stands on the board, pads with their nets; `sheet` is the sheet's corner."""
-    place = anchor(layout)
+    place = anchor(layout.pads)
     return node(
         f"footprint {quoted(f'{layout.spec.name}:{FOOTPRINT_NAME}')}", '(layer "F.Cu")',
         identity(layout.spec.name, "footprint"), xy("at", place, sheet), *_body(layout, REFERENCE, nets),
@@ -64,7 +65,7 @@ def library_footprint(layout: Layout) -> str:
 
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
     """What stands in the footprint of the contacts: texts, openings, pads."""
-    place, owner = anchor(layout), (layout.spec.name, "board" if nets is not None else "library")
+    place, owner = anchor(layout.pads), (layout.spec.name, "board" if nets is not None else "library")
     tail = layout.spec.fpc.tail
     value = tail.connector.name if tail else "solder pads"
     # The openings of both masks beside the contacts' own
@@ -233,7 +234,7 @@ def _sensor(layout: Layout) -> str:
     issue = f", {layout.spec.issue.words}" if layout.spec.issue.rows else ""
     many = "s" * (len(layout.coils) > 1)
     words = f"inductive sensor of {len(layout.coils)} coil{many}: both pins of a coil are one net{issue}"
-    return _symbol(layout, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn, pins)
+    return _symbol(layout.spec, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn, pins)
 
 
 def _rows(layout: Layout) -> list[tuple[Pad, float]]:
@@ -262,7 +263,7 @@ def _coil(layout: Layout, coil: Coil) -> str:
         f"{layout.spec.fpc.stackup.name}"
     )
     drawn = _winding(0.0, reach, -reach, 0.0)
-    return _symbol(layout, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
+    return _symbol(layout.spec, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
 
 
 def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
@@ -295,11 +296,11 @@ def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> s
 
 
 def _symbol(
-    layout: Layout, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
+    spec: SensorSpec, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
     drawn: list[str], pins: list[str],
 ) -> str:
     """A symbol with its properties: reference and value stand at an x and two heights of `places`."""
-    library, (x, above, below) = layout.spec.name, places
+    library, (x, above, below) = spec.name, places
     shown = ((("Reference", reference), above), (("Value", name), below))
     left = "(effects (font (size 1.27 1.27)) (justify left))"
     hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}

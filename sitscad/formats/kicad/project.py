@@ -18,6 +18,7 @@ from sitscad.formats.kicad.library import (
 )
 from sitscad.formats.kicad.sexpr import length
 from sitscad.layout.board import Layout
+from sitscad.spec.design_rules import DesignRules
 
 
 def render(layout: Layout) -> dict[str, bytes]:
@@ -30,7 +31,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     name = layout.spec.name
     files = {
         f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board(layout),
-        f"kicad/{name}.kicad_dru": custom_rules(layout),
+        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
     }
     library = ({FOOTPRINT_NAME: library_footprint(layout)} if layout.pads else {}) | coil_footprints(layout)
     library |= capacitor_footprints(layout)
@@ -71,12 +72,11 @@ def _mm(metres: float) -> float:
     return float(length(metres))
 
 
-def board_rules(layout: Layout) -> dict[str, Any]:
+def board_rules(rules: DesignRules) -> dict[str, Any]:
     """The board setup's minima. They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance
     and hole to hole 0.25 mm) in being the rules that the spec names: a flexible circuit is made finer than the rigid
     board that KiCad assumes.
     """
-    rules = layout.spec.fpc.rules
     return {
         "max_error": 0.005, "min_clearance": _mm(rules.trace_spacing), "min_connection": 0.0,
         "min_copper_edge_clearance": _mm(rules.copper_to_edge), "min_groove_width": 0.0,
@@ -115,7 +115,7 @@ def project(layout: Layout) -> str:
             "design_settings": {
                 "defaults": {"board_outline_line_width": 0.05, "zones": {"min_clearance": _mm(rules.trace_spacing)}},
                 "diff_pair_dimensions": [], "drc_exclusions": [], "meta": {"version": 2},
-                "rule_severities": _SEVERITIES, "rules": board_rules(layout),
+                "rule_severities": _SEVERITIES, "rules": board_rules(rules),
                 "track_widths": [0.0, _mm(spec.coil.trace_width)], "via_dimensions": [],
                 "zones_allow_external_fillets": False,
             },
@@ -138,12 +138,11 @@ def project(layout: Layout) -> str:
     return json.dumps(value, indent=2, sort_keys=True) + "\n"
 
 
-def custom_rules(layout: Layout) -> str:
+def custom_rules(rules: DesignRules) -> str:
     """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints. KiCad does not
     measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own checks and its
     reading back of the Gerber files do that.
     """
-    rules = layout.spec.fpc.rules
     lines = [
         "(version 1)", f"# Design rules {rules.name}" + (f", seen {rules.checked_on}" if rules.checked_on else ""),
         *([f"# Source: {' '.join(rules.source.split())}"] if rules.source else []),

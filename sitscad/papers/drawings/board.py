@@ -61,9 +61,11 @@ from sitscad.fabrication.notes import (
 from sitscad.geometry.convex import parts_inside
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Coil, Layout, Via
 from sitscad.papers.drawings.contacts import CONTACT, contact_sheet, draw_copper
 from sitscad.scene.tail_path import bends
+from sitscad.spec.circuit import Tail
+from sitscad.spec.design_rules import DesignRules
 from sitscad.units import show
 
 PLATE, BEND = "#dddddd", "#eef3e2"
@@ -82,8 +84,8 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
     if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
-    made = {fabrication_path(layout, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
-    return made | {fabrication_path(layout, "drawing.pdf"): pdf(list(sheets.values()))}
+    made = {fabrication_path(layout.spec, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
+    return made | {fabrication_path(layout.spec, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
@@ -106,7 +108,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     _marks(sheet, layout, view, "drawing-body", limit)
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
-        _name(sheet, layout, view, coil)
+        _name(sheet, layout.vias, view, coil)
     ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
     edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
     ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
@@ -124,7 +126,7 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     if layout.stiffener is not None:
         sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
         box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
-        if _is_turned(layout):
+        if _is_turned(layout.spec.fpc.tail):
             sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
         else:
             top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
@@ -144,11 +146,11 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     tail = _tail_reach(layout)
     ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     level = max(high + 6.0, _tail_width(sheet, layout, view) + 2.0, _bend(sheet, layout, view) + 4.0)
-    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout)}")
+    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
     side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
-    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout)}")
+    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout.spec.fpc.rules)}")
 
 
 def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
@@ -157,7 +159,8 @@ def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
     if found is None:
         return 0.0
     at, low, high = view.x(found[0]), view.y(found[1]), view.y(found[2])
-    outer_span(sheet, (at, low), (at, high), f"tail {mm(found[2] - found[1])} +/- {_outline(layout)}", upright=True)
+    words = f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
+    outer_span(sheet, (at, low), (at, high), words, upright=True)
     return high + 5.0 + TEXT
 
 
@@ -169,25 +172,24 @@ def _stations(layout: Layout) -> Iterator[float]:
     yield from (bend.line for bend in bends(layout))
     if layout.stiffener is not None:
         yield bounding_box([layout.stiffener.outline.outline])[0]
-    if not _is_turned(layout):
+    if not _is_turned(layout.spec.fpc.tail):
         yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
 
 
-def _is_turned(layout: Layout) -> bool:
-    tail = layout.spec.fpc.tail
+def _is_turned(tail: Tail | None) -> bool:
     return tail is not None and tail.turn != "none"
 
 
 def _tail_reach(layout: Layout) -> tuple[float, ...]:
     """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
-    if _is_turned(layout):
+    if _is_turned(layout.spec.fpc.tail):
         return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in layout.pads[:1] for side in (-1, 1)})
     x1 = bounding_box([layout.outline])[2]
     ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
     return (min(ys), max(ys)) if ys else ()
 
 
-def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
+def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
     """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
     size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
     wide = text_width(coil.name, size)
@@ -196,7 +198,7 @@ def _name(sheet: Sheet, layout: Layout, view: View, coil: Coil) -> None:
 
     def crowding(corner: tuple[float, float]) -> float:
         middle = corner[0] + wide / 2, corner[1] + 0.4 * size
-        gaps = (math.dist((view.x(via.centre.x), view.y(via.centre.y)), middle) for via in layout.vias)
+        gaps = (math.dist((view.x(via.centre.x), view.y(via.centre.y)), middle) for via in vias)
         return -min(3.0 * size, min(gaps, default=math.inf))
 
     left, low = min(corners, key=crowding)
@@ -305,7 +307,7 @@ def notes(layout: Layout) -> Iterator[str]:
     rules = layout.spec.fpc.rules
     register = show(rules.registration, "m")
     yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
-    yield f"{next(number)}. Outline {outline_text(layout)}, layers in register within {register} (rules {rules.name})."
+    yield f"{next(number)}. Outline {outline_text(rules)}, layers in register within {register} (rules {rules.name})."
     yield f"{next(number)}. {coil_text(layout)}"
     yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
@@ -318,19 +320,19 @@ def notes(layout: Layout) -> Iterator[str]:
         yield f"{next(number)}. {chips}"
     if layout.bend_zone is not None:
         yield f"{next(number)}. {bend_text(layout)}"
-    if turn := turn_text(layout):
+    if turn := turn_text(layout.spec.fpc.tail):
         yield f"{next(number)}. {turn}"
     yield f"{next(number)}. {finish_text(layout)}"
     yield f"{next(number)}. IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 
 
-def _outline(layout: Layout) -> str:
-    return mm(layout.spec.fpc.rules.outline_tolerance)
+def _outline(rules: DesignRules) -> str:
+    return mm(rules.outline_tolerance)
 
 
 def render_pictures(layout: Layout) -> dict[str, bytes]:
     """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
     return {
-        fabrication_path(layout, "board.svg"): picture(layout).encode("utf-8"),
-        fabrication_path(layout, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
+        fabrication_path(layout.spec, "board.svg"): picture(layout).encode("utf-8"),
+        fabrication_path(layout.spec, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
     }

@@ -118,7 +118,7 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     """Width and length of the last contact of the row, the pitch to the one before, and what is measured at its end."""
-    row, pitch = contact_row(layout)
+    row, pitch = contact_row(layout.pads)
     (w, h), (x, y) = row[-1].size, row[-1].centre
     left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
     _end(sheet, layout, view, (left, low, right, high))
@@ -139,7 +139,7 @@ def _dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
 
 def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     """The board's width with its tolerance, from contact 1 to the edge, what is bare, and on to the board's end."""
-    end, (row, _) = board_end(layout), contact_row(layout)
+    end, (row, _) = board_end(layout), contact_row(layout.pads)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
     # The coordinate (m) at which the contacts end, along themselves
@@ -158,7 +158,7 @@ def _end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     behind = tip if along == 0 else tip - outward * end.first.size[along]
     edge, sides = sorted((axes[across](near), axes[across](place[across]))), [axes[across](side) for side in end.sides]
     _dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
-    width = f"{mm(end.width)} +/- {mm(end_tolerance(layout))}"
+    width = f"{mm(end.width)} +/- {mm(end_tolerance(layout.spec.fpc))}"
     _dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
     last = row[0] if along == 0 else row[-1]
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)

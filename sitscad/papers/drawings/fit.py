@@ -81,7 +81,7 @@ def faults_of(findings: Iterable[Any]) -> list[DrawnFault]:
 
 def drawing(layout: Layout, faults: Sequence[DrawnFault], forced: bool = False, bodies: str = "") -> Sheet | None:
     """The sheet, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn fails."""
-    jaw, shown = fitted_jaw(layout), [fault for fault in faults if fault.rule in HELD]
+    jaw, shown = fitted_jaw(layout.spec.mount), [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
         return None
     try:

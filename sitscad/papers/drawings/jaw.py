@@ -57,7 +57,7 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     """The sheet; None without a jaw. Raises `PartsError` where the shield does not fit into the standoff."""
-    jaw, pair, closes = fitted_jaw(layout), closed_section(layout), closing(layout)
+    jaw, pair, closes = fitted_jaw(layout.spec.mount), closed_section(layout), closing(layout)
     if jaw is None or pair is None or closes is None:
         return None
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)

@@ -53,12 +53,12 @@ def render(
     if panel is None:
         return {}
     layout = panel.layout
-    images = panel_images(layout, files)
+    images = panel_images(layout.spec, files)
     sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
     return {
-        panel_path(layout, "-drawing.svg"): svg(sheet).encode("utf-8"),
-        panel_path(layout, "-drawing.pdf"): pdf([sheet]),
-        panel_path(layout, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
+        panel_path(layout.spec, "-drawing.svg"): svg(sheet).encode("utf-8"),
+        panel_path(layout.spec, "-drawing.pdf"): pdf([sheet]),
+        panel_path(layout.spec, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
     }
 
 
@@ -137,7 +137,8 @@ def _notes(panel: Panel) -> Iterator[str]:
     else:
         yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
     yield "5. Deliver the panel whole. Parts are cut out by the customer."
-    yield f"6. Parts' outlines {outline_text(panel.layout)}; of frame and tooling holes the rules state none."
+    outlines = outline_text(panel.layout.spec.fpc.rules)
+    yield f"6. Parts' outlines {outlines}; of frame and tooling holes the rules state none."
     number = 7
     if quantity := quantity_text(panel.layout.spec.fpc.boards, len(panel.parts)):
         yield f"{number}. Wanted: {quantity}."
@@ -177,15 +178,15 @@ def _files(panel: Panel) -> Iterator[tuple[str, str]]:
     """The panel's images and papers, each with what it is."""
     layout = panel.layout
     yield from (file.row for file in panel_files(layout))
-    drill_map = drill_map_file(panel_path(layout, "-Drill_Map.gbr"))
+    drill_map = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))
     yield drill_map.name, "drill map (Gerber drawing)"
-    yield panel_path(layout, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
+    yield panel_path(layout.spec, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
     yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
 
 
 def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
     """The lines that name the panel's images by their hash."""
-    images = panel_images(panel.layout, files)
+    images = panel_images(panel.layout.spec, files)
     what = (
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
         "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."

@@ -31,6 +31,7 @@ from sitscad.geometry.convex import Box, parts_inside
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import Body, above_board
+from sitscad.spec.materials import Encapsulation
 from sitscad.units import show
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
@@ -69,7 +70,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
-    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout, pieces)), 2.4)
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout.spec.encapsulation, pieces)), 2.4)
     return sheet
 
 
@@ -129,7 +130,7 @@ def _size(piece: Body) -> str:
     return f"{across}, {thick} thick"
 
 
-def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
+def _notes(encapsulation: Encapsulation | None, pieces: tuple[Body, ...]) -> Iterator[str]:
     yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for i, piece in enumerate(reversed(pieces), 2):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
@@ -137,7 +138,7 @@ def _notes(layout: Layout, pieces: tuple[Body, ...]) -> Iterator[str]:
         face = "the board's top face"
         above = f"on {face}" if piece.lower <= 0.0 else f"{show(piece.lower, 'm')} above {face}"
         yield f"{i}. {piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
-    film = layout.spec.encapsulation
+    film = encapsulation
     if film is not None:
         yield f"{2 + len(pieces)}. Over all of it {show(film.thickness, 'm')} of {film.material.name}, not drawn."
 

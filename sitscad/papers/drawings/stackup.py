@@ -32,8 +32,8 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     """
     sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
-        fabrication_path(layout, "stackup.svg"): svg(sheet).encode("utf-8"),
-        fabrication_path(layout, "stackup.pdf"): pdf([sheet]),
+        fabrication_path(layout.spec, "stackup.svg"): svg(sheet).encode("utf-8"),
+        fabrication_path(layout.spec, "stackup.pdf"): pdf([sheet]),
     }
 
 
@@ -119,8 +119,8 @@ def _notes(layout: Layout) -> Iterator[str]:
     stackup = layout.spec.fpc.stackup
     is_film = any(layer.kind is LayerKind.COVERLAY and layer.material != MASK for layer in stackup.layers)
     glued = "; coverlay with its adhesive" if is_film else ""
-    yield f"Thicknesses are finished ones{glued}. Laminates: {notes.laminate_text(layout)}."
-    yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(layout).items())
+    yield f"Thicknesses are finished ones{glued}. Laminates: {notes.laminate_text(stackup)}."
+    yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(stackup).items())
     if build := notes.build_text(layout):
         yield f"Build: {build}."
     yield notes.finish_text(layout)

@@ -175,7 +175,7 @@ def _fits(spec: SensorSpec) -> Iterator[Flaw]:
     check_amount(spec.coil, len(spec.array.placements), remarks)
     if spec.cells is not None:
         has_plates = spec.target is not None and spec.elastomer is not None
-        check_cells(spec.cells.coils, spec.array, has_plates, remarks)
+        check_cells(spec.cells.coils, spec.array.placements, has_plates, remarks)
     if not remarks.flaws:
         check_gaps(spec.array, spec.coil, remarks)
     yield from remarks.flaws

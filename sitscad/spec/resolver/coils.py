@@ -187,7 +187,7 @@ def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remar
 
 def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
     """Whether the coils of an array keep the trace spacing from each other."""
-    smallest, first, second = _smallest_gap(array, coil)
+    smallest, first, second = _smallest_gap(array.placements, coil)
     if smallest >= coil.trace_spacing * _NEARLY:
         return
     what = f"overlap by {show(-smallest, 'm')}" if smallest < 0 else f"stand {show(smallest, 'm')} apart"
@@ -204,11 +204,11 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
     remarks.flaw("SIT014", key, message, hint, measured=smallest, limit=coil.trace_spacing, unit="m")
 
 
-def _smallest_gap(array: ArraySpec, coil: CoilSpec) -> tuple[float, str, str]:
+def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tuple[float, str, str]:
     """The smallest gap (m) between two coils, and which they are; infinite where none are near each other."""
     # pairs farther apart than any outline reaches need no closer look
     far = math.hypot(*coil.size) + coil.trace_spacing
-    pairs = [(a, b) for a, b in combinations(array.placements, 2) if math.dist(a.centre, b.centre) < far]
+    pairs = [(a, b) for a, b in combinations(placements, 2) if math.dist(a.centre, b.centre) < far]
     found = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
     return min(found, default=(math.inf, "", ""))
 
@@ -220,7 +220,7 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
         return None
 
     def fits(scale: float) -> bool:
-        return _smallest_gap(scaled(array, scale), coil)[0] >= coil.trace_spacing * _NEARLY
+        return _smallest_gap(scaled(array, scale).placements, coil)[0] >= coil.trace_spacing * _NEARLY
 
     low, high = ((size + coil.trace_spacing) / near for size in (min(coil.size), math.hypot(*coil.size)))
     if fits(low):
@@ -231,9 +231,9 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
     return high
 
 
-def check_cells(coils: int, array: ArraySpec, has_plates: bool, remarks: Remarks) -> None:
+def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: bool, remarks: Remarks) -> None:
     """Whether so many coils make alike cells, at least two of them, of which each has a target on a pad."""
-    count, key = len(array.placements), "cells.coils"
+    count, key = len(placements), "cells.coils"
     if not has_plates:
         hint = "write both, of one cell, or leave cells out"
         remarks.flaw("SIT009", "cells", "cells need a target on an elastomer", hint)
@@ -241,7 +241,7 @@ def check_cells(coils: int, array: ArraySpec, has_plates: bool, remarks: Remarks
         message = f"{count} coils make no two or more cells of {coils}"
         remarks.flaw("SIT009", key, message, "a number that the coils can be divided by, or leave cells out")
         return
-    first, *others = (within(array.placements[k : k + coils]) for k in range(0, count, coils))
+    first, *others = (within(placements[k : k + coils]) for k in range(0, count, coils))
     odd = next((k for k, other in enumerate(others, 2) if other != first), None)
     if odd is not None:
         message = f"the coils of cell {odd} do not stand to each other as those of cell 1"

@@ -48,7 +48,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     side = max(coil.outer_diameter, array.pitch or 0.0)
     target, pad, cells = document.target, document.elastomer, document.cells
     if cells is not None:
-        check_cells(cells.coils, array, target is not None and pad is not None, remarks)
+        check_cells(cells.coils, array.placements, target is not None and pad is not None, remarks)
         side = max(coil.outer_diameter, array.pitch - CELLS_APART if array.pitch and cells.coils == 1 else 0.0)
     if target is not None:
         target = _sized(target, "target", (side, side), remarks)

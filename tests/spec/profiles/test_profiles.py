@@ -261,7 +261,7 @@ def test_a_figure_that_does_not_hold_for_the_copper_says_so_wherever_it_is_writt
     files = {}
     for thickness in (35, 210):
         layout = lay_out(load(write(folder, "generic-flex", stackup=foil(thickness))))
-        files[thickness] = kicad_rules.custom_rules(layout), fabrication_notes.readme(layout)
+        files[thickness] = kicad_rules.custom_rules(layout.spec.fpc.rules), fabrication_notes.readme(layout)
     rules, notes = files[210]
     assert rules.count("(for copper up to 35 um: nothing is stated for 210 um)") == 2
     assert "these widths are for copper up to 35 um, not for 210 um" in " ".join(notes.split())
