@@ -6,6 +6,7 @@ depth and size are bounded before any work is done.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -55,6 +56,13 @@ def read_events(text: str) -> YamlText:
         hint = "indent with spaces, not with tabs" if "\\t" in problem else ""
         if "mapping values are not allowed" in problem:
             hint = "is there a colon too many, or a line indented too far?"
+        # What opened and is never closed is met where something else begins, lines later
+        opened, kind = error.context_mark, re.search("flow (?:mapping|sequence)|quoted scalar", error.context or "")
+        if kind and opened is not None and mark is not None and opened.line < mark.line:
+            place = opened.line + 1, opened.column + 1
+            what = "quote" if "quoted" in kind[0] else "bracket"
+            problem = f"the {what} that opens here is not closed by line {mark.line + 1}"
+            hint = "close it on this line"
         raise TextError("SIT001", f"not YAML: {problem[:200] or _first_line(error)}", hint, place) from None
     except TextError:
         raise

@@ -24,6 +24,8 @@ TEXTS = {
     "a word": ("sensor\n", "SIT001", 1, 1),
     "a list": ("- sitscad: 1\n", "SIT001", 1, 1),
     "a number": ("7\n", "SIT001", 1, 1),
+    "bracket not closed": ("coil:\n  turns: [5, 4\n  layers: 2\n", "SIT001", 2, 10),
+    "quote not closed": ("coil:\n  shape: \"circle\n  layers: 2\n", "SIT001", 2, 10),
     "tab as indent": ("coil:\n\tshape: circle\n", "SIT001", 2, 1),
     "open bracket": ("name: a\ncoil: [1, 2\nfpc: 1\n", "SIT001", 3, 4),
     "open quote": ('name: "a\n', "SIT001", 2, 1),
