@@ -25,7 +25,7 @@ TEXTS = {
     "a list": ("- sitscad: 1\n", "SIT001", 1, 1),
     "a number": ("7\n", "SIT001", 1, 1),
     "tab as indent": ("coil:\n\tshape: circle\n", "SIT001", 2, 1),
-    "open bracket": ("name: a\ncoil: [1, 2\nfpc: 1\n", "SIT001", 3, 4),
+    "open bracket": ("name: a\ncoil: [1, 2\nfpc: 1\n", "SIT001", 2, 7),
     "open quote": ('name: "a\n', "SIT001", 1, 7),
     "two colons": ("name: a: b\n", "SIT001", 1, 8),
     "bad indent": ("coil:\n  shape: circle\n turns: 5\n", "SIT001", 3, 2),
