@@ -136,7 +136,7 @@ def design(
     except sitscad.SpecError as error:
         show_findings([unreadable(study, error, "none")])
         return 2
-    folder = output or os.path.join("outputs", f"{asked.name}-study")
+    folder = output or os.path.join("outputs", asked.name if asked.name.endswith("study") else f"{asked.name}-study")
     executor = None
     told: list[StudyAnswer] = []
     if scheduler is not None:

@@ -16,7 +16,7 @@ from sitscad.study.document import Asked, Goal
 from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
 from sitscad.study.running import Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
-from sitscad.study.space import Point
+from sitscad.study.space import Point, apart, at_key
 from sitscad.study.spreads import Yield
 
 
@@ -175,9 +175,9 @@ def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
 
 
 def beaten_by_base(asked: Asked, base: Evaluation, kept: Sequence[Kept]) -> int:
-    """How many of the designs that are kept the base beats, which is no candidate: none where it breaks something."""
-    own = _goals(asked.goals, base)
-    others = [_goals(asked.goals, one.evaluation) for one in kept] if not violations(asked, base) else []
+    """How many of the designs that are kept the base beats: none where it breaks something, or is a design itself."""
+    own, counts = _goals(asked.goals, base), bool(changed(asked, asked.base_point)) and not violations(asked, base)
+    others = [_goals(asked.goals, one.evaluation) for one in kept] if counts else []
     return sum(own != other and all(mine <= its for mine, its in zip(own, other, strict=True)) for other in others)
 
 
@@ -250,14 +250,7 @@ def alike_goals(asked: Asked, found: Found) -> Iterator[Goal]:
 def changed(asked: Asked, point: Point) -> dict[str, Any]:
     """What differs from the base, by key, as a spec has it."""
     before = asked.base.values(())
-    return {key: value for key, value in asked.space.changes(point) if at_key(before, key) != value}
-
-
-def at_key(data: Any, key: str) -> Any:
-    """The plain value under a dotted key; None where there is none."""
-    for name in key.split("."):
-        data = data.get(name) if isinstance(data, dict) else None
-    return data
+    return {key: value for key, value in asked.space.changes(point) if apart(at_key(before, key), value)}
 
 
 def limits_broken(asked: Asked, values: Mapping[str, float]) -> tuple[str, ...]:

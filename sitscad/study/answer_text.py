@@ -9,10 +9,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from sitscad.report.findings import to_json
-from sitscad.study.answer import Kept, beaten_by_base
+from sitscad.study.answer import Kept, beaten_by_base, changed
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.space import Point, code_version
+from sitscad.study.space import Point, at_key, code_version
 from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweeping import rule_titles, shown
@@ -59,14 +59,24 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
         if beaten := beaten_by_base(asked, said.base, said.kept):
             of = "every design that is kept" if beaten == len(said.kept) else f"{beaten} of the {len(said.kept)} kept"
             yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
-    elif good:
-        yield f"No design has the yield that is asked ({_least_yield(said)}): {count}; {good} keep everything else."
+    elif said.fallen:
+        yield (f"No design was found that has the yield that is asked ({_least_yield(said)}): {count}; units "
+               f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
+    if off := changed(asked, asked.base_point):
+        before = asked.base.values(())
+        values = ", ".join(f"{key}: {value} ({base_value(before, key)})" for key, value in off.items())
+        yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
     if asked.space.size > len(found.screened) and not said.is_met:
         yield "That is a search and no proof: what was not looked at may do."
     for goal in said.alike:
         yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
+
+
+def base_value(before: Mapping[str, Any], key: str) -> str:
+    """A key of the base as it is written there; a dash where it is not."""
+    return "-" if (value := at_key(before, key)) is None else str(value)
 
 
 def _least_yield(said: StudyAnswer) -> str:
@@ -74,7 +84,9 @@ def _least_yield(said: StudyAnswer) -> str:
 
 
 def breach_words(name: str, breach: Breach | None) -> str:
-    """How far the nearest design lies beyond a limit; nothing where both read the same, for then they say nothing."""
+    """How far the nearest design lies beyond a limit, or by how little it keeps it; nothing where both read the same,
+    for then they say nothing.
+    """
     if breach is None or breach.measured is None or breach.limit is None:
         return ""
     measure = name.removeprefix(BY_YIELD)
@@ -83,6 +95,8 @@ def breach_words(name: str, breach: Breach | None) -> str:
         found, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
     else:
         at, found, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
+    if breach.sigma is not None:
+        return f"{found} keeps {limit} by {breach.sigma:.2g} sigma of manufacture where one is asked"
     return f"{found}{at} where {limit} is asked" if found != limit else ""
 
 
@@ -206,7 +220,7 @@ def answer_json(said: StudyAnswer) -> str:
             "verdicts_differ": said.agreement.verdicts_differ,
             "rank_correlation": dict(said.agreement.rank_correlation),
         },
-        "base": said.base.as_json(),
+        "base": said.base.as_json(), "base_differs": changed(asked, asked.base_point),
         "kept": [
             {"design": f"designs/{number}.yaml", "changed": dict(one.changed), **one.evaluation.as_json(),
              "yield": None if one.units is None else yield_json(one.units)}
@@ -216,7 +230,7 @@ def answer_json(said: StudyAnswer) -> str:
 
 
 def _breach(one: Breach | None) -> dict[str, Any] | None:
-    return None if one is None else {"measured": one.measured, "limit": one.limit, "unit": one.unit}
+    return None if one is None else {"measured": one.measured, "limit": one.limit, "unit": one.unit, "sigma": one.sigma}
 
 
 def yield_json(units: Yield) -> dict[str, Any]:

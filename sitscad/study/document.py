@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 from sitscad.record import record
@@ -17,7 +18,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import dotted
 from sitscad.study.evaluating import can_screen, judged
 from sitscad.study.measures import MEASURES, nearest_measures
-from sitscad.study.space import Base, RangeError, Space, Variable, require_key, stepped
+from sitscad.study.space import Base, Point, RangeError, Space, Variable, require_key, stepped
 from sitscad.units import UNITS, decimal, in_mm
 
 VERSION = 1
@@ -145,6 +146,11 @@ class Asked:
         if self.least_yield is not None:
             names += [f"sigma.{one.measure}" for one in self.require if f"sigma.{one.measure}" in MEASURES]
         return tuple(dict.fromkeys(name for name in names if name != "yield"))
+
+    @cached_property
+    def base_point(self) -> Point:
+        """The design nearest to the base, which is looked at first: the base itself where all keys have its values."""
+        return self.space.nearest(self.base.values(()))
 
     @property
     def least_yield(self) -> float | None:

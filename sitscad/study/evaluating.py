@@ -81,7 +81,8 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
     found: dict[str, Breach] = {}
     for finding in sorted(findings, key=lambda one: one.rule):
         if finding.severity is severity:
-            one = Breach(finding.measured, finding.limit, finding.unit or "")
+            sigma = finding.sigma if finding.keeps_limit else None
+            one = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
             found[finding.rule] = max(found.get(finding.rule, one), one, key=lambda each: each.size)
     return found
 

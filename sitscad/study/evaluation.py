@@ -29,20 +29,28 @@ BROKEN = 0.05
 
 @record
 class Breach:
-    """How far a design lies beyond what a rule asks: figure and limit (SI, in `unit`), None where the rule has none."""
+    """How far a design lies beyond what a rule asks: figure and limit (SI, in `unit`), None where the rule has none.
+    ``sigma`` is set where the figure keeps its limit by too little: so many sigma of manufacture, where one is asked.
+    """
 
     measured: float | None = None
     limit: float | None = None
     unit: str = ""
+    sigma: float | None = None
 
     @property
     def size(self) -> float:
         """What a search takes it for: `BROKEN`, and the distance from the limit over the larger of both; 1 where the
-        rule has no figures.
+        rule has no figures. Of what keeps its limit it is what lacks to one sigma.
         """
         if self.measured is None or self.limit is None:
             return 1.0
-        return BROKEN + abs(self.measured - self.limit) / max(abs(self.limit), abs(self.measured), 1e-300)
+        far = abs(self.measured - self.limit) * (1.0 if self.sigma is None else 1.0 / max(self.sigma, 1e-9) - 1.0)
+        return BROKEN + far / max(abs(self.limit), abs(self.measured), 1e-300)
+
+    def as_json(self) -> list[Any]:
+        """Figure, limit, unit and, where there is one, sigma."""
+        return [self.measured, self.limit, self.unit, *(() if self.sigma is None else (self.sigma,))]
 
 
 @record
@@ -82,8 +90,8 @@ class Evaluation:
         return {
             "level": self.level, "verdict": self.verdict,
             "values": {name: list(pair) for name, pair in self.values.items()}, "absent": dict(self.absent),
-            "refused": {rule: [one.measured, one.limit, one.unit] for rule, one in self.refused.items()},
-            "warned": {rule: [one.measured, one.limit, one.unit] for rule, one in self.warned.items()},
+            "refused": {rule: one.as_json() for rule, one in self.refused.items()},
+            "warned": {rule: one.as_json() for rule, one in self.warned.items()},
             "unknown": list(self.unknown),
         }
 

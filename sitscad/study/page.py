@@ -15,9 +15,10 @@ from sitscad.layout import arrange, sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
-from sitscad.study.answer import Agreement, KeySlice, at_key, bindings, relaxation
+from sitscad.study.answer import Agreement, KeySlice, bindings, relaxation
 from sitscad.study.answer_text import (
     answer_json,
+    base_value,
     breach_words,
     front_csv,
     keys_words,
@@ -43,7 +44,7 @@ from sitscad.study.charts import (
 from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
 from sitscad.study.running import Found, violations
-from sitscad.study.space import Point
+from sitscad.study.space import Point, at_key
 from sitscad.study.study import Study, StudyAnswer
 from sitscad.study.sweeping import rule_titles, scale_of, shown, titled
 from sitscad.units import counted
@@ -234,8 +235,7 @@ class StudyPage:
         x0, y0, x1, y1 = layout.body
         drawn = figure(picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}"),
                        f"Design {number} from the top, its tail cut off")
-        rows = [[key, "-" if at_key(before, key) is None else str(at_key(before, key)), str(value)]
-                for key, value in one.changed.items()]
+        rows = [[key, base_value(before, key), str(value)] for key, value in one.changed.items()]
         return (
             f"<article id='kept-{number}'><h3>Design {number}: designs/{number}.yaml</h3>"
             + table(["key", "base", "here"], rows, [False, True, True]) + drawn + "</article>"

@@ -197,7 +197,7 @@ class StudyRun:
         """
         asked = self._asked
         count = min(asked.evaluations, asked.space.size)
-        search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of)
+        search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of, [asked.base_point])
         for _ in range(MOST_ROUNDS):
             on_front = np.count_nonzero(ranked([self._costs[point] for point in self._good()], 1) == 0)
             count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, int(on_front)))
@@ -217,9 +217,10 @@ class StudyRun:
     def _costs_of(self, points: list[Point]) -> list[Costs]:
         """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
         rules decide that the screen cannot ask. Of a goal by which the screen does not rank, all are judged in full
-        that it does not refuse.
+        that it does not refuse. The base's own is, always.
         """
         self.evaluate(points, SCREEN)
+        self.evaluate([point for point in points if point == self._asked.base_point], FULL)
         new, is_ranked = set(points), not unranked() & {goal.measure for goal in self._asked.goals}
         near = self.best(LEAST_FULL) if is_ranked else points
         hopeful = [point for point in near if point in new and point not in self.found.full

@@ -5,9 +5,10 @@ It depends on the seed and on what was told alone: never on who computed it, nor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -49,24 +50,32 @@ def method_for(asked: str, space: Space, evaluations: int, goals: int) -> str:
     return "nsga2" if find_spec("pymoo") is not None else "de" if goals == 1 else "sobol"
 
 
-def search(method: str, space: Space, evaluations: int, seed: int, goals: int, evaluate: Evaluate) -> None:
-    """Ask `evaluate` about points of a method, so many in all at most, equal ones once."""
-    if method == "grid":
-        _in_turn([point for point, _ in zip(space.points(), range(evaluations), strict=False)], evaluate)
+def search(
+    method: str, space: Space, evaluations: int, seed: int, goals: int, evaluate: Evaluate, begin: Sequence[Point] = ()
+) -> None:
+    """Ask `evaluate` about points of a method, so many in all at most, equal ones once; first about those to `begin`
+    with.
+    """
+    if method in ("grid", "sobol"):
+        further = space.points() if method == "grid" else sobol_set(space, evaluations, seed)
+        _in_turn(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
         return
-    if method == "sobol":
-        _in_turn(sobol_set(space, evaluations, seed), evaluate)
-        return
-    first = first_set(space, evaluations, seed)
+    first = first_set(space, evaluations, seed, begin)
     known = dict(zip(first, _in_turn(first, evaluate), strict=True))
-    further = _nsga2 if method == "nsga2" else _differential_evolution
-    further(space, evaluations, seed, goals, known, evaluate)
+    go_on = _nsga2 if method == "nsga2" else _differential_evolution
+    go_on(space, evaluations, seed, goals, known, evaluate)
 
 
-def first_set(space: Space, evaluations: int, seed: int) -> list[Point]:
+def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] = ()) -> list[Point]:
     """The points with which a search of so many evaluations begins."""
     count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
-    return sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
+    drawn = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
+    return _distinct((*begin, *drawn), evaluations)
+
+
+def _distinct(points: Iterable[Point], most: int) -> list[Point]:
+    """The first points, equal ones once."""
+    return list(dict.fromkeys(points))[:most]
 
 
 def _in_turn(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:

@@ -25,6 +25,7 @@ from sitscad.spec.load import load_text, load_values, put
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.source import TextError
+from sitscad.units import UNITS
 from sitscad.version import __version__
 
 Changes = tuple[tuple[str, Any], ...]
@@ -188,6 +189,38 @@ class Variable:
     values: tuple[Any, ...]
     is_ordered: bool = True
 
+    def nearest(self, value: Any) -> int:
+        """The number of the value that lies nearest to one of a spec; 0 where they cannot be compared."""
+        return min(range(len(self.values)), key=lambda k: apart(self.values[k], value))
+
+
+def at_key(data: Any, key: str) -> Any:
+    """The plain value under a dotted key; None where there is none."""
+    for name in key.split("."):
+        data = data.get(name) if isinstance(data, dict) else None
+    return data
+
+
+def apart(one: Any, other: Any) -> Decimal:
+    """How far two values of a key lie apart, whatever unit each is written in: 0 where they are the same, without end
+    where they cannot be compared.
+    """
+    if one == other:
+        return Decimal(0)
+    try:
+        return abs(_size(one) - _size(other))
+    except RangeError:
+        return Decimal("Infinity")
+
+
+def _size(value: Any) -> Decimal:
+    """A quantity in SI; a bare number is taken for millimetres, as beside lengths it is."""
+    number, unit = _number(value)
+    return number * (_FACTORS.get(unit, Decimal(1)) if unit else Decimal("0.001"))
+
+
+_FACTORS = {name: factor for units in UNITS.values() for name, factor in units.items()}
+
 
 def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     """Values from one to another, both as a spec has them; a step that is not given is a round one. The last value is
@@ -226,8 +259,10 @@ def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, s
     if one[1] != other[1]:
         raise RangeError(f"{low} and {high} have different units", "write both with one unit, like 75 um and 125 um")
     if not may_fall and one[0] >= other[0]:
-        word = "is empty" if one[0] == other[0] else "is reversed"
-        raise RangeError(f"the range from {low} to {high} {word}", "write the smaller value first")
+        if one[0] == other[0]:
+            raise RangeError(f"the range from {low} to {high} is empty",
+                             f"two values that differ, or a list of one: [{low}]")
+        raise RangeError(f"the range from {low} to {high} is reversed", "write the smaller value first")
     return one, other
 
 
@@ -282,6 +317,10 @@ class Space:
         for key, value in chosen.items():
             found |= self.brought.get(key, {}).get(str(value), {})
         return tuple(found.items())
+
+    def nearest(self, values: Mapping[str, Any]) -> Point:
+        """The point nearest to a spec of these plain values, key by key."""
+        return tuple(variable.nearest(at_key(values, variable.key)) for variable in self.variables)
 
     def points(self) -> Iterator[Point]:
         """All points, the last variable fastest."""

@@ -44,8 +44,9 @@ class StudyAnswer:
 
     ``base`` is the base itself, judged in full; ``found`` everything that was evaluated; ``bindings`` and
     ``relaxation`` what stands in the way; ``agreement`` how well both levels agree; ``alike`` goals that nothing that
-    varies decides; ``front`` the points that none beats, ``kept`` the designs that are kept, ``texts`` their specs;
-    ``slices`` run through the first that is kept, or else through that of the relaxation (``chosen``).
+    varies decides; ``front`` the points that none beats, without those that are ``fallen`` by their yields; ``kept``
+    the designs that are kept, ``texts`` their specs; ``slices`` run through the first that is kept, or else through
+    that of the relaxation (``chosen``).
     """
 
     name: str
@@ -174,7 +175,8 @@ def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     if not fallen:
         return replace(said, kept=tuple(replace(one, units=yields[one.point]) for one in said.kept))
     kept = [point for point in points if point not in low]
-    return _keeping(replace(said, fallen=len(fallen)), run, kept, yields)
+    left = tuple(answer.front(asked, run.found, fallen))
+    return _keeping(replace(said, fallen=len(fallen), front=left), run, kept, yields)
 
 
 def _text(asked: Asked, one: Kept, number: int) -> str:

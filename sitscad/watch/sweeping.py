@@ -24,7 +24,8 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
     before are taken from `evaluated`, as far as they still fit.
     """
     asked = study.asked
-    points, found = first_set(asked.space, asked.evaluations, asked.seed), Found(asked, SCREEN)
+    points = first_set(asked.space, asked.evaluations, asked.seed, [asked.base_point])
+    found = Found(asked, SCREEN)
     last = 0.0
     with Workers(asked.base, 1) as workers:
         for k, point in enumerate(points, 1):

@@ -24,7 +24,7 @@ import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
-from sitscad.study.answer_text import answer_json, answer_text, yield_words, yields_text
+from sitscad.study.answer_text import answer_json, answer_text, breach_words, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
@@ -112,12 +112,28 @@ def test_text_and_json_say_what_was_found(answered):
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
 
+@pytest.mark.parametrize("method", ["nsga2", "sobol", "grid"])
+def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folder):
+    """A short search kept designs that the base beat, since it was no candidate itself."""
+    base = sitscad.load(folder / "coil.yaml").replace(
+        {"coil.turns": 11.5, "coil.trace_width": "125 um", "coil.trace_spacing": "0.125 mm"})
+    (folder / "coil.yaml").write_text(base.source.text)
+    text = STUDY.replace("from: 100 um, to: 130 um, step: 10 um", "from: 0.1, to: 0.15, step: 0.005")
+    (folder / "study.yaml").write_text(text.replace("evaluations: 100", f"method: {method}, evaluations: 8"))
+    answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
+    first = next(iter(answer.found.screened))
+    assert answer.asked.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
+    assert len(answer.found.screened) == 8 and "none of the designs" not in answer_text(answer)
+    assert answer.found.full[first].values == answer.base.values
+
+
 def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
     """A short search kept a design that was worse than the base in both goals, without a word."""
     _, answer = answered
     first = answer.kept[0].evaluation
     better = replace(first, values=first.values | {"rp": (2.0 * first.values["rp"][0], 0.0), "board.area": (1e-9, 0.0)})
-    assert "beats every design that is kept" in answer_text(replace(answer, base=better))
+    told = answer_text(replace(answer, base=better))
+    assert "beats every design that is kept" in told and "has coil.trace_width: 130 um (160 um), coil.trace" in told
     for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
         assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
 
@@ -142,7 +158,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
     again = [" best of maximize rp" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
-    assert answer.fallen == 1 and answer.kept and first[0] not in {one.point for one in answer.kept}
+    assert answer.fallen == 1 and answer.kept and first[0] not in {*answer.front, *(one.point for one in answer.kept)}
     assert "too small a yield: 1" in answer_text(answer)
 
 
@@ -158,9 +174,9 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
     text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "")
     (folder / "study.yaml").write_text(text)
     assert run(["design", "study.yaml", "--jobs", "1"]) == 1
-    said = json.loads((folder / "outputs/study-study/study.json").read_text())
+    said = json.loads((folder / "outputs/study/study.json").read_text())
     assert not said["met"] and said["bindings"][0]["name"] == "inductance" and said["bindings"][0]["alone"] > 0.0
-    best = max(one["values"]["inductance"][0] for one in _lines(folder / "outputs/study-study")
+    best = max(one["values"]["inductance"][0] for one in _lines(folder / "outputs/study")
                if list(one["refused"]) == [])
     assert said["relaxation"]["lets_go"]["inductance"]["measured"] == approx(best, rel=1e-12)
     told = capsys.readouterr().out
@@ -514,6 +530,15 @@ def _bowl(count, calls):
                 for x, y, z in points]
 
     return evaluate
+
+
+def test_values_of_a_spec_are_compared_whatever_their_unit():
+    lengths = Variable("coil.trace_width", ("75 um", "100 um", "125 um"))
+    assert [lengths.nearest(one) for one in ("0.1 mm", 0.12, "4 mil", "90 um")] == [1, 2, 1, 1]
+    assert [Variable("fpc.rules", ("one", "two")).nearest(one) for one in ("two", "three", None)] == [1, 0, 0]
+    assert Breach(1.20044, 1.2, "V", 0.1).size > Breach(1.204, 1.2, "V", 0.9).size > Breach(1.2045, 1.2, "V", 1.0).size
+    assert breach_words("SIT204", Breach(1.20044, 1.2, "V", 0.1)).endswith("keeps 1.2 V by 0.1 sigma of manufacture "
+                                                                          "where one is asked")
 
 
 @pytest.mark.parametrize("method, goals", [("sobol", 1), ("de", 1), ("nsga2", 2)])
