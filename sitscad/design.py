@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sitscad.arrays import Array
     from sitscad.check_values import Closing, Measure, Most
     from sitscad.estimates import Estimates
-    from sitscad.estimates.cells import CellCrosstalk
+    from sitscad.estimates.cells import AlikeCells, CellCrosstalk
     from sitscad.estimates.performance.curves import Curves
     from sitscad.estimates.performance.manufacture import Scatter
     from sitscad.estimates.performance.points import Felt
@@ -132,20 +132,43 @@ class Design:
 
         return weakest_cell(self.spec, self.estimates)
 
-    @cached_property
+    @property
     def softest_cell(self) -> int:
         """The number of the cell whose pad gives way farthest, with the least webs; the weakest where all are alike."""
-        if self.spec.cells is None:
-            return 1
-        from sitscad.estimates.states.pressing import web_stiffness
+        return self.alike_cells[0].extremes[0] if self.alike_cells else 1
 
-        stiffness = web_stiffness(self.spec)
-        is_alike = max(stiffness) - min(stiffness) < 1e-9
-        return self.weakest_cell if is_alike else 1 + stiffness.index(min(stiffness))
+    @_without_text
+    def alike_cells(self) -> tuple[AlikeCells, ...]:
+        """What is told of each cell but what it feels, cells that are alike together; nothing without cells."""
+        if self.spec.cells is None:
+            return ()
+        from sitscad.estimates.cells import alike_cells
+
+        return alike_cells(self.layout, self.estimates, self.crosstalk)
+
+    @_without_text
+    def told_cells(self) -> tuple[AlikeCells, ...]:
+        """`alike_cells` with what they feel: seconds of processor time each. Nothing where one cell feels nothing."""
+        from sitscad.estimates.performance.values import worst_of
+
+        found = []
+        for one in self.alike_cells:
+            felt = [self.cell(number).performance for number in one.extremes]
+            if not all(felt):
+                return ()
+            found.append(replace(one, felt=tuple(map(worst_of, zip(*felt, strict=True)))))
+        return tuple(found)
+
+    @property
+    def cells_document(self) -> dict[str, Any]:
+        """`told_cells` for programs; empty without."""
+        from sitscad.estimates.cells import document
+
+        return document(self.told_cells, self.weakest_cell) if self.told_cells else {}
 
     @property
     def one(self) -> Design:
-        """The weakest cell, of which is said what holds for all; the sensor itself without cells."""
+        """The weakest cell, of which is drawn and solved what is of one; the sensor itself without cells."""
         return self.cell(self.weakest_cell)
 
     @_without_text
@@ -183,10 +206,12 @@ class Design:
     def performance(self) -> tuple[Performance, ...]:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
         no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design. Of
-        cells it is that of the weakest.
+        cells every figure is that of the cell which is worst in it (`told_cells` has each).
         """
         if self.spec.cells is not None:
-            return self.one.performance
+            from sitscad.estimates.performance.values import worst_of
+
+            return tuple(map(worst_of, zip(*(one.felt for one in self.told_cells), strict=True)))
         from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse
 

@@ -17,7 +17,7 @@ from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.fixes.search import first_tried
 from sitscad.readout.converter import source_in_all
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.sensor import Requirements, SensorSpec
 from sitscad.units import show
 
@@ -53,6 +53,8 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     """What was kept, in the order of the rules; where something was, also what warmth after the tare makes of nothing
     at all, asked or not: it is most of what many sensors are off by.
     """
+    if design.spec.cells is not None:
+        return _of_cells(design)
     kept = sorted(design.once("reached", dict[str, RequirementResult]).values(), key=lambda each: each.rule)
     found, needs = design.felt if kept else None, design.spec.requirements
     if found is None or not found.held[0]:
@@ -63,6 +65,16 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     at = f"between {needs.temperature:.3g} and {end:.3g} degC"
     axis = _along(found.bench.range.axes[k])
     return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
+
+
+def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
+    """What is kept of the cells that were judged: the worst by requirement, with the cell's name."""
+    worst: dict[str, RequirementResult] = {}
+    for number in dict.fromkeys((design.weakest_cell, design.softest_cell)):
+        for one in noted(design.cell(number)):
+            if one.requirement not in worst or one.measured > worst[one.requirement].measured:
+                worst[one.requirement] = replace(one, at=f"{one.at}, cell {number}")
+    return tuple(worst.values())
 
 
 def farthest(needs: Requirements) -> float:

@@ -138,13 +138,13 @@ class Outcome:
 
 OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10))}
-"""Rules about a target, its pad and what is felt, which judge one of alike cells: that with the least signal. Nothing
+"""Rules about a target, its pad and what is felt, which judge a cell: that of which they find most. Nothing
 is tried for their hints, for what is tried is a whole sensor.
 """
 
 
 OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
-"""Those of them that ask how far a pad gives way: they judge the cell with the least webs."""
+"""Those of them that ask how far a pad gives way: of them it is first the cell with the least webs."""
 
 
 def apply_rule(
@@ -162,10 +162,7 @@ def outcomes(
 ) -> tuple[list[Outcome], list[NotChecked]]:
     """What one rule finds, and what it could not check; hints are looked for as in `apply_rule`."""
     if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        number = design.softest_cell if rule.id in OF_THE_SOFTEST else design.weakest_cell
-        said, unsaid = outcomes(rule, design.cell(number), least)
-        named_so = (replace(one.finding, message=f"cell {number}: {one.finding.message}") for one in said)
-        return [Outcome(each) for each in named_so], unsaid
+        return _of_worst_cell(rule, design, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         mount = design.spec.mount
@@ -179,6 +176,26 @@ def outcomes(
         else:
             found.append(Outcome(named(rule, verdict, design.converter, least), verdict.advice))
     return found, undecided
+
+
+def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
+    """What a rule finds of the cell that it finds most of, which is named: of two extremes, those with the softest pad
+    and with the least signal, the rule's own first where they are as bad.
+    """
+    order = dict.fromkeys((design.weakest_cell, design.softest_cell)[:: -1 if rule.id in OF_THE_SOFTEST else 1])
+    each = [(number, *outcomes(rule, design.cell(number), least)) for number in order]
+
+    number, said, unsaid = max(each, key=lambda one: max((_weight(found.finding) for found in one[1]), default=()))
+    command = "sitscad response --"
+    return [Outcome(replace(
+        found.finding, message=f"cell {number}: {found.finding.message}",
+        hint=found.finding.hint.replace(command, f"{command}cell {number} --"))) for found in said], unsaid
+
+
+def _weight(finding: Finding) -> tuple[float, ...]:
+    """How bad a finding is: by its severity, then of what is felt (SIT4xx, of which less is better) by its figure."""
+    beyond = finding.measured / finding.limit if finding.measured and finding.limit else 0.0
+    return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
 
 
 JAW_BY_FILE_ALONE = (

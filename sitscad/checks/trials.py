@@ -110,14 +110,15 @@ class Trials:
         return () if tried is None else tried.warned(of_worse)
 
     def share(self, changed: SensorSpec) -> float | None:
-        """The largest share of its reading by which a coil of a changed design changes over the required force; None
-        where it was not tried, or feels nothing.
+        """The largest share of its reading by which a coil of a changed design changes over the required force, of
+        cells in the one that reads least; None where it was not tried, or feels nothing.
         """
-        from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
+        from sitscad.estimates.signal import signals, telling  # loads nothing that the rules have not loaded
 
         is_own = changed == self._design.spec
         design = self._design if is_own else self.drawn(changed) if self._tried(changed) is not None else None
-        return None if design is None else max((abs(s.share) for s in signals(design.estimates)), default=None)
+        found = () if design is None else signals(design.estimates)
+        return abs(telling(found, changed).share) if found else None
 
     def drawn(self, changed: SensorSpec) -> Design | None:
         """A changed design, laid out once; None where the budget does not reach so far."""

@@ -114,7 +114,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         loaded = opened(spec, policy_for(spec))
     except sitscad.SpecError as error:
         unread = unreadable(spec, error)
-        print_result(show(spec, None, unread, coloured(sys.stdout), None, ()))
+        print_result(show(spec, None, unread, coloured(sys.stdout), None, (), None))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
     try:
@@ -127,7 +127,8 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = design.performance if performance else None
-    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal))
+    cells = design.cells_document if performance else None
+    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
         asked = f"the method {method} does not meet" if method else "no method meets"

@@ -6,18 +6,23 @@ Where the pads of cells stand apart, no force goes from one to the next but thro
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from sitscad.estimates.performance.values import Performance
 from sitscad.estimates.response.working_range import USUAL_STRAIN
-from sitscad.estimates.states.pressing import web_stiffness
+from sitscad.estimates.states.pressing import joined, pressed, web_stiffness
 from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
+from sitscad.mechanics.web_law import WEB_SIGMA
 from sitscad.record import record
 from sitscad.scene.state import REST
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
 
 AROUND = 1.5
 """Neighbours that count: as far as so many times the distance of the nearest, those across a corner among them."""
@@ -35,21 +40,64 @@ times as long as wide: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thi
 class CellCrosstalk:
     """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
     what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
-    through ``webs`` to its own target, all at most; ``stiffer`` is by what share webs make the pads of cells stiffer,
-    the least held and the most. ``pairs`` are two cells (from 1), and what the first reads of the other at most.
+    through ``webs`` to its own target, all at most. ``each`` is by cell what it reads of all others at once, ``pairs``
+    are two cells (from 1), and what the first reads of the other at most.
     """
 
     target: float
     targets: float
     coils: float
     webs: float = 0.0
-    stiffer: tuple[float, float] = (0.0, 0.0)
+    each: tuple[float, ...] = ()
     pairs: tuple[tuple[int, int, float], ...] = ()
 
     @property
     def total(self) -> float:
-        """All of it at once."""
-        return self.targets + self.coils + self.webs
+        """All of it at once, of the cell that reads most."""
+        return max(self.each, default=0.0)
+
+
+@record
+class AlikeCells:
+    """Cells (numbers from 1) whose pads are held alike and whose coils are driven alike, and what is told of each of
+    them: their ``coils``, by what share webs make their pads ``stiffer``, the ``strain`` of these under the required
+    force, what they read of all neighbours at most (``crosstalk``; None where no cell has a signal), and what they feel
+    (``felt``: at rest, half and full load; nothing where that is not asked for or cannot be said). Figures are the
+    worst of the cells': those with the least and with the most ``signals`` are solved.
+    """
+
+    numbers: tuple[int, ...]
+    coils: tuple[str, ...]
+    stiffer: float
+    strain: float
+    crosstalk: float | None
+    signals: tuple[float, ...]
+    felt: tuple[Performance, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The cells by name: ``cells 1, 3, 7, 9``."""
+        return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
+
+    def document(self) -> list[dict[str, Any]]:
+        """Every cell's figures for programs."""
+        full, coils = self.felt[-1], len(self.coils) // len(self.numbers)
+        axes = full.axes.items()
+        told = {
+            "alike": list(self.numbers), "webs_stiffen_by": self.stiffer, "strain_at_full_load": self.strain,
+            "crosstalk": self.crosstalk, "range_N": {name: axis.range for name, axis in axes},
+            "limited_by": {name: axis.limited_by for name, axis in axes}, "overload_N": full.overload,
+            "free_overload_N": full.free_overload,
+            "resolution_N": {name: axis.document()["resolution_N"] for name, axis in axes},
+        }
+        return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | told
+                for k, number in enumerate(self.numbers)]
+
+    @property
+    def extremes(self) -> tuple[int, ...]:
+        """The numbers of the cells with the least and the most signal; one where that is the same."""
+        order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
+        return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
 
 
 def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
@@ -85,15 +133,17 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     matrix = np.array(estimates.inductance_matrix)
     cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
     coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
-    stiffer = min(web_stiffness(spec)) - 1.0, max(web_stiffness(spec)) - 1.0
-    strips = _webs_felt(spec)
+    strips, own_coils = _webs_felt(spec), coupled.sum(axis=1).reshape(len(middles), -1).max(axis=1)
+    each = tuple(
+        math.fsum([*(parts[step] for step in row), *(part for (own, _), part in strips.items() if own == k),
+                   float(own_coils[k])]) for k, row in enumerate(neighbours))
     pairs = tuple(
         (one + 1, other + 1, parts[step] + strips.get((one, other), 0.0)
          + float(coupled[np.ix_(cell == one, cell == other)].sum(axis=1).max()))
         for one, row in enumerate(apart) for other, way in enumerate(row)
         if (step := tuple(np.round(way, 9))) in neighbours[one])
     return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         float(coupled.sum(axis=1).max()), through_webs(spec), stiffer, pairs)
+                         float(own_coils.max()), through_webs(spec), each, pairs)
 
 
 def through_webs(spec: SensorSpec) -> float:
@@ -118,6 +168,86 @@ def _webs_felt(spec: SensorSpec) -> dict[tuple[int, int], float]:
                 if length and math.dist(one.array.middle, there) < 1e-8:
                     found[own, other] = felt * math.exp(-WEB_DECAY * length / pad.thickness)
     return found
+
+
+def alike_cells(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[AlikeCells, ...]:
+    """The cells of a sensor by what is told of them, those with the softest pads first; what they feel is left out."""
+    spec, signals, kinds = layout.spec, cell_signals(layout.spec, estimates), dict[object, list[int]]()
+    assert spec.cells is not None
+    specs, count, codes = cell_specs(spec), spec.cells.coils, estimates.readout.drive_codes
+    stiffness = web_stiffness(spec)
+    for k, cell in enumerate(specs):
+        webs = joined(cell)
+        held = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
+        kinds.setdefault((*held, *codes[k * count : (k + 1) * count]), []).append(k)
+    found = []
+    for kind in kinds.values():
+        names = tuple(coil.name for k in kind for coil in estimates.coils[k * count : (k + 1) * count])
+        told = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
+        found.append(AlikeCells(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
+                                pressed(specs[kind[0]]).strain, told, tuple(signals[k] for k in kind)))
+    return tuple(sorted(found, key=lambda one: one.stiffer))
+
+
+def document(told: Sequence[AlikeCells], pushed: int) -> dict[str, Any]:
+    """What is told of cells for programs; `pushed` is the cell of which a response is solved."""
+    return {
+        "figures_are": FIGURES_ARE.format(pushed=pushed), "pushed_of": pushed, "webs_sigma": WEB_SIGMA,
+        "each": sorted((cell for one in told for cell in one.document()), key=lambda cell: cell["cell"]),
+        "in_words": cell_rows(told),
+    }
+
+
+FIGURES_ARE = (
+    "each figure is that of the cell which is worst in it; curves, the pushed sensor and errors from unit to unit are "
+    "of cell {pushed}, which has the least signal"
+)
+
+WEBS_KNOWN = f"By how much webs make a pad stiffer is known to {100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
+
+
+def cell_rows(told: Sequence[AlikeCells]) -> list[tuple[str, ...]]:
+    """A row a kind of cells under a heading, the worst of every column marked where kinds differ."""
+    columns: list[list[tuple[float, str]]] = []
+    for one in told:
+        axes, free = one.felt[-1].axes.values(), one.felt[-1].free_overload
+        overload = one.felt[-1].overload if free is None else min(free, one.felt[-1].overload)
+        columns.append([
+            (0.0, show(100.0 * one.stiffer, "%", 2) if one.stiffer else "none"),
+            (one.strain, show(100.0 * one.strain, "%", 3)),
+            (-min(axis.range / axis.full_scale for axis in axes), " / ".join(
+                f"{show(axis.range, 'N', 3)}, {axis.limited_by}" for axis in axes)),
+            (-overload, show(overload, "N", 3)),
+            (max(axis.resolution / axis.full_scale for axis in axes), " / ".join(
+                show(axis.resolution, "N", 3) if math.isfinite(axis.resolution) else "none" for axis in axes)),
+            (one.crosstalk or 0.0, "-" if one.crosstalk is None else show(100.0 * one.crosstalk, "%", 2)),
+        ])
+    worst = [max(column)[1] for column in zip(*columns, strict=True)]
+    marked = [[text + WORST * (k > 0 and text == worst[k] and len({line[k][1] for line in columns}) > 1)
+               for k, (_, text) in enumerate(line)] for line in columns]
+    return [HEAD, *((one.words, *line) for one, line in zip(told, marked, strict=True))]
+
+
+HEAD = ("cells", "webs: stiffer by", "pad pressed by full force", "range", "overload", "resolution, full load",
+        "all neighbours change at most")
+WORST = " (worst)"
+
+
+def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
+    """By coil, what it reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
+    roughly in proportion to how far these give way. The frequency (Hz) is one near all coils' own.
+    """
+    spec, pad = layout.spec, layout.spec.elastomer
+    assert pad is not None
+    mean, own = pressed(spec).strain, [pressed(cell).strain for cell in cell_specs(spec)]
+    places, count = sorted(set(own)), len(spec.array.placements) // len(own)
+    if is_rough or not math.isfinite(frequency):
+        return [strain / mean for strain in own for _ in range(count)]
+    poses = np.zeros((2 + len(places), 6))
+    poses[1:, 2] = [-pad.thickness * strain for strain in (mean, *places)]
+    change = own_changes(layout.cell(1), poses, frequency).real
+    shares = (change[2:] - change[0]) / (change[1] - change[0])
+    return [round(float(share), 6) for strain in own for share in shares[places.index(strain)]]
 
 
 def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from sitscad.scene.state import PRESSED, REST
 if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
     from sitscad.layout.board import Layout
+    from sitscad.spec.sensor import SensorSpec
 
 
 STEP, THICKEST = 0.05e-3, 3e-3
@@ -42,6 +44,16 @@ def signals(estimates: Estimates) -> tuple[Signal, ...]:
     return tuple(signal for signal in found if signal is not None)
 
 
+def telling(found: Sequence[Signal], spec: SensorSpec) -> Signal:
+    """The signal of the coil whose reading changes most; of cells that of the cell in which it does so least."""
+    count = len(spec.array.placements) if spec.cells is None else spec.cells.coils
+    cells: dict[int, list[Signal]] = {}
+    for k, placement in enumerate(spec.array.placements):
+        cells.setdefault(k // count, []).extend(one for one in found if one.coil == placement.name)
+    best = (max(cell, key=lambda one: abs(one.share)) for cell in cells.values() if cell)
+    return min(best, key=lambda one: abs(one.share))
+
+
 def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
     """What one coil's reading does under a force (N); None where it has no such reading."""
     change = coil.sensitivity(force)
@@ -49,14 +61,15 @@ def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -
         return None
     rest, pressed = coil.states[REST], coil.states[PRESSED]
     sigma = coil.sensitivity_sigma(force) or (None, None)
-    conversion, before, after = readout.conversion, rest.converter_inductance, pressed.converter_inductance
+    own, conversion = coil.press_share, readout.conversion
+    before, after = rest.converter_inductance, pressed.converter_inductance
     if before is None or after is None:
         before, after = rest.inductance, pressed.inductance
     return Signal(
         coil.name, force, rest.inductance, change[0], sigma[0], change[1], sigma[1],
-        share=after / before - 1.0,
-        frequency_share=pressed.frequency / rest.frequency - 1.0,
-        steps=conversion.steps(rest.frequency, pressed.frequency) if conversion else None,
+        share=own * (after / before - 1.0),
+        frequency_share=own * (pressed.frequency / rest.frequency - 1.0),
+        steps=own * conversion.steps(rest.frequency, pressed.frequency) if conversion else None,
     )
 
 

@@ -219,6 +219,11 @@ def read(tuned: Tuned) -> Estimates:
              for coil, circuit in zip(wound.layout.coils, tuned.circuits, strict=True)]
     readout = with_margin(tuned.readout, found)
     coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in found], readout, spec.readout)
+    if spec.cells is not None and spec.cells.web is not None and assembly.compression is not None:
+        from sitscad.estimates.cells import press_shares  # a solver, loaded for nothing else
+
+        shares = press_shares(wound.layout, max(coil.sensor_frequency for coil in coils), rough)
+        coils = tuple(replace(coil, press_share=share) for coil, share in zip(coils, shares, strict=True))
     gap_sigmas, deviations = {}, sigmas(spec)
     if spec.elastomer is not None and spec.target is not None:  # the glue below the target in all
         gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])

@@ -109,7 +109,8 @@ class CoilEstimate:
     leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
-    `overdamped` are the quality factors of those whose tank does not oscillate. SI units.
+    `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is what the coil's own
+    pad makes of the change from rest to pressed, which of cells is that of a mean pad: sensitivities have it. SI units.
     """
 
     name: str
@@ -138,6 +139,7 @@ class CoilEstimate:
     bend_inductance: float | None = None
     inductance_parts: Mapping[str, float] = field(default_factory=dict)
     resistance_error: float | None = None
+    press_share: float = 1.0
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
@@ -146,6 +148,7 @@ class CoilEstimate:
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force:
             return None
+        force /= self.press_share
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
 
     def sensitivity_sigma(self, force: float | None) -> tuple[float, float] | None:
@@ -153,6 +156,7 @@ class CoilEstimate:
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force or rest.spread is None or pressed.spread is None:
             return None
+        force /= self.press_share
         before, after = rest.spread.shifts, pressed.spread.shifts
         nothing = (0.0, 0.0)
         causes = sorted({*before, *after})
@@ -184,6 +188,7 @@ class CoilEstimate:
             return None
         if rest.converter_inductance is None or pressed.converter_inductance is None:
             return None
+        force /= self.press_share
         change = (pressed.converter_inductance - rest.converter_inductance) / force
         if rest.spread is None or pressed.spread is None:
             return change, None

@@ -340,7 +340,7 @@ def _distinct(
 def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, bytes]) -> dict[str, bytes]:
     """Findings and estimate as JSON, and the note of a forced package, also beside what goes to a fabricator."""
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
-    felt = {name: value for name, value in _felt(given).items() if name == "performance"}
+    felt = {name: value for name, value in _felt(given).items() if name in ("performance", "cells")}
     files = {
         "findings.json": as_json([checked]).encode("ascii"),
         "estimate.json": to_json(contents.estimates.as_json(contents.file_name) | felt).encode("ascii"),

@@ -35,7 +35,8 @@ PAPERS: tuple[Writer, ...] = (
     ),
     Writer(
         "data sheet", "papers.datasheet", "datasheet",
-        ("layout", "estimates", "response", "performance", "curves", "forced", "bench_estimates"),
+        ("layout", "estimates", "response", "performance", "curves", "forced", "bench_estimates",
+         "told_cells"),
         is_felt,
     ),
     Writer("bom", "papers.parts_list:render", "report", ("layout", "estimates", "forced")),

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -18,7 +18,7 @@ from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
 from sitscad.drawing.web_page import table as html_table
-from sitscad.estimates.cells import cell_crosstalk, weakest_cell
+from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.points import INSTABILITY, production_limits
 from sitscad.estimates.performance.values import Performance, largest_lasting
@@ -26,7 +26,6 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.response.working_range import held_shear, working_range
-from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
@@ -35,7 +34,6 @@ from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Plot, figur
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
-from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
@@ -45,7 +43,7 @@ TOP, LEFT = 192.0, 14.0
 
 def render(
     layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
-    drawn: Curves | None, forced: str, bench: Estimates,
+    drawn: Curves | None, forced: str, bench: Estimates, told: Sequence[AlikeCells] = (),
 ) -> dict[str, bytes]:
     """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
     degrees Celsius). Raises `MissingExtra` without the plotting library.
@@ -60,18 +58,25 @@ def render(
     if layout.spec.cells is not None:  # figures are of one cell, limits of every coil
         first, *others = performance
         performance = replace(first, production=production_limits(estimates)), *others
+    cells = document(told, weakest_cell(layout.spec, estimates)) if told else None
+    shown = layout, estimates, performance, found, plots, bool(forced), bench, told
     return {
-        "datasheet.html": _page(layout, estimates, performance, found, plots, bool(forced), bench).encode("utf-8"),
-        "datasheet.json": figures_for_programs(response, performance, found),
-        "datasheet.pdf": pdf(_sheets(layout, estimates, performance, found, plots, bool(forced), bench)),
+        "datasheet.html": _page(*shown).encode("utf-8"),
+        "datasheet.json": figures_for_programs(response, performance, found, cells),
+        "datasheet.pdf": pdf(_sheets(*shown)),
     }
 
 
 def figures_for_programs(
-    response: ResponseModel | None, performance: Sequence[Performance], found: Calibration | None = None
+    response: ResponseModel | None, performance: Sequence[Performance], found: Calibration | None = None,
+    cells: Mapping[str, Any] | None = None,
 ) -> bytes:
-    """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table."""
+    """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
+    `cells` is what is told of each (`sitscad.estimates.cells.document`).
+    """
     whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
+    if cells:
+        whole["cells"] = cells
     if found is not None:
         known = found.document()
         whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
@@ -90,17 +95,21 @@ def _plain(text: str) -> float:
 
 def _sheets(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates,
+    plots: Sequence[Plot], forced: bool, bench: Estimates, told: Sequence[AlikeCells],
 ) -> list[Sheet]:
     between = [] if found is None else list(found.error_rows)
     first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
-    low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates), 2.4)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates, told), 2.4)
     if found is not None:
         low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
+    each = _new(layout, "data sheet, cells", forced) if told else None
+    if each is not None:
+        under = table(each, LEFT, TOP, _widths(cell_rows(told), 58.0, 268.0), cell_rows(told), 2.4)
+        fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [_of_cells(layout, estimates)], 2.2)
     assembly = drawing(layout, forced)
     curved = _new(layout.spec, "data sheet, curves", forced)
     for plotted, low in zip(plots[:2], (126.0, 46.0), strict=True):
@@ -121,7 +130,7 @@ def _sheets(
     fitting_paragraph(
         last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
     )
-    return [sheet for sheet in (first, assembly, curved, beyond, last, own) if sheet is not None]
+    return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
 
 
 MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
@@ -155,7 +164,7 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 def _page(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates,
+    plots: Sequence[Plot], forced: bool, bench: Estimates, told: Sequence[AlikeCells],
 ) -> str:
     spec = layout.spec
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
@@ -164,7 +173,9 @@ def _page(
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
-        part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates))),
+        part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates, told))),
+        *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
+          if told else []),
         part("Drawing", shown),
         part("Curves", "".join(map(_plotted, plots))),
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
@@ -238,7 +249,9 @@ LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean no
 BESIDE = "contact 0.1 mm beside the middle"
 
 
-def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) -> Rows:
+def sensor(
+    felt: Sequence[Performance], layout: Layout, estimates: Estimates, told: Sequence[AlikeCells] = ()
+) -> Rows:
     """What belongs to the sensor as a whole."""
     full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
@@ -254,7 +267,7 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
                      (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]
     return [
         ("sensor", ""),
-        *_cells(layout, estimates),
+        *_cells(layout, estimates, told),
         *overloads,
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
@@ -271,28 +284,30 @@ def sensor(felt: Sequence[Performance], layout: Layout, estimates: Estimates) ->
     ]
 
 
-def _cells(layout: Layout, estimates: Estimates) -> Rows:
-    """Of which cell the figures are, and what cells read of each other; nothing without cells."""
-    cells = layout.spec.cells
-    if cells is None:
+def _cells(layout: Layout, estimates: Estimates, told: Sequence[AlikeCells]) -> Rows:
+    """Which cells are worst, and of which one curves are; nothing without cells."""
+    if not told:
         return []
-    number, crosstalk = weakest_cell(layout.spec, estimates), cell_crosstalk(layout, estimates)
-    names, count = ", ".join(coil.name for coil in layout.cell(number).coils), len(cell_placements(layout.spec))
+    number, full = weakest_cell(layout.spec, estimates), [one.felt[-1] for one in told]
+
+    def worst(figure: Callable[[Performance], float]) -> str:
+        return told[max(range(len(told)), key=lambda k: figure(full[k]))].words
+
+    names = ", ".join(coil.name for coil in layout.cell(number).coils)
     return [
-        ("figures are of one cell, with the least signal", f"cell {number} ({names}) of {count}"),
-        ("what a cell reads of all neighbours", NONE if crosstalk is None else f"at most {_share(crosstalk.total)}"),
-        *([("webs make pads stiffer by, cell by cell", " to ".join(_share(part) for part in crosstalk.stiffer))]
-          if crosstalk is not None and crosstalk.webs else []),
-        *_softest(layout.spec, number),
+        ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in told)}, told cell by cell"),
+        *([("least range and overload", worst(lambda one: -one.overload)),
+           ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution))] if len(told) > 1 else []),
+        ("curves, least signal", f"cell {number} ({names})"),
+        ("what a cell reads of all neighbours", NONE if told[0].crosstalk is None else
+         f"at most {_share(max(one.crosstalk or 0.0 for one in told))}"),
     ]
 
 
-def _softest(spec: SensorSpec, number: int) -> Rows:
-    """By how much less another cell bears than the one whose figures are told; nothing where none bears less."""
-    stiffness = web_stiffness(spec)
-    least = min(stiffness) / stiffness[number - 1]
-    name = f"range and overload of cell {1 + stiffness.index(min(stiffness))}, the softest"
-    return [(name, f"about {100.0 * least:.0f} % of these")] if least < 0.995 else []
+def _of_cells(layout: Layout, estimates: Estimates) -> str:
+    """What the table of cells means, in a sentence."""
+    number = weakest_cell(layout.spec, estimates)
+    return f"In the other tables {FIGURES_ARE.format(pushed=number)}. {WEBS_KNOWN}"
 
 
 SIDEWAYS = "the pad gives way sideways"  # Why a normal force is too large before the pad is strained too far

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (),
+    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None,
 ) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -53,6 +53,7 @@ def as_text(
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
         _titled("What the converter resolves", table(READING_HEAD, reading_rows(estimates)), colour),
         _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
+        _titled(CELLS_TITLE, table(*_told(cells)), colour),
         *felt_blocks(felt or (), colour),
         _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
         _matrix(estimates, colour),
@@ -76,16 +77,17 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
 
 def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (),
+    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None,
 ) -> str:
     """The JSON document of ``estimate`` with how thick its parts give most signal, and ``performance`` where that was
-    asked for; an unreadable spec gives no coils, and ``findings`` that say why.
+    asked for, with that of each of its `cells`; an unreadable spec gives no coils, and ``findings`` that say why.
     """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
-    asked = {} if felt is None else {"performance": [point.document() for point in felt]}
+    asked: dict[str, Any] = {} if felt is None else {"performance": [point.document() for point in felt]}
+    asked |= {"cells": cells} if cells else {}
     signal = [
         {"part": one.part, "thickness_m": one.thickness, "inductance_H_per_N": one.per_newton,
          "thickness_now_m": one.thickness_now, "inductance_now_H_per_N": one.per_newton_now,
@@ -94,11 +96,22 @@ def as_json(
     return to_json({**estimates.as_json(path), "most_signal": signal, **asked})
 
 
-Shown = Callable[[str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]"], str]
+CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the cell which is worst in it"
+
+
+def _told(cells: Mapping[str, Any] | None) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+    """Head and rows of what is told of each cell; nothing without cells."""
+    head, *rows = cells["in_words"] if cells else [()]
+    return head, rows
+
+
+Shown = Callable[
+    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]", "Mapping[str, Any] | None"], str
+]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
 """How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
-and what the sensor feels (None: not asked for)."""
+what the sensor feels (None: not asked for), thicknesses of most signal, and what is told of each cell."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:

@@ -287,11 +287,13 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
 
 def _feeling(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
-    felt, between = sheet.get("performance", ()), sheet.get("unit_to_unit", {})
+    felt, between, cells = sheet.get("performance", ()), sheet.get("unit_to_unit", {}), sheet.get("cells", {})
+    told, *each = cells.get("in_words", [()])
     whole = _table(["of the whole sensor, full load", ""], numbers.whole_rows(felt), "")
     head, *rows = between.get("in_words", [()])  # of the map's own full scales, and rounded once
     units = _table(head, rows, between.get("errors_are", ""))
-    return _table(numbers.FELT_HEAD, numbers.felt_rows(felt), numbers.FELT_TITLE) + whole + units
+    by_cell = _table(told, each, f"Cell by cell. Elsewhere {cells['figures_are']}.") if cells else ""
+    return by_cell + _table(numbers.FELT_HEAD, numbers.felt_rows(felt), numbers.FELT_TITLE) + whole + units
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:

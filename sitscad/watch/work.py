@@ -98,7 +98,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         points = json.loads(feeling[DATA_SHEET])["performance"]
         yield event("feeling", {"numbers": _felt(points[-1])})
     if serves and feeling:
-        files |= _kept(before, "pushed", made_of, spec.name, lambda: _feeling(design.bare, design.bare.response))
+        files |= _kept(before, "pushed", made_of, spec.name, lambda: _feeling(design.bare, design.bare.one.response))
         yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
@@ -145,7 +145,8 @@ def _feeling(design: Design, pushed: ResponseModel | None = None) -> dict[str, b
     """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
     from sitscad.papers.datasheet import figures_for_programs
 
-    return {DATA_SHEET: figures_for_programs(pushed, design.performance)} if design.performance else {}
+    felt = design.performance
+    return {DATA_SHEET: figures_for_programs(pushed, felt, cells=design.cells_document)} if felt else {}
 
 
 def _calibration(contents: Contents) -> dict[str, bytes]:

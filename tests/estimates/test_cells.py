@@ -1,5 +1,6 @@
 """Cells: each is the sensor of its coils alone, and what it reads of its neighbours is within what is stated."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -9,11 +10,13 @@ from tolerance import approx
 
 import sitscad
 from sitscad.design import Design, respond
-from sitscad.estimates.cells import cell_signals, through_webs
+from sitscad.estimates.cells import cell_signals, document, through_webs
 from sitscad.estimates.response.pad import pushed, soft_pad
 from sitscad.estimates.response.working_range import normal_at
+from sitscad.estimates.signal import signals
 from sitscad.estimates.states.finite_target import equivalent_rings
 from sitscad.estimates.states.pressing import formula_sigma, pressed
+from sitscad.papers.datasheet import figures_for_programs
 from sitscad.scene.bodies import target_gap
 from tests.bench.conftest import TEMPLATES
 from tests.validation.two_targets import change
@@ -104,7 +107,7 @@ def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
     webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
     (said,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
     assert "through webs at most 1.4 %" in said.detail and said.severity.value == "warning"
-    assert "stiffer by 2.9 % to 2.9 %" in said.detail
+    assert "of cells 1, 2 by 2.9 %, pressed by" in said.detail
 
 
 def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
@@ -131,9 +134,51 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     assert most / least == approx(1.059, rel=1e-3)
 
 
-def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves():
+@pytest.fixture(scope="module")
+def row() -> Design:
+    """Three cells joined by webs, of which the middle one has two."""
+    return design("{pattern: line, count: 3, pitch: 12}", "cells: {web: 2 mm}")
+
+
+@pytest.mark.slow
+def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
+    """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
+    ends, middle = row.told_cells
+    assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
+    full, each = row.performance[-1], [row.cell(k).performance[-1] for k in (1, 2, 3)]
+    assert full.overload == full.axes["normal"].range == min(one.overload for one in each) < each[1].overload
+    assert full.axes["normal"].resolution == each[1].axes["normal"].resolution > each[0].axes["normal"].resolution
+    tilts = [one.tilt_error["normal"]["ry"] for one in each]
+    assert full.tilt_error["normal"]["ry"] == max(tilts) > 1.2 * tilts[1]
+    told = json.loads(figures_for_programs(None, row.performance, cells=document(row.told_cells, row.weakest_cell)))
+    assert [one["cell"] for one in told["cells"]["each"]] == [1, 2, 3] and told["cells"]["pushed_of"] == 2
+    for cell, own in zip(told["cells"]["each"], each, strict=True):
+        assert cell["overload_N"] == cell["range_N"]["normal"] == approx(own.overload, rel=1e-5)
+    _, first, second = told["cells"]["in_words"]
+    assert first[0] == "cells 1, 3" and first[4].endswith(" (worst)") and "worst" not in second[4]
+    assert second[0] == "cell 2" and second[5].endswith(" (worst)") and "worst" not in first[5]
+
+
+def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
+    """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
+    ends, middle, _ = signals(row.estimates)
+    loads = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
+    found = [respond(row.cell(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
+    one, other = (after / before - 1.0 for before, after in found)
+    assert ends.frequency_share / middle.frequency_share == approx(one / other, rel=2e-3) and one > 1.02 * other
+    asked = row.spec.replace("requirements.normal_force", "1 N").replace("requirements.tilt", "1 deg")
+    wanted = [Design(asked).cell(k).felt.points[-1].tilt_errors(math.radians(1.0)).max() for k in (1, 2)]
+    assert wanted[0] > 1.1 * wanted[1]
+    asked = asked.replace("requirements.tilt_error", f"{0.5 * sum(wanted):.5f} N")
+    result = sitscad.check(asked, hints="none")
+    said = {finding.rule: finding.message for finding in result.findings}
+    assert said["SIT217"].startswith("cell 2: the whole signal") and said["SIT404"][:7] in ("cell 1:", "cell 3:")
+    (tilt,) = (one for one in result.reached if one.requirement == "tilt_error")
+    assert tilt.at.endswith(said["SIT404"][:6])
+
+
+def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
     """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
-    row = design("{pattern: line, count: 3, pitch: 12}", "cells: {web: 2 mm}")
     signals, load = cell_signals(row.spec, row.estimates), [[6.0, 0.0, 0.0]]
     found = [respond(row.cell(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0] for k in (1, 2)]
     one, other = (math.log(after / before) for before, after in found)

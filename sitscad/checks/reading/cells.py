@@ -28,7 +28,9 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         yield Undecided("what the film over all cells carries from one to the next is not computed")
     names = ("total", "targets", "target", "coils", "webs")
     total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
-    least, most = (show(100.0 * part, "%", 2) for part in found.stiffer)
+    each = "; ".join(
+        f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
+        for one in design.alike_cells)
     yield Violation(
         f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
         f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",
@@ -37,8 +39,9 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         source=limit.source, keeps_limit=found.total <= limit.value,
         detail=f"through the targets of all neighbours at most {targets} (of one {target}), as if the cell had no "
         f"target of its own to hold that off; through coils that wait grounded at most {coils}; "
-        + (f"through webs at most {webs}. Webs make pads stiffer by {least} to {most}, to a fifth of it: forces and "
-           "maps of each cell count its own webs, states those of a mean pad" if found.webs else "pads stand apart"),
+        + (f"through webs at most {webs}. Webs make pads stiffer, to a fifth of it: of {each} under full force. "
+           "Forces, maps and the signal of each cell count its own webs, states those of a mean pad"
+           if found.webs else "pads stand apart"),
     )
 
 

@@ -205,15 +205,17 @@ def _back_over_the_coils(target: Target | None) -> str:
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
-    """How much of its reading the best coil's signal is, against what a little warmth does to that reading."""
-    from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
+    """How much of its reading the best coil's signal is (of cells the one's that reads least), against what a little
+    warmth does to that reading.
+    """
+    from sitscad.estimates.signal import signals, telling  # needs nothing that the estimates have not loaded
 
     found = signals(design.estimates)
     yield from failed_states(design, "signal over the required force")
     if not found:
         yield Undecided("no signal from rest to pressed was estimated")
         return
-    best, least = max(found, key=lambda signal: abs(signal.share)), own_limits()["least_signal"]
+    best, least = telling(found, design.spec), own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
@@ -225,14 +227,21 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         "reference coil without a target, or a tare before each grasp"
     )
     yield Violation(
-        f"the whole signal is small: from rest to {show(best.force, 'N')} the reading of coil {best.coil} changes by "
-        f"{100.0 * share:.2g} % (by the converter's formula; the inductance at the contacts by "
-        f"{100.0 * abs(best.by_inductance):.2g} %){steps}", hint, "elastomer.thickness", share, least.value,
+        f"{_cell_of(best.coil, design.spec)}the whole signal is small: from rest to {show(best.force, 'N')} the "
+        f"reading of coil {best.coil} changes by {100.0 * share:.2g} % (by the converter's formula; the inductance at "
+        f"the contacts by {100.0 * abs(best.by_inductance):.2g} %){steps}",
+        hint, "elastomer.thickness", share, least.value,
         source=least.source, advice=lambda left: _more(design, left, hint),
         detail=f"that inductance changes by {show(best.per_newton, 'H', 3)}/N, its frequency{follows} by "
         f"{100.0 * best.frequency_share:+.2g} %; ten degrees of warming move the reading by {100.0 * drift:.2g} % by "
         f"the copper alone, {scale}; silicone adds to that (response --performance has all of it)",
     )
+
+
+def _cell_of(coil: str, spec: SensorSpec) -> str:
+    """Which cell a coil is of, before what is said of it; nothing without cells."""
+    names = [placement.name for placement in spec.array.placements]
+    return "" if spec.cells is None else f"cell {1 + names.index(coil) // spec.cells.coils}: "
 
 
 def _more(design: Design, left: Left, otherwise: str) -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import field
+from typing import Any
 
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.record import record
+from sitscad.record import record, replace
 
 AXES = ("normal", "shear_x", "shear_y")
 
@@ -135,6 +137,52 @@ class Performance:
 def _finite(value: float) -> float | None:
     """A figure; None of one that is infinite, as of the noise on an axis that no reading tells."""
     return value if math.isfinite(value) else None
+
+
+def worst_of(each: Sequence[Performance]) -> Performance:
+    """One working point of several cells, every figure that of the cell which is worst in it; coils are those of a cell
+    by their places in it, and of ``production`` all.
+    """
+    first, least = each[0], min(each, key=lambda one: one.load)
+    # what ends a range is said of the one that ends first, and what differs by a figure alone once
+    notes = [note for one in sorted(each, key=lambda one: one.axes["normal"].range) for note in one.notes]
+    said = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
+    frees = [one.free_overload for one in each if one.free_overload is not None]
+    frictions = [one.friction_error for one in each if one.friction_error is not None]
+    slow = min(each, key=lambda one: one.bandwidth)
+
+    def largest(name: str) -> Any:
+        return _largest([getattr(one, name) for one in each])
+
+    tables = ("crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "contact_error", "temperature_error",
+              "temperature_causes", "friction_causes", "production", "condition_number", "map_degree")
+    return replace(
+        first, load=least.load, axes={name: _worst_axis([one.axes[name] for one in each]) for name in first.axes},
+        friction_error=max(frictions, default=None), bandwidth=slow.bandwidth, bandwidth_by=slow.bandwidth_by,
+        resonance={name: min(one.resonance[name] for one in each) for name in first.resonance},
+        invertible=all(one.invertible for one in each), overload=min(one.overload for one in each),
+        ambiguous=next((one.ambiguous for one in each if one.ambiguous is not None), None),
+        free_overload=min(frees, default=None),
+        notes=tuple(note for note in dict.fromkeys(notes) if note in said.values()),
+        **{name: largest(name) for name in tables},
+    )
+
+
+def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
+    least, told = min(each, key=lambda one: one.range), zip(*(one.sensitivity for one in each), strict=True)
+    return AxisPerformance(
+        least.range, least.limited_by, min(one.full_scale for one in each),
+        tuple(min(coil, key=abs) for coil in told), max(one.resolution for one in each),
+        max(one.nonlinearity for one in each), _largest([one.errors for one in each]),
+    )
+
+
+def _largest(each: Sequence[Any]) -> Any:
+    """Of numbers that which is farthest from zero, of tables all their rows so."""
+    if not isinstance(each[0], Mapping):
+        return max(each, key=abs)
+    names = dict.fromkeys(name for one in each for name in one)
+    return {name: _largest([one[name] for one in each if name in one]) for name in names}
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
