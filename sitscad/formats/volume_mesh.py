@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
 from sitscad.meshing import session
@@ -65,6 +66,12 @@ The force then comes out some per cent off, more with coarse elements or a thin,
 In Abaqus write TYPE=C3D10H and D = {d_real:.6g}, which needs no such help."""
 
 
+ONE_CELL = """
+This is the pad of ONE cell of {cells}{webs}."""
+WITHOUT_WEBS = """, WITHOUT the webs that join it to others:
+those make it stiffer by {held} %, cell by cell (data sheet)"""
+
+
 def bulk_ratio(pad: ElastomerPad) -> float:
     """Bulk over shear modulus in the deck; the material's own where that is less."""
     shape_factor = pad.size[0] * pad.size[1] / (2.0 * sum(pad.size) * pad.thickness)
@@ -72,13 +79,22 @@ def bulk_ratio(pad: ElastomerPad) -> float:
     return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
 
 
-def _deck(gmsh: Any, pad: ElastomerPad) -> Iterator[str]:
+def _of_cells(spec: SensorSpec) -> str:
+    """What a deck says of the cells of which it has one pad; nothing without cells."""
+    if spec.cells is None:
+        return ""
+    held = sorted(web_stiffness(spec))
+    words = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (held[0], held[-1])))
+    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.cells.web is not None else "")
+
+
+def _deck(gmsh: Any, pad: ElastomerPad, of_cells: str = "") -> Iterator[str]:
     """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
     material, ratio = pad.material, bulk_ratio(pad)
     mu, alpha = material.shear_modulus, material.ogden_exponent
     words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
                          d_real=2.0 / material.bulk_modulus)
-    yield from (f"** {line}" for line in words.splitlines())
+    yield from (f"** {line}" for line in (words + of_cells).splitlines())
     yield from ("*HEADING", "elastomer, metres")
     tags, places, _ = gmsh.model.mesh.getNodes()
     yield "*NODE"
@@ -218,7 +234,8 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
         return {}
     # alike pads are meshed once, without webs
     others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
-    made = elastomer_meshes(tuple(solid for solid in solids if solid.name not in others), _pad_of(spec))
+    first = tuple(solid for solid in solids if solid.name not in others)
+    made = elastomer_meshes(first, _pad_of(spec), of_cells=_of_cells(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
@@ -240,7 +257,7 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
         raise PartsError("the spec has no elastomer to be meshed")
-    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size)
+    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size, _of_cells(layout.spec))
 
 
 def _pad_of(spec: SensorSpec) -> ElastomerPad:
@@ -248,8 +265,12 @@ def _pad_of(spec: SensorSpec) -> ElastomerPad:
     return spec.elastomer
 
 
-def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None) -> dict[str, bytes]:
-    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth."""
+def elastomer_meshes(
+    solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None, of_cells: str = ""
+) -> dict[str, bytes]:
+    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth;
+    `of_cells` is what the deck says of the cells that it is one of.
+    """
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "elastomer", {**_OPTIONS, "Mesh.Algorithm3D": DELAUNAY}):
         folder = Path(name)
@@ -284,7 +305,7 @@ def elastomer_meshes(solids: tuple[Solid, ...], pad_of: ElastomerPad, size: floa
         found = {"msh": written(gmsh, folder / "elastomer.msh")}
         first = quality(gmsh)
         gmsh.model.mesh.setOrder(2)
-        found["inp"] = ("\n".join(_deck(gmsh, pad_of)) + "\n").encode("ascii")
+        found["inp"] = ("\n".join(_deck(gmsh, pad_of, of_cells)) + "\n").encode("ascii")
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
         return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}

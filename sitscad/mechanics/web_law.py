@@ -28,7 +28,7 @@ class Webs:
 
     @property
     def turned(self) -> Webs:
-        """The same, looked at along the other axis."""
+        """The webs looked at along the other axis: those at -y and +y are the first."""
         return Webs(self.width, self.front, self.back, self.left, self.right)
 
 

@@ -34,6 +34,7 @@ from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Plot, figur
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
@@ -106,7 +107,7 @@ def _sheets(
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
-    each = _new(layout, "data sheet, cells", forced) if told else None
+    each = _new(layout.spec, "data sheet, cells", forced) if told else None
     if each is not None:
         under = table(each, LEFT, TOP, _widths(cell_rows(told), 58.0, 268.0), cell_rows(told), 2.4)
         fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [_of_cells(layout, estimates)], 2.2)

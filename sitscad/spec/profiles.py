@@ -152,10 +152,13 @@ def spec_origin(source: SpecSource, folder: Path | None) -> Origin:
     return Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
 
 
+FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",)}
+"""Files that a spec names, and how their names end."""
+
+
 def _beside(folder: Path, like: str) -> str:
     """A hint with the files of a folder that are of the kind of an example."""
-    is_profile = is_profile_file(like)
-    kind, endings = ("YAML", (".yaml", ".yml")) if is_profile else ("STEP", (".step", ".stp"))
+    kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
 

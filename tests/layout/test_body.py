@@ -142,6 +142,7 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     (lambda space: space.add_lwpolyline([(0, 0), (6, 6), (6, 0), (0, 6)], close=True), "inwards|crosses"),
     (lambda space: space.add_circle((0, 0), 0.2), "400 um x 400 um"),
     (lambda space: None, "0 lines and arcs"),
+    (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
 def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):
     with pytest.raises(UnfitError, match=said):
@@ -166,3 +167,7 @@ def test_a_spec_with_a_drawing_follows_it(tmp_path):
     assert not layout.shortfalls and copper_outside(layout) == 0.0
     with pytest.raises(sitscad.SpecError, match="a text without a folder"):
         sitscad.load_text(text)
+    (tmp_path / "body.dxf").unlink()
+    with pytest.raises(sitscad.SpecError) as caught:
+        sitscad.load(tmp_path / "d.yaml")
+    assert caught.value.findings[0].hint == "there is no DXF file in that folder"

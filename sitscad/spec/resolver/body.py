@@ -96,6 +96,8 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
         yield words, Line(point(dxf.start[0], dxf.start[1]), point(dxf.end[0], dxf.end[1]))
     elif kind == "LWPOLYLINE":
         corners = [(point(x, y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
+        if len(corners) > MOST_PIECES:
+            raise UnfitError(f"{words} has {len(corners)} vertices, where {MOST_PIECES} can be")
         onward = corners[1:] + (corners[:1] if entity.closed else [])
         for (start, bulge), (end, _) in zip(corners, onward, strict=False):
             if start.distance(end) > JOINED:
