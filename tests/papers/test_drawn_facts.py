@@ -8,7 +8,7 @@ import math
 import re
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import pytest
 from legibility import assert_legible
@@ -21,7 +21,7 @@ from sitscad.drawing.sheet import Label, Shape, text_width
 from sitscad.fabrication.board_end import bare_size, board_end, end_tolerance, tail_width
 from sitscad.finding import Severity
 from sitscad.formats.kicad import board as kicad_board
-from sitscad.geometry.path import Line, bounding_box
+from sitscad.geometry.path import Line, Point, bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, bend_length, bend_stretch, finished_thickness, tail_thickness
 from sitscad.papers import order_notes as fabrication_notes
@@ -285,6 +285,26 @@ def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
     assert [label.text for label in labels] == ["bend 90 deg down", "R min 1.40 inside"]
     assert all(label.anchor == "start" and label.at.x > path.start.x for label in labels)
     assert labels[0].at.y - labels[1].at.y > labels[0].size
+
+
+@pytest.mark.parametrize("name", ["skin_strip_6", "skin_grid_3x3"])
+def test_a_short_tail_of_a_wide_body_has_its_labels_apart(name):
+    """They lay over each other and over the body's edge."""
+    layout = lay_out(load_text(templates.read(name)))
+    sheet = board_drawing.drawing(layout, "x")
+    labels = [item for item in sheet.items if isinstance(item, Label) and item.angle == 0.0
+              and re.match("tail |stiffener|bend|R min", item.text)]
+    assert len(labels) == 3
+    (outline,) = (item.paths[0] for item in sheet.items if isinstance(item, Shape) and item.name == "drawing-outline")
+    boxes = []
+    for label in labels:
+        wide = text_width(label.text, label.size)
+        left = label.at.x - {"start": 0.0, "middle": wide / 2.0, "end": wide}[label.anchor]
+        boxes.append((left, label.at.y - 0.2 * label.size, left + wide, label.at.y + 0.8 * label.size))
+        middle = label.at.y + 0.3 * label.size
+        assert all(outline.distance(Point(left + wide * k / 20.0, middle)) > 0.5 * label.size for k in range(21))
+    for one, other in combinations(boxes, 2):
+        assert one[2] < other[0] or other[2] < one[0] or one[3] < other[1] or other[3] < one[1]
 
 
 def test_kicad_has_the_bend_as_a_line_across_the_tail():

@@ -122,15 +122,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
 def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     # The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines
-    above, size = 1.2, 2.3
-    if layout.stiffener is not None:
-        sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
-        box, name = bounding_box([layout.stiffener.outline.outline]), "stiffener below"
-        if _is_turned(layout.spec.fpc.tail):
-            sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
-        else:
-            top = max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])
-            sheet.text(view.x(box[2]), view.y(top) + above, name, size, "end")
+    named = _stiffener(sheet, layout, view)
     for opening in (*layout.top_openings, *layout.bottom_openings):
         sheet.draw(view.path(opening.outline), HIDDEN)
     # What bends take of the tail, under its tracks
@@ -145,12 +137,39 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
     tail = _tail_reach(layout)
     ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
-    level = max(high + 6.0, _tail_width(sheet, layout, view) + 2.0, _bend(sheet, layout, view) + 4.0)
+    below = low - 9.0 - max(text_width(mm(x), TEXT) for x in _stations(layout))  # the ordinates
+    level = max(high + 6.0, named + 2.0, _tail_width(sheet, layout, view) + 2.0,
+                _bend(sheet, layout, view, below) + 4.0)
     span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
     side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
     span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout.spec.fpc.rules)}")
+
+
+def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The stiffener with its name beside it, above the tail's width where that is written in the same place; how high
+    on paper the name reaches there, or 0.
+    """
+    if layout.stiffener is None:
+        return 0.0
+    above, size, name, found = 1.2, 2.3, "stiffener below", tail_width(layout)
+    sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+    box = bounding_box([layout.stiffener.outline.outline])
+    if _is_turned(layout.spec.fpc.tail):
+        sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
+        return 0.0
+    low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
+    left, over = view.x(box[2]) - text_width(name, size), 0.0
+    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout, found), TEXT):
+        low = over = view.y(found[2]) + 5.5 + TEXT
+        over += size
+    sheet.text(view.x(box[2]), low, name, size, "end")
+    return over
+
+
+def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
+    return f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
 
 
 def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
@@ -159,8 +178,7 @@ def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
     if found is None:
         return 0.0
     at, low, high = view.x(found[0]), view.y(found[1]), view.y(found[2])
-    words = f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
-    outer_span(sheet, (at, low), (at, high), words, upright=True)
+    outer_span(sheet, (at, low), (at, high), _tail_words(layout, found), upright=True)
     return high + 5.0 + TEXT
 
 
@@ -206,25 +224,30 @@ def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
     sheet.text(left, low, coil.name, size)
 
 
-def _bend(sheet: Sheet, layout: Layout, view: View) -> float:
-    """The tail's bend lines, which way and how far, beside the tail; how high on paper this reaches."""
+def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
+    """The tail's bend lines, which way and how far: beside the tail, or where the body's edge goes through the words
+    there, `below` the ordinates; how high on paper this reaches.
+    """
     found, tail = bends(layout), layout.spec.fpc.tail
     if not found or tail is None:
         return 0.0
-    is_above = tail.turn == "right" or tail.offset < 0.0
+    is_above, size = tail.turn == "right" or tail.offset < 0.0, 2.3
     low, high = math.inf, -math.inf
     for bend in found:
         y0, y1 = layout.reach_at(bend.line)
         ends = view.y(y0) - (2.5 if is_above else 4.0), view.y(y1) + (10.5 if is_above else 2.5)
         sheet.line(view.x(bend.line), ends[1], view.x(bend.line), ends[0], BEND_LINE)
         low, high = min(low, ends[0]), max(high, ends[1])
-    at = view.x(found[-1].line)
+    at, before, top = view.x(found[-1].line), view.x(found[0].line) - 1.0, high - 2.0 if is_above else low
     room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
-    lines = _bend_words(found, room)
-    fits = max(text_width(words, 2.3) for words in lines) < room
-    place, anchor = (at + 1.0, "start") if fits else (view.x(found[0].line) - 1.0, "end")
+    lines, outline = _bend_words(found, room), view.path(layout.outline)
+    wide = max(text_width(words, size) for words in lines)
+    places = [Point(before - wide * k / 8.0, top - 3.2 * row) for k in range(9) for row in range(len(lines))]
+    place, anchor = (at + 1.0, "start") if wide < room else (before, "end")
+    if wide >= room and any(outline.distance(point) < 1.5 for point in places):
+        place, anchor, top, lines = at, "middle", below - size, (", ".join(lines),)
     for row, words in enumerate(lines):
-        sheet.text(place, (high - 2.0 if is_above else low) - 3.2 * row, words, 2.3, anchor, colour=BEND_LINE.colour)
+        sheet.text(place, top - 3.2 * row, words, size, anchor, colour=BEND_LINE.colour)
     return high
 
 
