@@ -142,11 +142,10 @@ def _solved_changes(
     source = k, weights, spectrum
     detail = min(depth, 0.5 * outer)
     if plate.is_round:
-        changes = _disc(float(half[0]), offsets, source, detail, room)
+        changes = _disc(float(half[0]), offsets, (k, weights, spectrum[None]), detail, np.array([room]))[0]
     else:
         # of a rectangular plate at every place, by projection of the field on Chebyshev's functions
         counts = _modes(half[0], detail), _modes(half[1], detail)
-        k, weights, spectrum = source
         flux = _fluxes(half, offsets, (k, weights, spectrum[None]), counts)
         changes = _sheet_energies(half, counts, np.array([room]), flux)[0]
     excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
@@ -177,10 +176,11 @@ def magnetic_share(
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
     k, weights = _wave_numbers(11.0 / depth, reach)
     front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor, poles=True)
-    source, room = (k, weights, coil.spectrum(k, middle, floor)), middle - floor
+    spectrum, room = coil.spectrum(k, middle, floor), middle - floor
+    source = k, weights, spectrum
     sheet = _endless(*source, room, poles=True)
     detail = min(depth, 0.5 * outer)
-    found = _disc(min(radius, reach), offsets, source, detail, room, poles=True)
+    found = _disc(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]), poles=True)[0]
     # What is missing falls with the cube of the size, as the coil's field outside does; more functions are not needed.
     share = 1.0 - (1.0 - found / sheet) * min(1.0, reach / radius) ** 3
     half = np.minimum(0.5 * np.array(plate.size), reach)
@@ -378,9 +378,8 @@ def sheet_shares(
     whole = np.array([_endless(k, weights, one, z - floor) for one, z in zip(spectra, middles, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
     if plate.is_round:
-        found = [_disc(float(half[0]), offsets, (k, weights, one), detail, z - floor)
-                 for one, z in zip(spectra, middles, strict=True)]
-        return np.minimum(np.array(found) / whole[:, None], 1.0)
+        found = _disc(float(half[0]), offsets, (k, weights, spectra), detail, middles - floor)
+        return np.minimum(found / whole[:, None], 1.0)
     counts = min(_modes(half[0], detail), ROUGH_MODES), min(_modes(half[1], detail), ROUGH_MODES)
     flux = _fluxes(half, offsets, (k, weights, spectra), counts)
     return np.minimum(_sheet_energies(half, counts, middles - floor, flux) / whole[:, None], 1.0)
@@ -427,25 +426,26 @@ def _transforms(count: int) -> tuple[Array, Array, Array]:
 # The disc -----------------------------------------------------------------------------------------------------------
 
 
-def _disc(radius: float, offsets: Array, source: Source, detail: float, room: float, poles: bool = False) -> Array:
-    """Size of the change by a disc (m; times mu0 pi H) at every place, one angular order after another."""
+def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False) -> Array:
+    """Size of the change by a disc (m; times mu0 pi H) of every one of several spectra (s, k), in planes so far (m)
+    from a mirror, at every place: (s, places); one angular order after another.
+    """
     # Functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., whose energies are 1 / (2l + 1)
     # apart from the mirror's echo: every angular order stands alone. Poles have j_l (k R), l = m, m + 2 ... but not 0,
     # the same energies, and an echo of the other sign.
-    k, weights, spectrum = source
+    k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4
     highest = 2 * count
     radial = spherical_bessel_orders(k * radius, highest + 2 * count)
-    around = [bessel_orders(k * max(away, 1e-9 * radius), highest) for away in np.hypot(*offsets.T)]
-    total = np.zeros(len(offsets))
+    away = np.maximum(np.hypot(*offsets.T), 1e-9 * radius)
+    around = bessel_orders((away[:, None] * k).ravel(), highest).reshape(highest + 1, *away.shape, *k.shape)
+    total, sources = np.zeros((len(spectra), len(offsets))), (weights * spectra)[:, None]
+    echo = (1.0 if poles else -1.0) * 2.0 * radius / math.pi * weights * np.exp(-2.0 * k * rooms[:, None])
     for m in range(highest + 1):
         orders = m + (0 if poles and m else 2 if poles else 1) + 2 * np.arange(count)
-        flux = (np.array([one[m] for one in around]) * (weights * spectrum)) @ radial[orders].T
-        energy = np.diag(1.0 / (2.0 * orders + 1.0))
-        if math.isfinite(room):
-            echo = weights * np.exp(-2.0 * k * room)
-            sign = 1.0 if poles else -1.0
-            energy += sign * 2.0 * radius / math.pi * (radial[orders] * echo) @ radial[orders].T
+        flux = (around[m] * sources) @ radial[orders].T
+        energy = np.diag(1.0 / (2.0 * orders + 1.0)) + (radial[orders] * echo[:, None]) @ radial[orders].T
         twice = 1.0 if m == 0 else 2.0
-        total += twice * 2.0 * radius / math.pi * np.einsum("pm,mp->p", flux, np.linalg.solve(energy, flux.T))
+        answer = np.linalg.solve(energy, flux.transpose(0, 2, 1)).transpose(0, 2, 1)
+        total += twice * 2.0 * radius / math.pi * np.sum(flux * answer, axis=2)
     return total
