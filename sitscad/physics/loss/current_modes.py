@@ -205,9 +205,10 @@ def _lanczos(
         image = np.ascontiguousarray(project(matrix @ np.ascontiguousarray(basis[:, k].T)).T)
         diagonal[:, k] = np.sum(basis[:, k] * image, axis=1)
         length[going] = k + 1
-        before, known = known, _effect(diagonal[:, : k + 1], beside[:, :k])
-        if k + 1 >= FEWEST_STEPS and np.all(np.abs(known - before) <= SETTLED * np.abs(known)):
-            break
+        if k + 2 >= FEWEST_STEPS:
+            before, known = known, _effect(diagonal[:, : k + 1], beside[:, :k])
+            if k + 1 >= FEWEST_STEPS and np.all(np.abs(known - before) <= SETTLED * np.abs(known)):
+                break
         for kept, own in zip(basis[:, : k + 1], image, strict=True):
             own -= kept.T @ (kept @ own)
             own -= kept.T @ (kept @ own)
