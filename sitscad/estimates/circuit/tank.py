@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from functools import partial
 
 import numpy as np
 
@@ -34,7 +35,7 @@ ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a g
 class CoilCircuit:
     """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
 
-    `neighbours` are what idle coils add there; `curves` and `known` keep terminal values once they were asked for, and
+    `neighbours` are what idle coils add there; `curves` and `known` keep values once they were asked for, and
     `oscillations` where tanks run by state and capacitor (F), all else being the same readout's.
     """
 
@@ -48,7 +49,7 @@ class CoilCircuit:
     reflections: Mapping[str, Reflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
-    curves: dict[tuple[str, int], SmoothPair] = field(default_factory=dict)
+    curves: dict[tuple[str, str, int], SmoothPair] = field(default_factory=dict)
     known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
@@ -58,12 +59,20 @@ class CoilCircuit:
 
     def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """What eddy currents in the winding's tracks add to its inductance (H) and resistance (ohm) in a state at (n,)
-        frequencies (Hz): those of the coil alone, and what metal changes of them.
+        frequencies (Hz), near to each other: those of the coil alone, and what metal changes of them; roughly the
+        latter is interpolated from where the terminal values are known.
         """
-        change = self.reflections[state].crowding(frequencies)
+        if self.reflections[state].is_rough:
+            change, lost = between([self._curve("_by_metal", state, _band(float(frequencies.mean())))], frequencies)[0]
+        else:
+            change, lost = self._by_metal(state, frequencies)
         added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
-        omega = 2.0 * math.pi * frequencies
-        return self.loss.inductance_changes(frequencies) + change.real, added - omega * change.imag
+        return self.loss.inductance_changes(frequencies) + change, added + lost
+
+    def _by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """What metal changes of `crowding` (H, ohm)."""
+        change = self.reflections[state].crowding(frequencies)
+        return change.real, -2.0 * math.pi * frequencies * change.imag
 
     def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz), its neighbours
@@ -88,21 +97,29 @@ class CoilCircuit:
 
     def terminal(self, state: str, frequency: float) -> tuple[float, float]:
         """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
-        return self._curve(state, math.floor(math.log(frequency / LOWEST) / math.log(BAND)))(frequency)
+        return self._curve("exactly", state, _band(frequency))(frequency)
 
-    def terminals(self, state: str, frequencies: Array) -> Array:
-        """Inductance (H) and resistance (ohm) at (n,) frequencies (Hz): (2, n)."""
+    def terminals(self, frequencies: Array) -> Array:
+        """Inductance (H) and resistance (ohm) in every state at (n,) frequencies (Hz): (states, 2, n)."""
         bands = np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
-        found = np.empty((2, frequencies.size))
-        for band in np.unique(bands).tolist():
-            found[:, bands == band] = self._curve(state, band).at(frequencies[bands == band])
+        found = np.empty((len(self.reflections), 2, frequencies.size))
+        for band in set(bands.tolist()):
+            inside = bands == band
+            pairs = [self._curve("exactly", state, band) for state in self.reflections]
+            found[:, :, inside] = between(pairs, frequencies[inside])
         return found
 
-    def _curve(self, state: str, band: int) -> SmoothPair:
-        if (state, band) not in self.curves:
+    def _curve(self, of: str, state: str, band: int) -> SmoothPair:
+        key = of, state, band
+        if key not in self.curves:
             low = LOWEST * BAND**band
-            self.curves[state, band] = smooth_curve(lambda at: self.exactly(state, at), low, BAND * low)
-        return self.curves[state, band]
+            self.curves[key] = smooth_curve(partial(getattr(self, of), state), low, BAND * low)
+        return self.curves[key]
+
+
+def _band(frequency: float) -> int:
+    """The number of the band that a frequency (Hz) lies in."""
+    return math.floor(math.log(frequency / LOWEST) / math.log(BAND))
 
 
 @record(eq=False)
@@ -125,12 +142,14 @@ class SmoothPair:
             first, second, total = first + share * one, second + share * other, total + share
         return first / total, second / total
 
-    def at(self, frequencies: Array) -> Array:
-        """Inductance (H) and resistance (ohm) at (n,) frequencies (Hz): (2, n)."""
-        near, weight, *values = np.array(self.points).T
-        away = np.log(frequencies)[:, None] - near
-        share = weight / np.where(np.abs(away) < 1e-12, 1e-300, away)
-        return np.asarray(np.array(values) @ share.T / share.sum(axis=1))
+
+def between(pairs: Sequence[SmoothPair], frequencies: Array) -> Array:
+    """Pairs of one band at (n,) frequencies (Hz): (pairs, 2, n)."""
+    points = np.array([pair.points for pair in pairs])
+    near, weight = points[0, :, :2].T
+    away = np.log(frequencies)[:, None] - near
+    share = weight / np.where(np.abs(away) < 1e-12, 1e-300, away)
+    return np.asarray(points[:, :, 2:].transpose(0, 2, 1) @ share.T / share.sum(axis=1))
 
 
 def smooth_curve(exact: Circuit, low: float, high: float) -> SmoothPair:
@@ -235,26 +254,26 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     return found
 
 
-def oscillations(circuit: CoilCircuit, state: str, tanks: Sequence[Tank], is_rough: bool) -> list[Oscillation]:
-    """Where tanks run that differ by their capacitors alone; roughly by SNOSCY9A's formula (see `oscillate`), which has
-    no cable.
+def oscillations(circuit: CoilCircuit, tanks: Sequence[Tank], is_rough: bool) -> list[list[Oscillation]]:
+    """Where tanks run that differ by their capacitors alone, in every state; roughly by SNOSCY9A's formula (see
+    `oscillate`), which has no cable.
     """
     converter, readout = tanks[0].converter, tanks[0].readout
     if not is_rough or readout.cable is not None:
-        return [tank.oscillation(circuit, state) for tank in tanks]
+        return [[tank.oscillation(circuit, state) for tank in tanks] for state in circuit.reflections]
     capacitance = np.array([tank.capacitance(circuit) for tank in tanks])
     plain = 0.5 / (math.pi * np.sqrt((circuit.inductance + circuit.leads.inductance) * capacitance))
-    inductance, resistance = circuit.terminals(state, plain)
+    inductance, resistance = circuit.terminals(plain).transpose(1, 0, 2)
     omega = 1.0 / np.sqrt(inductance * capacitance)
     quality = omega * inductance / (resistance + converter.limit("capacitor_resistance"))
     square = 1.0 - quality**-2 - converter.limit("drive_delay") * omega / quality
     omega *= np.sqrt(np.maximum(square, 0.0))
     impedance = resistance + (omega * inductance) ** 2 / resistance
-    rows = np.array([0.5 * omega / math.pi, impedance, quality, square]).T.tolist()
-    return [
+    rows = np.stack([0.5 * omega / math.pi, impedance, quality, square], axis=2).tolist()
+    return [[
         Oscillation(frequency, parallel, q, 1.0) if left > 0.0 else Oscillation(math.nan, math.nan, q, math.nan, False)
-        for frequency, parallel, q, left in rows
-    ]
+        for frequency, parallel, q, left in row
+    ] for row in rows]
 
 
 def choose_capacitor(
@@ -273,8 +292,8 @@ def choose_capacitor(
     converter = readout.device
     values = preferred_values(converter)
     tanks = [Tank(value, readout) for value in values]
-    every = [(oscillations(circuit, state, tanks, is_rough), state in working_states(circuit))
-             for circuit in _distinct(circuits) for state in circuit.reflections]
+    every = [(each, state in working_states(circuit)) for circuit in _distinct(circuits)
+             for state, each in zip(circuit.reflections, oscillations(circuit, tanks, is_rough), strict=True)]
     scored = [(_trespass([(each[k], works) for each, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))

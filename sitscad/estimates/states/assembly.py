@@ -209,7 +209,7 @@ class Reflection:
         share: tuple[float, float] = (1.0, 1.0), crowding: LossesNearMetal | None = None,
         unsure: tuple[float, float, float] = (0.0, 0.0, 0.0), is_rough: bool = False,
     ) -> None:
-        self._is_rough = is_rough
+        self.is_rough = is_rough
         self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
         self._distances, self._unsure = (0.0, *distances), unsure
         self._known: dict[bytes, ComplexArray] = {}
@@ -265,7 +265,7 @@ class Reflection:
 
     def _looked_at(self, frequency: float) -> float:
         """The frequency (Hz) for which the target's effect is worked out: for screening one for all."""
-        return SCREENED_AT if self._is_rough else frequency
+        return SCREENED_AT if self.is_rough else frequency
 
     def unsure(self, frequency: float) -> tuple[float, float]:
         """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""

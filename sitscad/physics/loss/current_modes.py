@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -52,9 +53,7 @@ class ProximityLoss:
 
     def resistance_ratios(self, frequencies: Array) -> Array:
         """R(f) / R(0) at (n,) frequencies (Hz)."""
-        omega = 2.0 * math.pi * frequencies[:, None]
-        added = np.sum(omega**2 * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1)
-        return np.asarray(1.0 + added / self.direct)
+        return 1.0 + self._added(frequencies)[0] / self.direct
 
     def is_resolved(self, frequency: float) -> bool:
         """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
@@ -63,9 +62,22 @@ class ProximityLoss:
 
     def inductance_changes(self, frequencies: Array) -> Array:
         """L(f) less the inductance of evenly spread current (H), never positive, at each of (n,) frequencies (Hz)."""
-        omega = 2.0 * math.pi * frequencies[:, None]
-        lag = omega**2 * self.rates
-        return np.asarray(self.direct_change - np.sum(lag * self.strengths / (1.0 + (omega * self.rates) ** 2), axis=1))
+        return self.direct_change - self._added(frequencies)[1]
+
+    def _added(self, frequencies: Array) -> tuple[Array, Array]:
+        """What eddy currents add to R (ohm) and take of L (H) at (n,) frequencies (Hz), kept: coils and states share
+        them.
+        """
+        key = frequencies.tobytes()
+        if key not in self._known:
+            square = (2.0 * math.pi * frequencies[:, None]) ** 2
+            shares = square * self.strengths / (1.0 + square * self.rates**2)
+            self._known[key] = np.sum(shares, axis=1), shares @ self.rates
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[Array, Array]]:
+        return {}
 
     def scaled(self, direct: float) -> ProximityLoss:
         """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
