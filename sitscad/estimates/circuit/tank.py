@@ -167,6 +167,8 @@ POINTS = 6
 LOWEST, BAND = 1e6, 11.0
 """The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
 
+HIGHEST = 0.999999 * LOWEST * BAND  # The last frequency (Hz) of the first of them, which no converter reaches
+
 
 @record
 class Tank:
@@ -263,7 +265,8 @@ def oscillations(circuit: CoilCircuit, tanks: Sequence[Tank], is_rough: bool) ->
         return [[tank.oscillation(circuit, state) for tank in tanks] for state in circuit.reflections]
     capacitance = np.array([tank.capacitance(circuit) for tank in tanks])
     plain = 0.5 / (math.pi * np.sqrt((circuit.inductance + circuit.leads.inductance) * capacitance))
-    inductance, resistance = circuit.terminals(plain).transpose(1, 0, 2)
+    # beyond the band nothing works; what is above it is not worth another curve
+    inductance, resistance = circuit.terminals(np.minimum(plain, HIGHEST)).transpose(1, 0, 2)
     omega = 1.0 / np.sqrt(inductance * capacitance)
     quality = omega * inductance / (resistance + converter.limit("capacitor_resistance"))
     square = 1.0 - quality**-2 - converter.limit("drive_delay") * omega / quality

@@ -60,7 +60,9 @@ class _ReflectedCut:
 
 @record(eq=False)
 class CrowdingNearMetal:
-    """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings."""
+    """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings; roughly one
+    subspace serves all of these, found `about` mirrors above and below.
+    """
 
     cuts: tuple[_ReflectedCut, ...]
     wave_numbers: Array
@@ -68,6 +70,7 @@ class CrowdingNearMetal:
     levels: tuple[float, float]
     bends: bool = True
     steps: int = STEPS
+    about: tuple[Reflector, Reflector] | None = None
     known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
@@ -88,7 +91,7 @@ class CrowdingNearMetal:
 
     def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         total = np.zeros(frequencies.size, dtype=np.complex128)
-        about = _about(above, self.levels[1]), _about(below, -self.levels[0])
+        about = self.about or (_about(above, self.levels[1]), _about(below, -self.levels[0]))
         if about not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
             self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends, self.steps) for cut in self.cuts)
@@ -142,7 +145,10 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     reflected = [
         _ReflectedCut(one.system, _mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
     ]
-    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends, steps)
+    mirrors = (Reflector(level + nearest, (MetalLayer(PERFECT),)) for level in (levels[1], -levels[0]))
+    above, below = mirrors
+    return CrowdingNearMetal(
+        tuple(reflected), k, weights, levels, bends, steps, (above, below) if steps < STEPS else None)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
