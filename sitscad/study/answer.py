@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
-from sitscad.study.evaluation import UNKNOWN, Breach, Evaluation
+from sitscad.study.evaluation import FULL, UNKNOWN, Breach, Evaluation
 from sitscad.study.running import Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point, apart, at_key
@@ -131,7 +131,8 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
 
 def agreement(asked: Asked, found: Found) -> Agreement:
     """How well the screen agrees with the full level on the designs that both judged."""
-    both = [(found.screened[point], full) for point, full in found.full.items() if point in found.screened]
+    both = [(found.screened[point], full) for point, full in found.full.items()
+            if point in found.screened and found.screened[point].level != FULL]
     differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
     open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
     ranks = {}

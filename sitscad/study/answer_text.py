@@ -10,13 +10,14 @@ from typing import Any
 
 from sitscad.report.findings import to_json
 from sitscad.study.answer import Kept, beaten_by_base, changed
+from sitscad.study.evaluating import NO_SCREEN
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import Point, at_key, code_version
 from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweeping import rule_titles, shown
-from sitscad.units import cell, show
+from sitscad.units import cell, counted, show
 from sitscad.version import __version__
 
 BY_YIELD = "yield by "
@@ -181,6 +182,8 @@ def sigma_words(one: Kept) -> Iterator[str]:
 def trust_lines(said: StudyAnswer) -> Iterator[str]:
     """How well both levels agree."""
     one = said.agreement
+    if unscreened := said.found.unscreened:
+        yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
     if one.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
         yield (f"Screen against full on {one.designs} designs: {one.verdicts_differ} verdicts differ, {one.undecided} "

@@ -112,13 +112,18 @@ IN_FULL = "it takes the full level"
 
 
 def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
-    """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide."""
+    """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide. Designs
+    without a screen are judged in full, as their level says.
+    """
     policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
-        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec)
-        else replace(judged(spec, measures, SCREEN), unknown=())
+        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec) else judged(spec, measures)
         for spec in specs
     ]
+
+
+NO_SCREEN = "the screen has models of round coils, targets of a conductor and jaws without a window alone"
+"""Why others are judged in full at once."""
 
 
 def can_screen(spec: SensorSpec) -> bool:

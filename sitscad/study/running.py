@@ -57,13 +57,20 @@ Progress = Callable[[StudyState], None]
 
 @dataclass
 class Found:
-    """Everything that was evaluated: points in the order in which they were drawn, by level."""
+    """Everything that was evaluated: points in the order in which they were drawn, by level, in both where there is no
+    screen.
+    """
 
     asked: Asked
     method: str
     screened: dict[Point, Evaluation] = field(default_factory=dict)
     full: dict[Point, Evaluation] = field(default_factory=dict)
     reused: int = 0
+
+    @property
+    def unscreened(self) -> int:
+        """How many designs have no screen, and were judged in full in its place."""
+        return sum(one.level == FULL for one in self.screened.values())
 
     def of(self, point: Point) -> Evaluation:
         """The best that is known of a point."""
@@ -167,10 +174,11 @@ class StudyRun:
     def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
         """Evaluations of points on a level, taken from the archive where it has them."""
         kept = self.found.full if level == FULL else self.found.screened
-        for point, one in self.aside(points, level).items():
-            if point not in kept:
-                kept[point] = one
-                self._costs[point] = costs(self._asked, one)
+        for point, one in self.aside([point for point in points if point not in kept], level).items():
+            kept[point] = one
+            if one.level == FULL:
+                self.found.full[point] = one
+            self._costs[point] = costs(self._asked, one)
         return [kept[point] for point in points]
 
     def aside(self, points: Sequence[Point], level: str = SCREEN) -> dict[Point, Evaluation]:

@@ -21,7 +21,7 @@ from sitscad.report.findings import to_json
 from sitscad.spec.load import plain
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import plain_value
-from sitscad.study.evaluating import Executor, Workers, judged, screened
+from sitscad.study.evaluating import NO_SCREEN, Executor, Workers, judged, screened
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.study.measures import MEASURES, measures_named
 from sitscad.study.space import Base, Changes, RangeError, counted, require_key
@@ -359,7 +359,8 @@ def measures_text() -> str:
         [row.name, row.unit or "-", ", ".join(row.levels), row.meaning + (f" (needs {row.needs})" if row.needs else "")]
         for row in MEASURES.values()
     ]
-    return aligned([["measure", "unit", "levels", "meaning"], *rows])
+    table = aligned([["measure", "unit", "levels", "meaning"], *rows])
+    return f"{table}\n{NO_SCREEN[0].upper()}{NO_SCREEN[1:]}: other designs are judged in full.\n"
 
 
 def measures_json() -> str:

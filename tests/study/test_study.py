@@ -206,6 +206,20 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
     assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
+def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so(folder, monkeypatch):
+    from sitscad.study import evaluating
+
+    calls = []
+    full = evaluating.judged
+    monkeypatch.setattr(evaluating, "judged", lambda *given: calls.append(given[0]) or full(*given))
+    (folder / "coil.yaml").write_text(templates.read("square_bench"))
+    asked = {"base": "coil.yaml", "vary": {"coil.turns": [9, 10]}, "goals": [{"maximize": "rp"}], "accept": "all"}
+    answer = sitscad.Study.from_mapping(asked, folder).run(draws=0)
+    assert len(answer.found.full) == len(answer.found.screened) == 2 and answer.is_met
+    assert len(calls) == 2
+    assert "2 of 2 designs took the full level at once: the screen has" in answer_text(answer)
+
+
 @pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
 def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal, is_all, folder, monkeypatch):
     from sitscad.study import running
