@@ -67,7 +67,7 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
         yield f"No design was found that keeps everything: {count}."
     if off := changed(asked, asked.base_point):
         before = asked.base.values(())
-        values = ", ".join(f"{key}: {value} ({base_value(before, key)})" for key, value in off.items())
+        values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())
         yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
     if asked.space.size > len(found.screened) and not said.is_met:
         yield "That is a search and no proof: what was not looked at may do."
