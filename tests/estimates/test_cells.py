@@ -78,7 +78,7 @@ def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch
     """Of the other target alone within a tenth; with both there, as they are, less than half of it."""
     cells = two if pitch == 12.0 else design(f"{{pattern: line, count: 2, pitch: {pitch}}}")
     spec, coil = cells.spec, cells.layout.coils[0]
-    rings = equivalent_rings(spec.coil, [winding.z for winding in coil.windings])
+    rings = equivalent_rings(spec.coil, tuple(winding.z for winding in coil.windings))
     gap, press = target_gap(spec), next(s.pose.z for s in cells.estimates.states if s.name == "pressed")
     turns = np.round(rings.turns).astype(bool)  # box_of_loops has whole turns
     places = {"radii": rings.radii[turns], "heights": rings.heights[turns], "size": (10e-3, 10e-3), "thickness": 0.2e-3}

@@ -132,7 +132,7 @@ def test_equivalent_rings_enclose_the_area_of_the_turns(shape):
     text = BARE.replace("SHAPE", shape).replace("outer_diameter: 7", size).replace("12", "8")
     spec = load_text(text, "test.yaml")
     layout = lay_out(spec)
-    rings = equivalent_rings(spec.coil, [w.z for w in layout.coils[0].windings])
+    rings = equivalent_rings(spec.coil, tuple(w.z for w in layout.coils[0].windings))
     corners = np.array(layout.coils[0].windings[0].path.flattened(1e-6)) - np.array(layout.coils[0].centre)
     x, y = corners.T
     swept = abs(0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))

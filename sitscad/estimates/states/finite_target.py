@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -376,11 +377,11 @@ def _shortened(
     places = distinct, member.ravel()
     side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2
     if long - short < 1e-9 or target.outline.is_round:
-        return equivalent_rings(coil, heights), target, places
+        return equivalent_rings(coil, tuple(heights)), target, places
     size = list(target.size)
     size[side] = size[side] - (long - short) if size[side] > long else size[side] * short / long
     shorter, less = replace(coil, size=(short, short)), replace(target, size=(size[0], size[1]))
-    return equivalent_rings(shorter, heights), less, places
+    return equivalent_rings(shorter, tuple(heights)), less, places
 
 
 ELONGATED, OVAL = 0.06, 0.02
@@ -388,7 +389,8 @@ ELONGATED, OVAL = 0.06, 0.02
 racetracks (up to 17.6 x 3.8 mm right to 1.5 %, rectangles of 16 x 4 mm to 5.6 %: tests/estimates/test_response.py)."""
 
 
-def equivalent_rings(coil: CoilSpec, heights: Sequence[float]) -> CoaxialRings:
+@lru_cache(maxsize=4)
+def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings:
     """A coil as coaxial rings that enclose each turn's area; a layer's last, broken turn counts as its fraction."""
     found = []
     for count, height in zip(coil.layer_turns, heights, strict=True):

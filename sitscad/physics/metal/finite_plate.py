@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -61,14 +61,19 @@ class CoaxialRings:
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
         """The field's spectrum at several planes (m): (planes, wave numbers)."""
-        k, z = wave_numbers[:, None], roofs[:, None, None]
-        (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
-        turns = np.zeros((radii.size, heights.size))
-        np.add.at(turns, (which, level), self.turns * self.radii)
+        k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._alike
         waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
             waves = waves - np.exp(-k * (z + heights - 2.0 * floor))
         return np.asarray(((j1(k * radii) @ turns) * waves).sum(axis=2))
+
+    @cached_property
+    def _alike(self) -> tuple[Array, Array, Array]:
+        """Radii and heights (m), each once, and turns times radius at every pair of them."""
+        (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
+        turns = np.zeros((radii.size, heights.size))
+        np.add.at(turns, (which, level), self.turns * self.radii)
+        return radii, heights, turns
 
 
 @record
@@ -390,7 +395,7 @@ def sheet_shares(
     return np.minimum(_sheet_energies(half, counts, middles - floor, flux, ROUGH_NODES) / whole[:, None], 1.0)
 
 
-ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 5, 8, 8
+ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 4, 8, 8
 """Of rough shares: waves up to exp(-7) at the nearest gap, panels of 16 of them, functions along a side at most, and
 nodes in a panel of their energies (twice as many change shares by 2e-4)."""
 
