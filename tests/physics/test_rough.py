@@ -6,13 +6,16 @@ import math
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 from sitscad.physics.inductance.rings import mean_ring_inductance
 from sitscad.physics.inductance.spirals import Resolution, SpiralLayer, spiral_inductance_matrix
-from sitscad.physics.loss.proximity import ROUGH, winding_loss
+from sitscad.physics.loss.proximity import ROUGH, suited_resolution, winding_cuts, winding_loss
 from sitscad.physics.metal.current_spectrum import ring_spectrum, spiral_spectrum
 from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share, sheet_shares
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.physics.metal.near_metal import ROUGH_STEPS, crowding_near_metal
+from sitscad.record import replace
 
 COPPER = 58e6
 
@@ -66,3 +69,24 @@ def test_rough_shares_are_within_a_few_hundredths(floor, is_round):
     rough = sheet_shares(plate, coil, places, gaps, floor)
     assert np.all(np.abs(rough / exact - 1.0) < 0.04)
     assert np.all(np.abs((rough[0] / rough[2]) / (exact[0] / exact[2]) - 1.0) < 0.015)
+
+
+def test_one_subspace_serves_metal_at_any_distance():
+    layers, at = winding(4, 7.75, 80e-6, 80e-6, 0.7e-3), np.array([2e6, 8e6])
+    resolution = suited_resolution(layers, COPPER, ROUGH)
+    one = crowding_near_metal(
+        winding_cuts(layers, COPPER, resolution), COPPER, resolution.modes, 0.2e-3, steps=ROUGH_STEPS)
+    own = replace(one, nearest=None, known={}, changed={})
+    target, jaw = Reflector(0.3e-3, (MetalLayer(COPPER),)), Reflector(0.5e-3, (MetalLayer(1.4e6),))
+    farther = replace(target, distance=0.9e-3)
+    for sides in ((target, jaw), (farther, jaw), (None, jaw), (target, None)):
+        assert np.all(np.abs(one.changes(at, *sides) / own.changes(at, *sides) - 1.0) < 0.02)
+    assert len(one.known) == 3 < len(own.known)
+
+
+def test_a_disc_is_solved_for_every_gap_as_for_one():
+    coil = CoaxialRings(np.linspace(1.0e-3, 2.0e-3, 8), np.zeros(8), np.ones(8))
+    places, gaps = np.array([[0.0, 0.0], [1.2e-3, 0.3e-3]]), np.array([0.5e-3, 0.8e-3])
+    plate = FinitePlate((4e-3, 4e-3), 0.1e-3, is_round=True)
+    together = sheet_shares(plate, coil, places, gaps, -0.9e-3)[0]
+    assert together == approx(sheet_shares(plate, coil, places, gaps[:1], -0.9e-3)[0], rel=1e-9)

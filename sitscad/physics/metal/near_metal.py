@@ -61,7 +61,7 @@ class _ReflectedCut:
 @record(eq=False)
 class CrowdingNearMetal:
     """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings; roughly one
-    subspace serves all of these, found `about` mirrors above and below.
+    subspace serves all metal of one side or both, found by mirrors at the `nearest` distance (m) of any.
     """
 
     cuts: tuple[_ReflectedCut, ...]
@@ -70,8 +70,8 @@ class CrowdingNearMetal:
     levels: tuple[float, float]
     bends: bool = True
     steps: int = STEPS
-    about: tuple[Reflector, Reflector] | None = None
-    known: dict[tuple[Reflector | None, Reflector | None], tuple[_Reduced, ...]] = field(default_factory=dict)
+    nearest: float | None = None
+    known: dict[tuple[Reflector | None, ...], tuple[_Reduced, ...]] = field(default_factory=dict)
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
@@ -91,7 +91,8 @@ class CrowdingNearMetal:
 
     def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         total = np.zeros(frequencies.size, dtype=np.complex128)
-        about = self.about or (_about(above, self.levels[1]), _about(below, -self.levels[0]))
+        about = tuple(
+            _about(side, level, self.nearest) for side, level in ((above, self.levels[1]), (below, -self.levels[0])))
         if about not in self.known:
             (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
             self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends, self.steps) for cut in self.cuts)
@@ -106,13 +107,15 @@ class CrowdingNearMetal:
         return [0.5 * MU0 * self.weights * part for part in found]
 
 
-def _about(reflector: Reflector | None, level: float) -> Reflector | None:
+def _about(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
     """What stands for a reflector where the subspace is looked for: a mirror, unless it is magnetic, about as far from
     the nearest mid-plane (`level`, m, towards it). One subspace serves all that stand for one another: what it leaves
-    out is as little as in their own.
+    out is as little as in their own. Roughly a mirror at the `nearest` distance (m) of any metal stands for all.
     """
     if reflector is None:
         return None
+    if nearest is not None:
+        return Reflector(level + nearest, (MetalLayer(PERFECT),))
     gap = ABOUT ** round(math.log(max(reflector.distance - level, 1e-6), ABOUT))
     magnetic = any(plate.permeability != 1.0 for plate in reflector.plates)
     return Reflector(level + gap, reflector.plates if magnetic else (MetalLayer(PERFECT),))
@@ -145,10 +148,8 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     reflected = [
         _ReflectedCut(one.system, _mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
     ]
-    mirrors = (Reflector(level + nearest, (MetalLayer(PERFECT),)) for level in (levels[1], -levels[0]))
-    above, below = mirrors
-    return CrowdingNearMetal(
-        tuple(reflected), k, weights, levels, bends, steps, (above, below) if steps < STEPS else None)
+    rough = nearest if steps < STEPS else None
+    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends, steps, rough)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
