@@ -11,11 +11,13 @@ from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.tank import preferred_values, smooth_curve
-from sitscad.layout import lay_out
+from sitscad.estimates.steps import tune, wind
+from sitscad.estimates.winding.losses import SCREENING
+from sitscad.layout import lay_out, sketch
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
 from sitscad.spec import presets
-from sitscad.spec.load import load_text
+from sitscad.spec.load import load, load_text
 
 LDC1614 = presets.converter("ldc1614")
 
@@ -87,3 +89,20 @@ def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter
     assert found.readout.high_current is strong
     swing = 4.0 * found.coils[0].states["free"].parallel_resistance * 3.5e-3 / math.pi
     assert swing < 1.8 or not strong
+
+
+def test_the_screen_interpolates_what_metal_changes_of_crowding():
+    tuned = tune(wind(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
+    for circuit in tuned.circuits:
+        for state in circuit.reflections:
+            at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
+            found, exact = circuit.crowding(state, at), circuit._by_metal(state, at)
+            own = circuit.resistance * (circuit.loss.resistance_ratios(at) - 1.0)
+            assert found[1] == approx(own + exact[1], rel=2e-3)
+            assert found[1][2] - found[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)
+
+
+def test_no_capacitor_beyond_the_converters_band_is_worth_a_curve():
+    tuned = tune(wind(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")), tolerance=SCREENING))
+    assert {band for circuit in tuned.circuits for _, _, band in circuit.curves} == {0}
+    assert max(tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections) < 10e6
