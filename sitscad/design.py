@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -51,16 +51,26 @@ class Design:
     """A spec with its layout, its scene and its estimates: what checks, searches, packages and programs share.
 
     Nothing is worked out before it is asked for, and nothing twice. ``given_layout`` and ``given_estimates`` are taken
-    for its own where somebody has them already; they have to be those of the spec.
+    for its own where somebody has them already; they have to be those of the spec. ``of_board`` is what was worked out
+    of the board alone, which designs with the same board have in common.
     """
 
     spec: SensorSpec
     given_layout: Layout | None = None
     given_estimates: Estimates | None = None
+    of_board: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, name: str, make: Callable[[], Kept]) -> Kept:
         """What `make` gives, made once and kept under a name: several rules look at the same distances."""
         return kept(self, f"once: {name}", make)
+
+    def once_a_board(self, name: str, make: Callable[[], Kept]) -> Kept:
+        """What `make` gives of the drawn board alone (what `has_board_of` compares), made once for all designs with it:
+        trials of another pad measure no copper anew.
+        """
+        if name not in self.of_board:
+            self.of_board[name] = make()
+        return cast(Kept, self.of_board[name])
 
     @cached_property
     def layout(self) -> Layout:
@@ -347,7 +357,7 @@ class Design:
         from sitscad.layout import arrange
 
         if self.has_board_of(changed):
-            return Design(changed, replace(self.layout, spec=changed))
+            return Design(changed, replace(self.layout, spec=changed), of_board=self.of_board)
         return Design(changed, arrange(changed, searches))
 
 

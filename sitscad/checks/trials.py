@@ -163,7 +163,8 @@ class Trials:
     def _looked(self, design: Design) -> tuple[_Tried, list[Rule]]:
         # What is said of a changed design without estimates, and the rules that ask for them: none where that is enough
         # to refuse it.
-        tried, unestimated = _Tried(self._errors, _complaints(self._said)), _Unestimated(design.spec, design.layout)
+        tried = _Tried(self._errors, _complaints(self._said))
+        unestimated = _Unestimated(design.spec, design.layout, of_board=design.of_board)
         asking = []
         for rule in self._rules:
             try:

@@ -123,7 +123,7 @@ def edge_of(outline: Path) -> Primitives:
 
 def copper_in(design: Design) -> Copper:
     """The copper of the design, made once for all rules."""
-    return design.once("copper", lambda: copper_of(design.layout))
+    return design.once_a_board("copper", lambda: copper_of(design.layout))
 
 
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
@@ -141,7 +141,7 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
     winding = min(spacing, design.spec.coil.trace_spacing)
-    for near in design.once("near copper", lambda: tuple(
+    for near in design.once_a_board("near copper", lambda: tuple(
             too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
             words = sorted((_kind(near.one), _kind(near.other)))

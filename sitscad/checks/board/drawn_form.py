@@ -348,7 +348,7 @@ def unconnected(design: Design) -> Iterator[Verdict]:
 
 
 def _graph(design: Design) -> TrackGraph:
-    return design.once("track graph", lambda: TrackGraph(design.layout))
+    return design.once_a_board("track graph", lambda: TrackGraph(design.layout))
 
 
 # ------------------------------------------------------------------------------------------------------------- corners
