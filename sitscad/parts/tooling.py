@@ -92,25 +92,22 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
     if pad is None:
         return ()
     cavities = _cavities(layout.spec)
-    tray = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0)
+    tray, cuts = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0), []
     for centre in _centres(pad, cavities):
         # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
         lean = math.tan(DRAFT) * pad.thickness / 2
         for piece, at in _pieces(layout.spec, pad, centre):
-            cavity = tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0)
-            tray = one_solid(tray - cavity, "mould")
+            cuts.append(tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0))
         # A ditch round the cavity, half as deep, behind a rim
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
-        tray = one_solid(tray - prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3), "mould")
+        cuts.append(prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3))
     # A flat plate with vents over the grooves, where they leave no mark on a pad: as small as its process makes holes
     size = max(VENT, print_limit(process_of(layout.spec.mount), "hole").value)
-    lid = prism(_plan(pad, cavities), 0.0, LID)
-    for centre in _centres(pad, cavities):
-        beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
-        for side in (-1.0, 1.0):
-            vent = circle(Point(centre.x, centre.y + side * beside), size / 2)
-            lid = one_solid(lid - prism(vent, -1e-3, LID + 1e-3), "mould")
-    pieces = (("mould-tray", tray), ("mould-lid", lid))
+    beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
+    vents = (circle(Point(centre.x, centre.y + side * beside), size / 2)
+             for centre in _centres(pad, cavities) for side in (-1.0, 1.0))
+    lid = without(prism(_plan(pad, cavities), 0.0, LID), (prism(vent, -1e-3, LID + 1e-3) for vent in vents), "mould")
+    pieces = (("mould-tray", without(tray, cuts, "mould")), ("mould-lid", lid))
     return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
 
 
@@ -185,16 +182,13 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
         cuts = [cut for k, body in enumerate(row) for cut in (
             (body, gap, lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
         walls, relief = _between(layout.spec.mount, row)
-        frame = prism(rectangle(*plan, 2e-3), 0.0, height)
-        frame = without(frame, (prism(wall, -1e-3, height + 1e-3) for wall in walls), "jig")
-        for at, size in pins(plan):
-            frame = one_solid(frame - prism(circle(at, size / 2 + gap), -1e-3, height + 1e-3), "jig")
+        through = (*walls, *(circle(at, size / 2 + gap) for at, size in pins(plan)))
+        tools = [prism(outline, -1e-3, height + 1e-3) for outline in through]
         for piece, room, low, high in cuts:
             low, high = (low if low > 0.0 else -1e-3), (high if high < height else height + 1e-3)
             reliefs = (circle(side.start, relief) for side in piece.outline() if isinstance(side, Line))
-            for outline in (piece.outline(room), *reliefs):
-                frame = one_solid(frame - prism(outline, low, high), "jig")
-        found.append((f"jig-{kind}", frame))
+            tools += [prism(outline, low, high) for outline in (piece.outline(room), *reliefs)]
+        found.append((f"jig-{kind}", without(prism(rectangle(*plan, 2e-3), 0.0, height), tools, "jig")))
         line, boxes = max(1, lines) * layout.spec.assembly.glue_line, [body.footprint.box for body in row]
         x0, y0, x1, y1 = (end(box[k] for box in boxes) for k, end in enumerate((min, min, max, max)))
         press = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), height, height + COLLAR)
