@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import sitscad
 import sitscad.estimates
 import sitscad.layout
 from sitscad.checks import judged
+from sitscad.checks.board.clearances import copper_in
 from sitscad.design import ROOM_TEMPERATURE, Design
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
@@ -83,3 +85,17 @@ def test_a_bare_design_is_the_same_without_its_text():
 def test_a_design_that_is_judged_says_what_check_says():
     spec = sitscad.load(TEMPLATES / "single_coil.yaml")
     assert judged(sitscad.Design(spec)) == sitscad.check(spec)
+
+
+def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever():
+    design = template("grasper_4layer")
+    judged(design, hints="none")
+    spec, rules = design.spec, design.spec.fpc.rules
+    thicker = design.drawn(replace(spec, elastomer=replace(spec.elastomer, thickness=1.5 * spec.elastomer.thickness)))
+    assert copper_in(thicker) is copper_in(design)
+    assert judged(thicker, hints="none") == judged(Design(thicker.spec), hints="none")
+    coarse = replace(rules, trace_spacing=2.0 * spec.coil.trace_spacing)
+    stricter = design.drawn(replace(spec, fpc=replace(spec.fpc, rules=coarse)))
+    assert copper_in(stricter) is not copper_in(design)
+    said = {finding.rule for finding in judged(stricter, hints="none").findings}
+    assert said > {finding.rule for finding in judged(design, hints="none").findings}

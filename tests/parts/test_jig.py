@@ -13,7 +13,7 @@ from tolerance import approx
 from sitscad.layout import lay_out
 from sitscad.parts import aids, mesh
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.solid import MM, Solid, prism
+from sitscad.parts.solid import MM, PartsError, Solid, box, prism, without
 from sitscad.parts.tooling import CAVITIES, SPILL, WELL, clearance, jig, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
@@ -147,3 +147,15 @@ mount: {{kind: grasper-pad, jaw: robotic-12mm, standoff: 1}}
     found = {solid.name: manifold(tessellate(solid)) for solid in jig(lay_out(spec))}
     assert found["jig-elastomer"].slice(1.0).num_contour() == 3 + wells  # outside, two pins
     assert found["jig-target"].slice(1e3 * elastomer(spec).upper + 1.0).num_contour() == 3 + wells
+
+
+def test_tools_that_overlap_cut_what_they_cut_one_after_the_other():
+    block = box(0.0, 0.0, 0.0, 4e-3, 2e-3, 1e-3)
+    tools = [box(0.5e-3, 0.5e-3, 0.5e-3, 2e-3, 1.5e-3, 2e-3), box(1.5e-3, 1e-3, -1e-3, 3e-3, 1.8e-3, 2e-3)]
+    # their volumes less what both take of the block
+    assert without(block, iter(tools), "block").volume == approx(8.0 - 1.5 * 0.5 - 1.2 + 0.5 * 0.5 * 0.5, rel=1e-9)
+    assert without(block, (), "block") is block
+    with pytest.raises(PartsError, match="falls into 2 pieces"):
+        without(block, [*tools, box(1.7e-3, -1e-3, -1e-3, 1.9e-3, 3e-3, 2e-3)], "block")
+    with pytest.raises(PartsError, match="falls into 0 pieces"):
+        without(block, [*tools, box(-1e-3, -1e-3, -1e-3, 5e-3, 3e-3, 2e-3)], "block")
