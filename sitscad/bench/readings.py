@@ -51,34 +51,51 @@ TARES = 16
 
 
 class Forces:
-    """Newtons of scans by a map and its tare, or the mean of the first `TARES` whole scans that it takes where
-    `tared`; none without a map.
+    """Newtons of scans by maps and their tare, or the mean of the first `TARES` whole scans that it takes where
+    `tared`; none without a map. Of cells each has a map that reads its own coils: axes then have these before them.
     """
 
-    def __init__(self, newtons: InverseMap | None, tared: bool = False) -> None:
-        self.map, self.tare = newtons, None if tared or newtons is None else newtons.rest
+    def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
+        self.maps, self.tared = maps, tared
+        self.mean: Array | None = None
         self.taken: list[Array] = []
 
     def take(self, board: Board, scan: Scan) -> None:
         """Take a scan for the tare, as long as one is wanted."""
         counts = _good(board, scan)
-        if self.map is not None and self.tare is None and counts is not None:
+        if self.maps and self.tared and self.mean is None and counts is not None:
             self.taken.append(counts)
-            self.tare = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
+            self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
+
+    def tare(self, board: Board) -> list[float | None] | None:
+        """The counts of every coil with nothing on it, None where no map reads it; None before a tare, without maps."""
+        if not self.maps or (self.tared and self.mean is None):
+            return None
+        if self.mean is not None:
+            return list(map(float, self.mean))
+        known = {name: float(rest) for one in self.maps for name, rest in zip(one.coils, one.rest, strict=True)}
+        return [known.get(band.coil) for band in board.bands]
+
+    def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
+        """Every map with what stands before its axes, the counts of its coils (1, coils), and those at rest."""
+        counts, names = _good(board, scan), [band.coil for band in board.bands]
+        if counts is None or (self.tared and self.mean is None):
+            return
+        for one in self.maps:
+            if missing := [name for name in one.coils if name not in names]:
+                raise ValueError(f"the map is of another sensor: this one has no coil {missing[0]}")
+            own = [names.index(name) for name in one.coils]
+            prefix = "" if len(own) == len(names) else f"{'+'.join(one.coils)}."
+            yield one, prefix, counts[None, own], one.rest if self.mean is None else self.mean[own]
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
         """Forces (N) by their axes; nothing where a coil has no good reading, or before the tare."""
-        counts = _good(board, scan)
-        if self.map is None or self.tare is None or counts is None:
-            return {}
-        return dict(zip(self.map.axes, self.map(counts[None], self.tare)[0].tolist(), strict=True))
+        return {f"{prefix}{axis}": force for one, prefix, counts, rest in self._read(board, scan)
+                for axis, force in zip(one.axes, one(counts, rest)[0].tolist(), strict=True)}
 
     def is_beyond(self, board: Board, scan: Scan) -> bool:
-        """Whether a scan lies beyond what the map was made for: its forces are those where the map ends."""
-        counts = _good(board, scan)
-        if self.map is None or self.tare is None or counts is None:
-            return False
-        return not self.map.holds(counts[None], self.tare)[0]
+        """Whether a scan lies beyond what a map was made for: its forces are those where the map ends."""
+        return not all(one.holds(counts, rest)[0] for one, _, counts, rest in self._read(board, scan))
 
 
 def _good(board: Board, scan: Scan) -> Array | None:

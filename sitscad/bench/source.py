@@ -184,14 +184,14 @@ def _port(text: str) -> Port:
 
 def _simulated(design: Design, query: str, tares: int) -> Simulation:
     """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds` after so many scans without load; `fault` may
-    come several times; `unit` is the number of a sensor as it is made, left out the one as drawn; `state` and `seed` as
-    for `SimulatedConverter`.
+    come several times; `unit` is the number of a sensor as it is made, left out the one as drawn; `cell` is that
+    of its cells which a load is on; `state` and `seed` as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
-    unknown = set(given) - {"load", "seconds", "fault", "state", "seed", "unit"}
+    unknown = set(given) - {"load", "seconds", "fault", "state", "seed", "unit", "cell"}
     if unknown:
-        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed, unit")
+        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed, unit, cell")
     if "state" in given and "unit" in given:
         raise ValueError("sim: a unit is assembled: unit and state do not go together")
     seconds = float(given.get("seconds", 1.0))
@@ -213,15 +213,30 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
     unit = units(sensors_of(design.response).known, 1, int(given["unit"]))[0] if "unit" in given else None
+    read = None if unit is None else _read_by(design, unit, loads[:, 1:])
+    if "load" in given and "cell" not in given and design.cells > 1:
+        raise ValueError(f"sim: a load is on one of the {design.cells} cells: say on which, like cell=1")
+    if "cell" in given:
+        read = _on_cell(design, int(given["cell"]), loads[:, 1:])
     chips = [
         SimulatedConverter(
-            design, loads=loads if "load" in given or unit is not None else None, faults=faults,
-            frequencies=None if unit is None else _read_by(design, unit, loads[:, 1:]),
+            design, loads=loads if "load" in given or read is not None else None, faults=faults,
+            frequencies=read,
             state=given.get("state", "rest"), number=k, seed=int(given.get("seed", 1)) + k,
         )
         for k in range(number)
     ]
     return Simulation(design, chips, before + seconds, unit)
+
+
+def _on_cell(design: Design, number: int, loads: np.ndarray) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
+    Raises ValueError for a number that the sensor has not.
+    """
+    design.cell(number)
+    nothing, numbers = np.zeros((1, 3)), range(1, design.cells + 1)
+    each = [_read_by(design.cell(k), None, loads if k == number else nothing) for k in numbers]
+    return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:

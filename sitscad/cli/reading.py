@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 )
 @click.argument("source")
 @click.option("--design", type=click.Path(), help="The spec or the package that the board is of (sim: its own).")
-@click.option("--calibration", type=click.Path(exists=True, dir_okay=False),
-              help="calibration.json of this sensor: newtons are shown, too.")
+@click.option("--calibration", type=click.Path(exists=True, path_type=Path),
+              help="calibration.json of this sensor, or of cells a folder with one of each: newtons are shown, too.")
 @click.option("--tare", is_flag=True, help="Nothing is on it first: newtons count from the mean of the first 16 scans.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
 @click.option("--seconds", type=click.FloatRange(min=0.0, min_open=True), help="How long (sim: what it says; else 2).")
@@ -32,14 +32,15 @@ if TYPE_CHECKING:
 @click.option("--udp", metavar="HOST:PORT", help="Send every scan as a line of JSON, as PlotJuggler reads it.")
 @click.option("--log", type=click.Path(file_okay=False), help="Folder for readings.csv and readings.json.")
 def read(
-    source: str, design: str | None, calibration: str | None, tare: bool, diagnose: bool, seconds: float | None,
+    source: str, design: str | None, calibration: Path | None, tare: bool, diagnose: bool, seconds: float | None,
     serve: bool, port: int, udp: str | None, log: str | None,
 ) -> int:
     """Set up a board's converters and read them: a line a scan, or a diagnosis.
 
     SOURCE is sim:SPEC with ?load=AXIS:FIRST:LAST (normal, shear_x or shear_y, in newtons), seconds=, fault= (open,
     short, lost-layer, low-amplitude, swapped, nack, stuck, reset, glitch, with :COIL and @SECONDS), state=free for a
-    bare board, unit= for the sensor of that number, with errors of its own, seed=; /dev/i2c-N of a Linux computer
+    bare board, unit= for the sensor of that number, with errors of its own, cell= for the cell that the load is on,
+    seed=; /dev/i2c-N of a Linux computer
     (/dev/i2c-N,/dev/i2c-M for two buses); or serial:PORT with ?baud=, where a microcontroller with the firmware of the
     package is (both: pip install 'sitscad[bench]'). Lines that are lost, corrupted or of
     another sensor are counted and not used.
@@ -61,10 +62,11 @@ def read(
     rows, wrong = [], list[str]()
     try:
         given, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
-        forces = Forces(None if calibration is None else sitscad.map_of(calibration), tare)
+        maps = _maps(calibration)
+        forces = Forces([sitscad.map_of(path) for path in maps], tare)
         board = given.board(known)
         given.paced = given.paced or streams
-        with sinks(board, forces, udp, (calibration, port) if serve else None) as tell:
+        with sinks(board, forces, udp, (maps, port) if serve else None) as tell:
             wrong = board.set_up()
             try:
                 for scan in scans(board, given, seconds or (math.inf if streams else given.seconds or USUAL)):
@@ -82,13 +84,23 @@ def read(
         return 2
     if board.said:
         say(board.said)
-    if tare and calibration and forces.tare is None:
+    if tare and calibration and forces.mean is None:
         say(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} came")
     if log:
         _logged(Path(log), board, rows, source)
     if diagnose or not streams:
         print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
     return int(diagnose and any(one.verdict == NOT_MET for one in verdicts))
+
+
+def _maps(place: Path | None) -> list[Path]:
+    """The calibration.json at a path, or of cells those in the folders below it. Raises ValueError where none is."""
+    if place is None or place.is_file():
+        return [] if place is None else [place]
+    found = sorted(place.glob("**/calibration.json"), key=lambda path: (len(str(path)), str(path)))
+    if not found:
+        raise ValueError(f"there is no calibration.json in {place}")
+    return found
 
 
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:

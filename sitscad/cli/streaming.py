@@ -6,7 +6,7 @@ import json
 import math
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -23,17 +23,17 @@ SHOWN = 1.0 / 30.0
 
 @contextmanager
 def sinks(
-    board: Board, forces: Forces, udp: str | None, page: tuple[str | None, int] | None
+    board: Board, forces: Forces, udp: str | None, page: tuple[Sequence[Path], int] | None
 ) -> Iterator[Callable[[Scan], None]]:
-    """What is done with every scan: sent as a line of JSON to HOST:PORT, shown on a page (the calibration that it
+    """What is done with every scan: sent as a line of JSON to HOST:PORT, shown on a page (the calibrations that it
     reads forces by, its port). Raises ValueError for what is no such address, OSError for a port that is taken.
     """
     with ExitStack() as end:
         wire = None if udp is None else end.enter_context(_wire(udp))
         showing = None
         if page is not None:
-            calibration, port = page
-            known = None if calibration is None else json.loads(Path(calibration).read_text(encoding="utf-8"))
+            calibrations, port = page
+            known = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
             showing = Showing(live_page(board.design.spec, board.design.estimates, known, served=True))
             end.callback(served(showing, "127.0.0.1", port)[0].shutdown)
         last, newest = -math.inf, dict[int, tuple[int, int]]()
@@ -48,8 +48,8 @@ def sinks(
             if showing is not None and len(newest) == len(board.bands) and time.monotonic() - last > SHOWN:
                 last = time.monotonic()
                 counts, status = zip(*(newest[k] for k in range(len(board.bands))), strict=True)
-                told = None if forces.tare is None else forces.tare.tolist()
-                showing.post({"stage": "reading", "counts": counts, "status": status, "tare": told})
+                told = {"counts": counts, "status": status, "tare": forces.tare(board)}
+                showing.post({"stage": "reading", **told})
 
         yield tell
 

@@ -387,12 +387,19 @@ def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
 
     if "firmware/sensor_line.h" not in files:
         return {}
-    return {"live.html": live_page(contents.spec, contents.estimates, _known(files), forced=bool(contents.forced))}
+    return {"live.html": live_page(contents.spec, contents.estimates, _maps(files), forced=bool(contents.forced))}
+
+
+def _maps(files: Mapping[str, bytes]) -> list[dict[str, Any]]:
+    """All maps that the package has, in their documents: one, or one a cell."""
+    names = (name for name in files if re.fullmatch(r"calibration/(cell-\d+/)?calibration\.json", name))
+    return [json.loads(files[name]) for name in sorted(names, key=lambda name: (len(name), name))]
 
 
 def _known(files: Mapping[str, bytes]) -> dict[str, Any] | None:
-    """The map that the package has, in its document."""
-    text = files.get("calibration/calibration.json")
+    """The map of what the page pushes, in its document."""
+    cell = _felt(files).get("cells", {}).get("pushed_of")  # of cells that of the one which the page solves
+    text = files.get("calibration/calibration.json" if cell is None else f"calibration/cell-{cell}/calibration.json")
     return None if text is None else dict(json.loads(text))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -31,17 +32,19 @@ AXES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along 
 
 
 def live_page(
-    spec: SensorSpec, estimates: Estimates, calibration: Document | None, served: bool = False, forced: bool = False
+    spec: SensorSpec, estimates: Estimates, calibrations: Sequence[Document] = (), served: bool = False,
+    forced: bool = False,
 ) -> bytes:
-    """The page of one sensor: forces by the map in the document of a calibration, where there is one. From a disk it
-    reads a serial port, `served` the events of a server; of a `forced` package it says so. Raises ValueError where the
-    sensor cannot be read.
+    """The page of one sensor: forces by the map in the document of a calibration, where there is one, of each of its
+    cells by the cell's own. From a disk it reads a serial port, `served` the events of a server; of a `forced` package
+    it says so. Raises ValueError where the sensor cannot be read, and for maps of others.
     """
-    known = None if calibration is None else calibration.get("map", calibration) | {"least": LEAST, "beyond": BEYOND}
+    coils = [coil.name for coil in estimates.coils]
+    known = [_known(one.get("map", one), coils) for one in calibrations]
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
     bar = "" if served else BAR
-    if not served and known is not None:
+    if not served and known:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
     warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""
     folder = files("sitscad.report") / "assets"
@@ -49,7 +52,7 @@ def live_page(
     parts = [
         f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
         f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
-        part("Forces", _forces(known, calibration)),
+        part("Forces", _forces(known, all(one.get("is_calibrated") for one in calibrations))),
         part("Coils", _table(
             ("coil", "state", "counts", "Hz", "change, Hz", "change"),
             [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
@@ -60,8 +63,19 @@ def live_page(
     return page(f"{spec.name}, live", parts).encode("utf-8")
 
 
-def _document(spec: SensorSpec, estimates: Estimates, known: Document | None) -> dict[str, Any]:
-    """What the page's script reads: by what lines are known, how counts become Hz, the coils, the map."""
+def _known(known: Document, coils: Sequence[str]) -> dict[str, Any]:
+    """A map with the places of its coils among all, and what its axes are called before their names: of one that reads
+    some of the coils, as a cell's does, these. Raises ValueError for a map of other coils.
+    """
+    if missing := [name for name in known["coils"] if name not in coils]:
+        raise ValueError(f"the map is of another sensor: this one has no coil {missing[0]}")
+    own = [coils.index(name) for name in known["coils"]]
+    prefix = "" if len(own) == len(coils) else f"{'+'.join(known['coils'])}."
+    return {**known, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix}
+
+
+def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:
+    """What the page's script reads: by what lines are known, how counts become Hz, the coils, the maps."""
     conversion, found = estimates.readout.conversion, bands(estimates, usual("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{spec.name} has no converter that is set")
@@ -76,21 +90,25 @@ def _document(spec: SensorSpec, estimates: Estimates, known: Document | None) ->
     name = identity(spec.name, devices(spec.readout, estimates))
     return {
         "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
-        "map": known,
+        "maps": known,
     }
 
 
-def _forces(known: Document | None, calibration: Document | None) -> str:
-    if known is None or calibration is None:
+def _forces(known: Sequence[Document], is_calibrated: bool) -> str:
+    if not known:
         return "<p>There is no map to newtons: this sensor has no target on a pad, or no calibration was given.</p>"
     by = (
-        "Forces by the calibration of this sensor." if calibration.get("is_calibrated") else
+        "Forces by the calibration of this sensor." if is_calibrated else
         "Forces by the map of the sensor as it is drawn: calibrate yours, and give its calibration.json."
     )
-    rows = [(AXES[axis], *(f"{what}.{axis}" for what in ("force_N", "sigma_N", "bar"))) for axis in known["axes"]]
+    axes = [(one["prefix"], axis, error) for one in known
+            for axis, error in zip(one["axes"], one["error"], strict=True)]
+    rows = [(f"{prefix.replace('.', ' ')}{AXES[axis]}",
+             *(f"{what}.{prefix}{axis}" for what in ("force_N", "sigma_N", "bar"))) for prefix, axis, _ in axes]
     table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
-    for axis, error in zip(known["axes"], known["error"], strict=True):
-        table = table.replace(f'data-out="sigma_N.{axis}">', f'data-out="sigma_N.{axis}">{error:.2g}')
+    for prefix, axis, error in axes:
+        name = f'data-out="sigma_N.{escape(prefix)}{axis}">'
+        table = table.replace(name, f"{name}{error:.2g}")
     return f"{table}<p class='warned' data-out='range'></p><p class='soft' data-out='map'>{by}</p>"
 
 

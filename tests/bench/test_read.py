@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import socket
 import sys
 import urllib.error
@@ -141,11 +142,32 @@ def test_a_load_that_is_none_is_refused_with_its_form(load):
 
 def test_readings_beyond_the_map_are_said_to_be(design):
     found = sitscad.calibrate(design).map
-    forces, board = Forces(found), Board(design, ())
+    forces, board = Forces([found]), Board(design, ())
     low, high = (
         {k: CoilReading(0.0, int(counts * way), GOOD) for k, counts in enumerate(found.rest)} for way in (1.0, 1.2)
     )
     assert not forces.is_beyond(board, low) and forces.is_beyond(board, high)
+
+
+@pytest.mark.slow
+def test_cells_are_read_each_by_its_own_map(tmp_path):
+    """The load on the second, nothing on the first; a map of a coil that is not there is refused."""
+    text = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
+    (tmp_path / "two.yaml").write_text(text, encoding="utf-8")
+    skin = sitscad.Design(sitscad.load_text(text))
+    for k in (1, 2):
+        folder = tmp_path / f"cell-{k}"
+        folder.mkdir()
+        (folder / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cell(k)).document()))
+    source = f"sim:{tmp_path / 'two.yaml'}?load=normal:5&seconds=0.05"
+    done = CliRunner().invoke(cli, ["read", f"{source}&cell=2", "--tare", "--calibration", str(tmp_path)])
+    one, two = (float(re.findall(rf"C{k}\.normal (\S+) N", done.output)[-1]) for k in (1, 2))
+    assert done.exit_code == 0 and abs(one) < 0.05 and two == approx(5.0, abs=0.05)
+    assert "say on which, like cell=1" in CliRunner().invoke(cli, ["read", source]).output
+    ours = ["read", f"sim:{SPEC}?seconds=0.05", "--calibration", str(tmp_path / "cell-2")]
+    (tmp_path / "cell-2" / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cell(2)).document())
+                                                          .replace('"C2"', '"C9"'))
+    assert "no coil C9" in CliRunner().invoke(cli, ours).output
 
 
 def test_exchanged_coils_are_not_evaluated(design):
@@ -253,7 +275,7 @@ def test_scans_go_out_as_lines_of_json_and_to_a_page(design):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with sinks(board, Forces(None), None, (None, port)) as tell:
+    with sinks(board, Forces(), None, ((), port)) as tell:
         scan = next(row for row in scans(board, source, 1.0) if len(row) == 2)
         tell(scan)
         state = json.loads(urllib.request.urlopen(f"http://127.0.0.1:{port}/state").read())

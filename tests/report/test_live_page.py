@@ -56,7 +56,7 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
     design = sitscad.Design(sitscad.load(TEMPLATE))
     found = sitscad.calibrate(design)
     path = tmp_path / "live.html"
-    path.write_bytes(live_page(design.spec, design.estimates, found.document()))
+    path.write_bytes(live_page(design.spec, design.estimates, [found.document()]))
     loads = np.array([[0.0, 0, 0], [2.0, 0.3, 0]])
     frequency = sitscad.respond(design, loads=loads, rotation="held").frequency
     rest, pushed = np.rint(found.sensors.conversion.counts(frequency)).astype(int).tolist()
@@ -115,4 +115,26 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
         page.open(path)
         assert "no Web Serial" in _out(page, "said")
         assert page.run("document.querySelector('[data-do=connect]').disabled")
+        assert page.exceptions == []
+
+
+@pytest.mark.more
+def test_cells_have_forces_each_by_its_own_map(tmp_path):
+    """A reading in which the second alone is pressed; a map of one coil was laid over the counts of all."""
+    text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
+    design = sitscad.Design(sitscad.load_text(text))
+    found = [sitscad.calibrate(design.cell(k)) for k in (1, 2)]
+    path = tmp_path / "live.html"
+    path.write_bytes(live_page(design.spec, design.estimates, [one.document() for one in found]))
+    (rest, pushed), idle = (one.sensors.conversion.counts(sitscad.respond(
+        design.cell(k), loads=[[0.0, 0, 0], [3.0, 0, 0]], rotation="held").frequency)[:, 0].round()
+        for k, one in ((2, found[1]), (1, found[0])))
+    counts = [[int(idle[0]), int(rest)], [int(idle[0]), int(pushed)]]
+    with Browser() as page:
+        page.open(path)
+        page.run(f"sitscad.tare(); for (let k = 0; k < 16; k++) sitscad.take({{counts: {counts[0]}, status: [0, 0]}});"
+                 f"sitscad.take({{counts: {counts[1]}, status: [0, 0]}});"
+                 "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        assert float(_out(page, "force_N.C1.normal")) == 0.0
+        assert float(_out(page, "force_N.C2.normal")) == approx(3.0, rel=2e-3)
         assert page.exceptions == []

@@ -191,7 +191,11 @@ def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
     """Two cells joined by a web: either is pushed, and the other one's coil says what it changes at most."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     text = text.replace("coils: 1 ", "coils: 1\n  web: 2 mm\n")
-    package = build(sitscad.load_text(text, "cells.yaml"), tmp_path, only=("datasheet", "report")).directory
+    stages = "datasheet", "calibration", "report"
+    package = build(sitscad.load_text(text, "cells.yaml"), tmp_path, only=stages).directory
+    sheet = json.loads((package / "datasheet.json").read_text())
+    rest = {coil["name"]: coil["states"]["rest"]["frequency_Hz"]
+            for coil in json.loads((package / "estimate.json").read_text())["coils"]}
     with Browser() as browser:
         browser.open(package / "report.html")
         full = browser.run("JSON.parse(document.getElementById('pushed-data').textContent).table.full_scale_N.normal")
@@ -201,4 +205,9 @@ def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
             change = float(_out(browser, f"change_Hz.{own}"))
             most = float(_out(browser, f"most_Hz.{beside}").removeprefix("at most \u00b1"))
             assert 0.0 < most < 0.02 * change
+            # one frequency at rest: the estimate's
+            assert float(_out(browser, f"frequency_Hz.{own}")) - change == approx(rest[own], abs=1.1)
+            hidden = browser.run("document.querySelectorAll('#pushed tbody')[1].parentNode.hidden")
+            assert hidden is (cell + 1 != sheet["cells"]["pushed_of"])
+            assert hidden or float(_out(browser, "force_N.normal")) == approx(full, rel=5e-3)
         assert browser.exceptions == []

@@ -109,8 +109,8 @@
       chosen.setAttribute("data-in", "cell");
       chosen.addEventListener("input", function () { state.cell = +chosen.value; show(); });
       which.append("pushed is cell ", chosen);
-      inputs.append(which, "Cell " + cells.table + " is solved, others read in proportion to their signal. Of neighbours, " +
-        "on which nothing lies, it is said what they change at most.");
+      inputs.append(which, "Cell " + cells.table + " is solved, and forces are read back of it; others read in proportion to their " +
+        "signal. Of neighbours, on which nothing lies, it is said what they change at most.");
     }
     var sliders = INPUTS.map(function (each, k) {
       var label = document.createElement("label"), slider = document.createElement("input"), value = document.createElement("output");
@@ -154,12 +154,17 @@
             [(frequency[k] - from[k]).toFixed(0), "change_Hz." + name], [counted[k].toFixed(0), "counts." + name]]);
         });
       }
-      if (cells) other(cells.all[state.cell], state.cell === cells.table - 1, found, reads);
-      else reads(table.coils, found.frequency, rest, counts);
+      var isSolved = !cells || state.cell === cells.table - 1;
+      if (cells) {
+        var pushed = other(cells.all[state.cell], found, reads);
+        counts = pushed[0];
+        tare = pushed[1];
+      } else reads(table.coils, found.frequency, rest, counts);
       var words = [], full = table.full_scale_N, sheared = Math.hypot(state.asked[1], state.asked[2]);
       if (state.asked[0] > full.normal * 1.0001) words.push("normal force beyond " + full.normal.toPrecision(3) + " N");
       if (sheared > full.shear * 1.0001) words.push("shear beyond " + full.shear.toPrecision(3) + " N");
-      if (map) {
+      axes.parentNode.hidden = !map || !isSolved;
+      if (map && isSolved) {
         var read = page.forces(map, counts, tare);
         map.axes.forEach(function (axis, k) {
           var put = state.asked[["normal", "shear_x", "shear_y"].indexOf(axis)];
@@ -177,15 +182,16 @@
         pictures.appendChild(picture);
       });
     }
-    // A cell's coils in proportion to those of the table's, and how much each of its neighbours' coils changes at most.
-    function other(own, isTable, found, reads) {
+    // A cell's coils in proportion to those of the table's, from where the estimates have them at rest, and how much
+    // each of its neighbours' coils changes at most; its counts, and those at rest.
+    function other(own, found, reads) {
       var share = found.frequency.map(function (f, k) { return Math.log(f / rest[k]); });
       function at(cell, parts) { return cell.rest_Hz.map(function (f, k) { return f * Math.exp(parts[k] * cell.signal); }); }
       function count(cell, frequency) {
         return frequency.map(function (f, k) { return counted(data.conversion, f, k, cell.offsets); });
       }
-      var frequency = isTable ? found.frequency : at(own, share), largest = Math.max.apply(null, share.map(Math.abs));
-      reads(own.coils, frequency, isTable ? rest : own.rest_Hz, count(own, frequency));
+      var frequency = at(own, share), largest = Math.max.apply(null, share.map(Math.abs));
+      reads(own.coils, frequency, own.rest_Hz, count(own, frequency));
       own.read_by.forEach(function (pair) {
         var cell = cells.all[pair[0] - 1], most = at(cell, cell.coils.map(function () { return pair[1] * largest; }));
         var counts = count(cell, most), still = count(cell, cell.rest_Hz);
@@ -195,6 +201,7 @@
             ["at most \u00b1" + (counts[k] - still[k]), "most_counts." + name]]);
         });
       });
+      return [count(own, frequency), count(own, own.rest_Hz)];
     }
     function drag(picture, along) {
       picture.addEventListener("pointerdown", function (event) {

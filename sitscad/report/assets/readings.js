@@ -2,7 +2,7 @@
 (function (page) {
   "use strict";
 
-  var data = JSON.parse(document.getElementById("readings-data").textContent), map = data.map;
+  var data = JSON.parse(document.getElementById("readings-data").textContent), maps = data.maps;
   var counted = {good: 0, lost: 0, corrupted: 0, another: 0, starts: 0}, sequence = null, isFirst = true;
   var tare = null, taring = null, TARES = 16, latest = null, drawn = false;
 
@@ -84,14 +84,20 @@
       out("status." + coil.name).className = isGood(status) ? status ? "warned" : "good" : "bad";
       bar(coil.name, isGood(status) ? (counts - from) / coil.span : 0);
     });
-    if (!map) return;
-    var holds = tare && latest.status.every(isGood), read = holds ? page.forces(map, latest.counts, tare) : null;
-    map.axes.forEach(function (axis, k) {
-      put("force_N." + axis, read ? read.forces[k].toFixed(3) : "\u2013");
-      bar(axis, read ? read.forces[k] / map.full_scale[k] : 0);
+    var words = "";
+    maps.forEach(function (map) { // of each cell its own, which reads its own coils
+      function own(all) { return map.columns.map(function (k) { return all[k]; }); }
+      var from = tare && own(tare).every(function (one) { return one !== null; }), good = own(latest.status).every(isGood);
+      var read = from && good ? page.forces(map, own(latest.counts), own(tare)) : null;
+      map.axes.forEach(function (axis, k) {
+        put("force_N." + map.prefix + axis, read ? read.forces[k].toFixed(3) : "\u2013");
+        bar(map.prefix + axis, read ? read.forces[k] / map.full_scale[k] : 0);
+      });
+      words = words || (!from ? taring ? "Leave it alone: the tare is being taken." :
+        "No forces before a tare: press it with nothing on the sensor." : !read ? "No forces: a coil has no good reading." :
+        read.holds ? "" : "Beyond what the map was made for: forces are those where it ends.");
     });
-    put("range", !tare ? taring ? "Leave it alone: the tare is being taken." : "No forces before a tare: press it with nothing on the sensor." : !read ? "No forces: a coil has no good reading." :
-      read.holds ? "" : "Beyond what the map was made for: forces are those where it ends.");
+    if (maps.length) put("range", words);
   }
 
   function failed(error) { say(String(error && error.message || error)); document.querySelector("[data-do=connect]").disabled = false; }
@@ -116,18 +122,22 @@
   };
 
   function opened(text) { // calibration.json of a sensor that was measured
-    var read, next, rest = data.coils.map(function (coil) { return coil.rest; });
+    var read, next, before;
     try {
       read = JSON.parse(text);
-      next = Object.assign({}, read.map, {least: map.least, beyond: map.beyond});
-      if (next.sensor !== data.name || String(next.coils) !== String(data.coils.map(function (coil) { return coil.name; })) ||
-        String(next.axes) !== String(map.axes)) { say("That calibration is of another sensor."); return; }
+      before = maps.filter(function (one) {
+        return one.sensor === read.map.sensor && String(one.coils) === String(read.map.coils) && String(one.axes) === String(read.map.axes);
+      })[0];
+      if (!before) { say("That calibration is of another sensor."); return; }
+      next = Object.assign({}, read.map, {least: before.least, beyond: before.beyond, columns: before.columns, prefix: before.prefix});
+      var rest = next.columns.map(function (k) { return data.coils[k].rest; });
       if (!page.forces(next, rest, rest).forces.concat(next.axes.map(function (_, k) { return next.error[k]; })).every(Number.isFinite))
         throw new Error("no force");
     } catch (error) { say("That is no calibration.json: the map stays as it was."); return; }
-    map = next;
-    put("map", read.is_calibrated ? "Forces by the calibration that was opened." : "Forces by a map that is not calibrated.");
-    map.axes.forEach(function (axis, k) { put("sigma_N." + axis, map.error[k].toPrecision(2)); });
+    maps[maps.indexOf(before)] = next;
+    put("map", (read.is_calibrated ? "Forces by the calibration that was opened" : "Forces by a map that is not calibrated") +
+      (maps.length > 1 ? ", of " + next.coils.join(", ") + "." : "."));
+    next.axes.forEach(function (axis, k) { put("sigma_N." + next.prefix + axis, next.error[k].toPrecision(2)); });
     say("");
   }
 
