@@ -203,11 +203,14 @@ FIGURES_ARE = (
     "of cell {pushed}, which has the least signal"
 )
 
-WEBS_KNOWN = f"By how much webs make a pad stiffer is known to {100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
+WEBS_KNOWN = (
+    "All at full load, neighbours all pressed at once. By how much webs make a pad stiffer is known to "
+    f"{100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
+)
 
 
 def cell_rows(told: Sequence[AlikeCells]) -> list[tuple[str, ...]]:
-    """A row a kind of cells under a heading, the worst of every column marked where kinds differ."""
+    """A row a kind of cells under a heading, all at full load, the worst of every column marked where kinds differ."""
     columns: list[list[tuple[float, str]]] = []
     for one in told:
         axes, free = one.felt[-1].axes.values(), one.felt[-1].free_overload
@@ -228,8 +231,7 @@ def cell_rows(told: Sequence[AlikeCells]) -> list[tuple[str, ...]]:
     return [HEAD, *((one.words, *line) for one, line in zip(told, marked, strict=True))]
 
 
-HEAD = ("cells", "webs: stiffer by", "pad pressed by full force", "range", "overload", "resolution, full load",
-        "all neighbours change at most")
+HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
 WORST = " (worst)"
 
 
