@@ -41,7 +41,7 @@ class Trials:
         self._said = tuple(said)
         self._errors = _errors(self._said)
         self.complaining = {one.rule for one in _complaints(self._said)}
-        self._known: list[tuple[SensorSpec, _Tried | None]] = []
+        self._known: list[tuple[SensorSpec, _TriedDesign | None]] = []
         self._looks = Budget(LOOKS)
         self._drawn: list[tuple[SensorSpec, Design | None]] = []
 
@@ -59,9 +59,9 @@ class Trials:
             found[k] = self._advised(self._said[k]) if is_wanted else located(self._said[k].finding, self._design.spec)
         return [found[k] for k in range(len(self._said))]
 
-    def left(self, finding: Finding | None = None) -> _Left:
+    def left(self, finding: Finding | None = None) -> _LeftOfFinding:
         """What tells of changed designs whether they mend a finding; without one, only how they are laid out."""
-        return _Left(self, finding)
+        return _LeftOfFinding(self, finding)
 
     def _advised(self, outcome: Outcome) -> Finding:
         """One finding with the hint and the fixes that were found for it, and its place in the text."""
@@ -96,7 +96,7 @@ class Trials:
             self._drawn.insert(0, (changed, design))
         return design is not None and not self._breaks(finding, self._looked(design)[0])
 
-    def _breaks(self, finding: Finding, tried: _Tried) -> tuple[str, ...]:
+    def _breaks(self, finding: Finding, tried: _TriedDesign) -> tuple[str, ...]:
         """What a changed design breaks, by what is said of it."""
         unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
         left = tried.complaining | (tried.noting if finding.severity is Severity.NOTE else set())
@@ -142,7 +142,7 @@ class Trials:
         budget.spend(min(budget.left, each * (most - searches.left)))
         return None if searches.is_spent and most < TRIALS_OF_ONE_CHANGE else design
 
-    def _tried(self, changed: SensorSpec) -> _Tried | None:
+    def _tried(self, changed: SensorSpec) -> _TriedDesign | None:
         """What is said of a changed design, found once; None where the budget does not reach so far."""
         for spec, tried in self._known:
             if spec == changed:
@@ -160,16 +160,16 @@ class Trials:
         self._known.append((changed, tried))
         return tried
 
-    def _looked(self, design: Design) -> tuple[_Tried, list[Rule]]:
+    def _looked(self, design: Design) -> tuple[_TriedDesign, list[Rule]]:
         # What is said of a changed design without estimates, and the rules that ask for them: none where that is enough
         # to refuse it.
-        tried = _Tried(self._errors, _complaints(self._said))
+        tried = _TriedDesign(self._errors, _complaints(self._said))
         unestimated = _Unestimated(design.spec, design.layout, of_board=design.of_board)
         asking = []
         for rule in self._rules:
             try:
                 said = outcomes(rule, unestimated, least=None)
-            except _Asked:
+            except _NeedsEstimates:
                 asking.append(rule)
                 continue
             if tried.has_new_errors(*said):
@@ -177,7 +177,7 @@ class Trials:
         return tried, asking
 
 
-class _Asked(Exception):
+class _NeedsEstimates(Exception):
     """A rule has asked for estimates that are not there yet."""
 
 
@@ -186,10 +186,10 @@ class _Unestimated(Design):
 
     @property
     def estimates(self):  # type: ignore[no-untyped-def]
-        raise _Asked
+        raise _NeedsEstimates
 
 
-class _Tried:
+class _TriedDesign:
     """What rules say of a changed design, against what they say of the design as it stands: ``complaining`` are those
     that complain, with the key (of None: cannot judge it), ``noting`` those that say anything at all, ``errors`` how
     many more errors each has.
@@ -220,7 +220,7 @@ class _Tried:
         return tuple(sorted({*(now - then), *worse}))
 
 
-class _Left:
+class _LeftOfFinding:
     """What changes leave of one finding to complain of."""
 
     def __init__(self, trials: Trials, finding: Finding | None) -> None:

@@ -326,7 +326,7 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
     roomy: set[int] = set()
     for layer in {layout.traces[one.track].layer for one in tried}:
         there = [k for k, one in enumerate(tried) if layout.traces[one.track].layer == layer]
-        room = _Surroundings(layout, layer).leave_room([tried[k] for k in there])
+        room = _CopperAround(layout, layer).leave_room([tried[k] for k in there])
         roomy.update(k for k, free in zip(there, room, strict=True) if free)
     found: dict[tuple[int, bool], Teardrop] = {}
     for one in (tried[k] for k in sorted(roomy)):
@@ -403,7 +403,7 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
         yield closed_polygon([*corners, Point(edge, high), Point(base, high)])
 
 
-class _Surroundings:
+class _CopperAround:
     """The copper of a layer, the holes and the edge, with the distance that a teardrop must keep from each piece."""
 
     def __init__(self, layout: Layout, layer: int) -> None:

@@ -115,9 +115,9 @@ def route_in_line(
     def routed(turned: bool, reordered: bool) -> Iterator[Routing]:
         for (raised, breadth), side in product(boards(spec, bus), first_sides):
             lanes = assign_lanes(placements, side)
-            board = _Board(spec, raised, wound, lanes, front, breadth, searches, joined, given)
+            board = _BoardToRoute(spec, raised, wound, lanes, front, breadth, searches, joined, given)
 
-            def way_out(index: int, there: tuple[Escape, ...], board: _Board = board) -> Escape | Stuck:
+            def way_out(index: int, there: tuple[Escape, ...], board: _BoardToRoute = board) -> Escape | Stuck:
                 for beside in (False, True) if turned else (False,):
                     key = (*board.key(index, there), beside)
                     if key not in known:
@@ -165,7 +165,7 @@ def widest(spec: SensorSpec) -> float:
     return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
 
 
-def _in_turn(board: _Board, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
+def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
     """Coils led out in order, a stuck one first in another try if they may be `reordered`; or which finds no way."""
     tried: set[tuple[int, ...]] = set()
     while True:
@@ -178,7 +178,7 @@ def _in_turn(board: _Board, order: list[int], way_out: _WayOut, reordered: bool)
             return found
 
 
-def _led_out(board: _Board, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
+def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[int, Escape] | Stuck:
     """Every coil's escape, one after the other, or which coil found none."""
     escapes: dict[int, Escape] = {}
     for index in order:
@@ -193,7 +193,7 @@ def _led_out(board: _Board, order: list[int], way_out: _WayOut) -> dict[int, Esc
 
 
 @record
-class _Board:
+class _BoardToRoute:
     # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
     # ways that `joined` two ends on other boards are shared. `walls` are its edge, where the spec gives that.
     spec: SensorSpec
@@ -223,7 +223,7 @@ _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
 """One coil's escape on a board where some of the others are."""
 
 
-def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
+def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
     """The finished routing, on a tail long enough for it."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
@@ -235,7 +235,7 @@ def _routing(board: _Board, escapes: dict[int, Escape], tail: TailFrame) -> Rout
     return Routing(bus, ways, laid, board.breadth, far, long)
 
 
-def _necks_keep(found: Routing, board: _Board) -> bool:
+def _necks_keep(found: Routing, board: _BoardToRoute) -> bool:
     """Whether the leads keep their distance from a given edge on their way down to the tail's lanes, too."""
     edge = Obstacles(board.spec.fpc.rules, board.bus.spacing)
     edge.add(board.walls)
@@ -243,7 +243,7 @@ def _necks_keep(found: Routing, board: _Board) -> bool:
 
 
 def _lead_out(
-    board: _Board, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
+    board: _BoardToRoute, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
     """One coil's escape among the other coils and what is laid on the board already."""
     coil, wound = board.spec.coil, board.wound[index]
@@ -294,13 +294,13 @@ class _Mazes:
 
     def rows(
         self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
-    ) -> tuple[_Board, TailFrame, _WayOut]:
+    ) -> tuple[_BoardToRoute, TailFrame, _WayOut]:
         """A board, its tail, and how a coil is led out on it through a maze."""
         from sitscad.layout.maze import Ground, Maze  # coils in one line go without
 
         tail = ground[2]
         given = walls(self.spec, tail)
-        board = _Board(
+        board = _BoardToRoute(
             self.spec, ground[0], self.wound, lanes, self.front, ground[1], self.searches, self.joined, given
         )
 

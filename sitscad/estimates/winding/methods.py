@@ -27,7 +27,7 @@ from sitscad.physics.inductance.spirals import (
     monomial,
     spiral_inductance_matrix,
 )
-from sitscad.physics.inductance.tracks import Bend, Side, Track, track, winding_inductance
+from sitscad.physics.inductance.tracks import BentPiece, Side, Track, track, winding_inductance
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corners import MOST_TURN, bend_loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
@@ -121,9 +121,9 @@ def mitred_path(path: Path, width: float) -> Path:
     return Path(tuple(segments))
 
 
-def _pieces(path: Path) -> list[Side | Bend]:
+def _pieces(path: Path) -> list[Side | BentPiece]:
     """A path as straight sides and bends, for the integrals over tracks."""
-    pieces: list[Side | Bend] = []
+    pieces: list[Side | BentPiece] = []
     for s in path:
         if isinstance(s, Arc):
             pieces.append(((s.centre.x, s.centre.y), s.radius, s.start_angle, 1.0 if s.ccw else -1.0, abs(s.sweep)))

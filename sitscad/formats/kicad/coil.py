@@ -46,10 +46,10 @@ class _End:
 def coil_footprints(layout: Layout) -> dict[str, str]:
     """A ``.kicad_mod`` file by its name (``coil-C1``) for every coil that leads from contact to contact."""
     coils = (coil for coil in layout.coils if coil.is_closed_circuit)
-    return {f"coil-{coil.name}": _Footprint(layout, coil).text() for coil in coils}
+    return {f"coil-{coil.name}": _CoilFootprint(layout, coil).text() for coil in coils}
 
 
-class _Footprint:
+class _CoilFootprint:
     def __init__(self, layout: Layout, coil: Coil) -> None:
         self.layout, self.coil = layout, coil
         self.names = copper_names(layout.copper_layers)

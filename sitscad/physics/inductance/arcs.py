@@ -255,7 +255,7 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | 
     heading = np.arctan2(tangent[..., 1], tangent[..., 0])
     # the angle between both tangents where b is nearest: what it is elsewhere follows from the tangent of half the way
     lean = b[:, 4] * (heading - b[:, 3]) - offset
-    turned = _Turned(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
+    turned = _TurnedTangents(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
     four, share = 4.0 * product[..., None], radius * length * strands.shares[:, None]
     total = 0.0
     for k, height in enumerate(strands.heights):
@@ -268,7 +268,7 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | 
 
 
 @record(eq=False)
-class _Turned:
+class _TurnedTangents:
     # What an arc's tangents are to another's (sine and cosine of the angle where it is nearest), and how far (rad) the
     # foot lies from there.
     sine: Array

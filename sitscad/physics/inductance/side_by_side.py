@@ -239,7 +239,7 @@ def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Piec
 
 
 @record(eq=False)
-class _Outline:
+class _WindingOutline:
     # A winding's reach (m) along headings (2, n) from the origin: what its convex outline is known by.
     pieces: Sequence[Pieces]
     headings: Array
@@ -254,12 +254,12 @@ class _Outline:
         return np.asarray(found)
 
 
-def _outline(winding: Sequence[Pieces]) -> _Outline:
+def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
     angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
     across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
     angle = np.concatenate([angle, across, across + math.pi])
     headings = np.stack([np.cos(angle), np.sin(angle)])
-    return _Outline(winding, headings, np.max([pieces.reach(headings) for pieces in winding], axis=0))
+    return _WindingOutline(winding, headings, np.max([pieces.reach(headings) for pieces in winding], axis=0))
 
 
 @record(eq=False)
@@ -275,7 +275,7 @@ class _Parts:
     least: float
 
 
-def _parts(own: Pieces, other: _Outline) -> _Parts:
+def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
     """Pieces (m) halved until each is short and straight against its distance from the other winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))

@@ -87,12 +87,12 @@ class Pairs:
 
 
 Side = tuple[tuple[float, float], tuple[float, float]]
-Bend = tuple[tuple[float, float], float, float, float, float]
+BentPiece = tuple[tuple[float, float], float, float, float, float]
 """An arc: centre, radius, azimuth of the start, direction (+1 counter-clockwise), angle."""
 
 
-def track(pieces: Sequence[Side | Bend], width: float, thickness: float, z: float) -> Track:
-    """A track from its pieces in the current's order: (start, end) of a side, or a `Bend`, joined smoothly."""
+def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z: float) -> Track:
+    """A track from its pieces in the current's order: (start, end) of a side, or a `BentPiece`, joined smoothly."""
     sides, arcs, turnings = [], [], []
     for k, piece in enumerate(pieces):
         if len(piece) == 5:
@@ -111,7 +111,7 @@ def track(pieces: Sequence[Side | Bend], width: float, thickness: float, z: floa
                  np.array(turnings, dtype=float), width, thickness, z)
 
 
-def _tangent(side: Side | Bend) -> Array:
+def _tangent(side: Side | BentPiece) -> Array:
     step = np.subtract(side[1], side[0])
     return np.asarray(step / np.hypot(*step))
 

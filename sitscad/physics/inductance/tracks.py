@@ -23,7 +23,7 @@ from sitscad.physics.inductance.mean_distance import height_nodes, level_heights
 from sitscad.physics.inductance.track_strands import (
     BLOCK,
     FLOOR,
-    Bend,
+    BentPiece,
     Bundle,
     Pairs,
     Side,
@@ -197,7 +197,7 @@ def ends_and_corners(one: Track, strands: int) -> float:
     return one.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
 
 
-__all__ = ["Bend", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
+__all__ = ["BentPiece", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
 
 Layers = tuple[int, int, float]
 """Numbers of two layers, and how often their pair counts."""

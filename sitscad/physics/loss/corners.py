@@ -153,7 +153,7 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
     return (share, cornered, wide) if forwards else (0.0, cornered, cornered)
 
 
-def _rounded(track: BentTrack, bends: Sequence[_Bend], radius: float) -> BentTrack:
+def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
     """The track (m) with some of its bends rounded with another radius (widths)."""
     starts, ends = track.starts.copy(), track.ends.copy()
     for bend in bends:
@@ -224,7 +224,7 @@ def bend_loops(track: BentTrack, nearest: float) -> Loops:
 
 
 @record
-class _Bend:
+class _TrackBend:
     # A bend of a track: the number of its arc, or of the side after a sharp corner; angle (rad, positive to the left),
     # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends. Angle and
     # radius to nine digits: bends that are alike in every turn are looked up once.
@@ -244,14 +244,14 @@ def _lengths(track: BentTrack) -> Array:
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
-def _bends(track: BentTrack) -> list[_Bend]:
+def _bends(track: BentTrack) -> list[_TrackBend]:
     """Where a track bends: at mitred corners and along arcs, with turn (rad) and radius (widths)."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
     found = []
     for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
-        found.append(_Bend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
+        found.append(_TrackBend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
     chords = _lengths(track)
     for k in np.nonzero(~straight)[0]:
         angle = float(track.turns[k])
@@ -260,7 +260,7 @@ def _bends(track: BentTrack) -> list[_Bend]:
         onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
         corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
         found.append(
-            _Bend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
+            _TrackBend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
         )
     return found
 
@@ -280,7 +280,7 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
     return Corners(*[*columns, np.array(arms, dtype=np.intp).reshape(-1, 2)])
 
 
-def _corner(track: BentTrack, bend: _Bend) -> tuple[Array, float, float, Array, Array, float, float]:
+def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Array, Array, float, float]:
     """One bend's loop: middle, height, moment (m2), points, shares, width (m), own inductance (H)."""
     w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
     one, other = here - track.starts[bend.piece - 1], track.ends[after] - here

@@ -32,7 +32,7 @@ class NotPlain(ValueError):
 
 
 @dataclass
-class _Line:
+class _TextLine:
     """What stands on a line: its number from 1, the column from 0 where it begins, and its text from column 0."""
 
     number: int
@@ -48,7 +48,7 @@ class PlainReader:
             raise NotPlain
         self.found, self.nodes = YamlText(), 0
         self.lines = [
-            _Line(number, len(line) - len(line.lstrip(" ")), line)
+            _TextLine(number, len(line) - len(line.lstrip(" ")), line)
             for number, line in enumerate(text.split("\n"), 1)
             if (content := line.lstrip(" ")) and not content.startswith("#")
         ]
@@ -68,7 +68,7 @@ class PlainReader:
         if self.nodes > MAX_NODES or depth > MAX_DEPTH:
             raise NotPlain
 
-    def _end(self, line: _Line, at: int) -> None:
+    def _end(self, line: _TextLine, at: int) -> None:
         if not _END.match(line.text, at):
             raise NotPlain
 
@@ -89,7 +89,7 @@ class PlainReader:
             raise NotPlain
         return found
 
-    def _entry(self, line: _Line, indent: int, parent: str, found: list[Any], depth: int) -> None:
+    def _entry(self, line: _TextLine, indent: int, parent: str, found: list[Any], depth: int) -> None:
         key = f"{parent}.{len(found)}" if parent else str(len(found))
         column = _after_blanks(line.text, indent + 1)
         self.found.keys[key] = line.number, column + 1
@@ -103,7 +103,7 @@ class PlainReader:
         self._end(line, end)
         found.append(value)
 
-    def _pair(self, line: _Line, column: int, parent: str, found: dict[str, Any], depth: int) -> None:
+    def _pair(self, line: _TextLine, column: int, parent: str, found: dict[str, Any], depth: int) -> None:
         name, key, at = self._name(line, column, parent, found)
         self.next += 1
         self._count(depth)
@@ -117,7 +117,7 @@ class PlainReader:
             raise NotPlain  # a key without a value
         found[name] = self._block(key, below.indent, depth + 1)
 
-    def _name(self, line: _Line, column: int, parent: str, found: dict[str, Any]) -> tuple[str, str, int]:
+    def _name(self, line: _TextLine, column: int, parent: str, found: dict[str, Any]) -> tuple[str, str, int]:
         """A key's name, its dotted key, and where the text goes on after its colon."""
         match = _KEY.match(line.text, column)
         colon = _COLON.match(line.text, match.end()) if match else None
@@ -127,7 +127,7 @@ class PlainReader:
         self.found.keys[key] = line.number, column + 1
         return match[0], key, colon.end()
 
-    def _value(self, line: _Line, column: int, key: str, depth: int, is_inside: bool = False) -> tuple[Any, int]:
+    def _value(self, line: _TextLine, column: int, key: str, depth: int, is_inside: bool = False) -> tuple[Any, int]:
         """The value that begins in a column, and where it ends; NotPlain for what the whole reader has to read."""
         self._count(depth)
         self.found.values[key] = line.number, column + 1
@@ -142,7 +142,7 @@ class PlainReader:
         self.found.ends[key] = line.number, end + 1
         return value, end
 
-    def _brackets(self, line: _Line, column: int, key: str, depth: int) -> tuple[Any, int]:
+    def _brackets(self, line: _TextLine, column: int, key: str, depth: int) -> tuple[Any, int]:
         """The list or section in brackets that begins at a column, and where it ends."""
         is_list = line.text[column] == "["
         close = "]" if is_list else "}"
@@ -159,7 +159,7 @@ class PlainReader:
                 raise NotPlain
             at = _after_blanks(line.text, at + 1)
 
-    def _inside(self, line: _Line, at: int, key: str, found: Any, depth: int) -> int:
+    def _inside(self, line: _TextLine, at: int, key: str, found: Any, depth: int) -> int:
         if isinstance(found, list):
             inner = f"{key}.{len(found)}" if key else str(len(found))
             self.found.keys[inner] = line.number, at + 1

@@ -42,7 +42,7 @@ def rewritten(text: str, edits: Iterable[Edit]) -> str:
         where the text is no YAML, or an edit finds no place in it (a key below a preset's name).
     """
     for edit in edits:
-        text = _edited(_Text.read(text), edit)
+        text = _edited(_SpecText.read(text), edit)
     return text
 
 
@@ -51,7 +51,7 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
     change nothing are left out. Raises as `rewritten`.
     """
     edits = tuple(edits)
-    before, after = _Text.read(text), _Text.read(rewritten(text, edits))
+    before, after = _SpecText.read(text), _SpecText.read(rewritten(text, edits))
     found = []
     for edit in edits:
         if edit.what == "name":
@@ -64,7 +64,7 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 
 @record(eq=False)
-class _Text:
+class _SpecText:
     """A text as it is, with its lines ended by line feeds, and what was read in that."""
 
     raw: str
@@ -72,7 +72,7 @@ class _Text:
     found: YamlText
 
     @classmethod
-    def read(cls, raw: str) -> _Text:
+    def read(cls, raw: str) -> _SpecText:
         """Read a text; raises `CannotWriteError` where it is no mapping in YAML."""
         plain = _LINE_END.sub("\n", raw.removeprefix(BOM))
         try:
@@ -155,7 +155,7 @@ class _Text:
         return USUAL_INDENT
 
 
-def _edited(text: _Text, edit: Edit) -> str:
+def _edited(text: _SpecText, edit: Edit) -> str:
     """The text with one edit made; CannotWriteError where it would then say something else."""
     changed = text.raw
     if edit.what == "name":
@@ -166,10 +166,10 @@ def _edited(text: _Text, edit: Edit) -> str:
         changed = text.replaced(start, start + len(name), edit.new)
     elif edit.key in text.found.keys:
         for key, new in reversed(list(_values(text, edit.key, edit.new))):
-            changed = _Text.read(changed).replaced(*_required(text.span(key), key), new)
+            changed = _SpecText.read(changed).replaced(*_required(text.span(key), key), new)
     else:
         changed = _added(text, edit.key, edit.new)
-    if not _is_as_asked(text.found.data, _Text.read(changed).found.data, edit):
+    if not _is_as_asked(text.found.data, _SpecText.read(changed).found.data, edit):
         raise CannotWriteError(f"{undotted(edit.key)} cannot be written into this text")
     return changed
 
@@ -180,9 +180,9 @@ def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
     return span
 
 
-def _values(text: _Text, key: str, new: str) -> Iterator[tuple[str, str]]:
+def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
     """The values to write, and where: of a list as long as the one that stands there only those that differ."""
-    wanted = _Text.read(f"x: {new}")
+    wanted = _SpecText.read(f"x: {new}")
     before, after = text.value(key), wanted.value("x")
     if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         for k in range(len(before)):
@@ -223,7 +223,7 @@ LONGEST_NUMBER = 16
 """Characters of a number that is written in another unit; what needs more stays in its own."""
 
 
-def _added(text: _Text, key: str, new: str) -> str:
+def _added(text: _SpecText, key: str, new: str) -> str:
     """The text with a key that is not there yet, at the end of its section; sections that are not there with it."""
     parent, _, name = key.rpartition(".")
     sections: list[str] = []
