@@ -101,9 +101,7 @@ def current_paths(
     _positive(tolerance)
     if leads:
         stackup = layout.spec.fpc.stackup
-        return tuple(
-            CurrentPath(c.name, None, _circuit(c, stackup, tolerance), float(current)) for c in layout.coils
-        )
+        return tuple(CurrentPath(c.name, None, _circuit(c, stackup, tolerance), float(current)) for c in layout.coils)
     return tuple(
         CurrentPath(line.coil, line.layer, line.points(tolerance), float(current)) for line in centre_lines(layout)
     )

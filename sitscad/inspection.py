@@ -129,10 +129,7 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
 
 def _picture(design: Design, checked: CheckedSpec) -> str:
     """The board in letters with the findings' numbers at their places."""
-    from sitscad.drawing.pictures.board import (
-        PicturePoint,
-        dot_picture,  # nobody else shows text where a picture should be
-    )
+    from sitscad.drawing.pictures.board import PicturePoint, dot_picture
 
     numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
     marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]

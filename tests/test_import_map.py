@@ -12,7 +12,6 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
     "record": set(),
-    "meshing": set(),
     "arrays": set(),
     "solutions": set(),
     "version": set(),
@@ -43,7 +42,7 @@ MAY_IMPORT = {
     "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
     "writer": {"spec"},
     "formats": {"units", "readout", "estimates", "geometry", "spec", "layout", "scene", "parts", "fabrication",
-                "drawing", "writer", "calibration", "meshing"},
+                "drawing", "writer", "calibration"},
     "papers": {
         "units", "check_values", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication",
         "drawing",

@@ -81,7 +81,9 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     may move it together, each `moved` (ways, unknowns, n, 6) as far as it may by itself; none farther aside than `most`
     (m). Few sensors leave out what a soft and thin one does. `free` (coils; H) is the inductance without target.
     """
-    reached = _nearer(reached, most)
+    # poses that are farther are brought back to `most` aside, with the turns that go with it
+    aside, reached = np.hypot(reached[..., 0], reached[..., 1]), reached.copy()
+    reached[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(aside, most))[..., None]
     all_reached = reached.reshape(-1, 6)
     lean = np.array([_slope(all_reached[:, 1], all_reached[:, 3]), _slope(all_reached[:, 0], all_reached[:, 4])])
     alone = np.abs(upright(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
@@ -104,13 +106,6 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     told, true = (part.reshape(*asked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
     moves = true[:, 1:] - true[:, :1]
     return replace(found, error=float(np.sqrt(np.mean((told[:, 1:] - told[:, :1] - moves) ** 2) / np.mean(moves**2))))
-
-
-def _nearer(poses: Array, most: float) -> Array:
-    """Poses (..., 6) brought back to `most` (m) aside, with the turns that go with it, where they are farther."""
-    found, aside = poses.copy(), np.hypot(poses[..., 0], poses[..., 1])
-    found[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(aside, most))[..., None]
-    return found
 
 
 def _slope(travel: Array, turn: Array) -> float:
@@ -225,7 +220,16 @@ class Sensors:
     def poses(self, errors: Array, loads: Array) -> Array:
         """Where loads (n, 3; N: normal, shear along x, y) take one sensor's target, (n, 6) from where it is drawn."""
         off = named(self.known, errors)
-        travel, thickness = self._travel(self._own(off), loads)
+        # how far (n, 6) loads take the target by the pad's law is kept for a while
+        own = self._own(off)
+        pad = own.elastomer
+        assert pad is not None
+        key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
+        if key not in self.pushed:
+            if len(self.pushed) >= KEPT:
+                self.pushed.clear()
+            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
+        travel, thickness = self.pushed[key], pad.thickness
         travel = travel * np.exp(off["pad_curve"] * travel[:, 2:3] / (thickness * HELD_STRAIN))
         sheared = np.linalg.norm(travel[:, :2], axis=1, keepdims=True) / (thickness * HELD_SHEAR)
         more = off["softening"] * loads[:, :1] / self.range.normal - off["shear_modulus"]
@@ -249,17 +253,6 @@ class Sensors:
             ogden_exponent=pad.material.ogden_exponent + off["exponent"],
         )
         return replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + off["gap"], material=material))
-
-    def _travel(self, own: SensorSpec, loads: Array) -> tuple[Array, float]:
-        """How far (n, 6) loads take the target by the pad's law, and the pad's thickness (m); kept for a while."""
-        pad = own.elastomer
-        assert pad is not None
-        key = (pad.thickness, pad.material.shear_modulus, pad.material.ogden_exponent, loads.tobytes())
-        if key not in self.pushed:
-            if len(self.pushed) >= KEPT:
-                self.pushed.clear()
-            self.pushed[key] = pushed(own, loads, np.full(len(loads), self.is_held))[0]
-        return self.pushed[key], pad.thickness
 
     def placed(self, errors: Array, travel: Array) -> Array:
         """The poses (n, 6) of one sensor's target that has gone by `travel` (n, 6; m, rad) from where it rests."""

@@ -8,14 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.estimates.circuit.coils import (
-    coil_circuits,
-    handed_over,
-    overdamped,
-    self_resonance,
-    without,
-    working,
-)
+from sitscad.estimates.circuit.coils import coil_circuits, handed_over, overdamped, self_resonance, without, working
 from sitscad.estimates.circuit.drive import driven
 from sitscad.estimates.circuit.leads import missing_leads
 from sitscad.estimates.circuit.tank import (

@@ -20,12 +20,7 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
-from sitscad.physics.metal.half_spaces import (
-    Reflector,
-    distance_derivative,
-    reflected_impedance,
-    reflected_inductances,
-)
+from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance, reflected_inductances
 from sitscad.record import record, replace
 from sitscad.scene.bodies import lines_below_target
 from sitscad.spec.circuit import LayerKind, Stackup

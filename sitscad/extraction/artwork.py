@@ -119,8 +119,7 @@ def read_artwork(directory: Path) -> Artwork:
             extents.append((int(found[1]), int(found[2] or found[1]), area_of(_gerber(path).objects)))
         elif found := _COVER.fullmatch(",".join(fields)):
             covers.append((int(found[1]), area_of(_gerber(path).objects)))
-    return Artwork(
-        tuple(copper), tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
+    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:

@@ -31,11 +31,6 @@ from sitscad.units import show
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
 
-def finish_name(fpc: FpcSpec) -> str:
-    """The finish as job files call it."""
-    return finish(fpc.finish).job_name
-
-
 def finish_text(layout: Layout) -> str:
     """Finish of the bare contacts with what it takes to plate them, foil and plating; of a fabricator who makes every
     board in one way the finish alone, since nothing else can be asked for.
@@ -226,9 +221,7 @@ def stiffener_text(layout: Layout) -> str:
 
 def laminate_text(stackup: Stackup) -> str:
     """Which of the films between copper are bonded with adhesive, as far as the stack-up says."""
-    names = dict.fromkeys(
-        layer.material for layer in stackup.layers if layer.kind is not LayerKind.COPPER
-    )
+    names = dict.fromkeys(layer.material for layer in stackup.layers if layer.kind is not LayerKind.COPPER)
     words = [f"{name}: {_LAMINATES[name]}" for name in names if name in _LAMINATES]
     return "; ".join(words) or "as the stack-up's materials say"
 

@@ -23,9 +23,12 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterable, Iterator
+import signal
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -34,7 +37,6 @@ from numpy.typing import NDArray
 from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
-from sitscad.meshing import session
 from sitscad.parts.pieces import assemble, elastomer
 from sitscad.parts.solid import MM, PartsError, Solid, of_role, prism, require
 from sitscad.parts.whole import LEAST_OPENING, glued, ring
@@ -439,3 +441,23 @@ def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -
         found[region] = sorted({part for entity in own for part in came[entity]} - taken)
         taken |= set(found[region])
     return {**found, AIR: sorted({part for each in parts[: len(air)] for part in each} - taken)}
+
+
+@contextmanager
+def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterator[None]:
+    """A model of its own, with every option that matters set. A session that the caller has open survives."""
+    ours = not gmsh.isInitialized()
+    if ours:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        with suppress(AttributeError, ValueError):  # Windows has no such signal; a thread beside the main one sets none
+            # gmsh has it end the process: a server would die with the first listener that goes away
+            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
+    for option, value in options.items():
+        gmsh.option.setNumber(option, value)
+    gmsh.model.add(name)
+    try:
+        yield
+    finally:
+        gmsh.model.remove()
+        if ours:
+            gmsh.finalize()

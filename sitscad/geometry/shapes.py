@@ -425,9 +425,6 @@ LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
 """The plate whose two sides may differ."""
 
 
-def plate_shape(size: Size) -> str:
-    """The shape of a plate of which only the size is said: a square where both sides are alike."""
-    return "square" if size[0] == size[1] else LONG_PLATE
 
 
 def nearest_sides(known: Iterable[int], sides: int) -> tuple[int, ...]:

@@ -10,15 +10,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags, Index
 from sitscad.geometry.path import Path, Point
-from sitscad.geometry.primitives import (
-    Primitives,
-    distances,
-    from_rows,
-    joined,
-    nearest_pairs,
-    path_rows,
-    to_points,
-)
+from sitscad.geometry.primitives import Primitives, distances, from_rows, joined, nearest_pairs, path_rows, to_points
 from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules
 

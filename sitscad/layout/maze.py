@@ -173,18 +173,15 @@ class Lattice:
         away = points - np.array(placement.centre)
         if self.spec.coil.outline.is_round:
             return np.asarray(np.hypot(away[:, 0], away[:, 1]) - self.spec.coil.size[0] / 2)
-        normals, distances = self._sides(placement)
-        return np.asarray((away @ normals - distances).max(axis=1))
-
-    def _sides(self, placement: CoilPlacement) -> tuple[Array, Array]:
-        """Outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre."""
+        # outward normals (2, n) of a coil's sides, and the sides' distances (m) from its centre
         if placement.rotation not in self._known_sides:
             boundary = Ring(self.spec.coil, placement, 0.0).boundary.rotated(placement.rotation)
             ends = np.array([[*side.start, *side.end] for side in boundary])
             along = ends[:, 2:] - ends[:, :2]
             normals = np.stack([along[:, 1], -along[:, 0]]) / np.hypot(along[:, 0], along[:, 1])
             self._known_sides[placement.rotation] = normals, np.sum(normals.T * ends[:, :2], axis=1)
-        return self._known_sides[placement.rotation]
+        normals, distances = self._known_sides[placement.rotation]
+        return np.asarray((away @ normals - distances).max(axis=1))
 
     @cached_property
     def _known_sides(self) -> dict[float, tuple[Array, Array]]:

@@ -53,9 +53,7 @@ def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None
     body.
     """
     height = side * (half_width + radius)
-    found = [
-        (x, index, foot) for index, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)
-    ]
+    found = [(x, index, foot) for index, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
     if not found:
         return None
     x, piece, foot = max(found, key=lambda each: (round(each[0], 12), -each[1]))

@@ -290,10 +290,13 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
 
 
 def contact_row(spec: SensorSpec, connector: Connector) -> Row:
-    """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with."""
+    """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with
+    and that are enough; just those where it has none so many.
+    """
     used, tail = 2 * len(spec.array.placements), spec.fpc.tail
     wanted = tail.contacts if tail is not None else None
-    return Row(connector.pitch, max(used, wanted or connector.contacts_for(used)), used)
+    enough = min((count for count in connector.positions if count >= used), default=used)
+    return Row(connector.pitch, max(used, wanted or enough), used)
 
 
 def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:

@@ -55,7 +55,13 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     if any(stored_zip(members) == content for members in ways):
         return
     try:
-        found = _unzipped(content)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = archive.infolist()
+            if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
+                raise ValueError("a file in it is compressed")
+            found = {entry.filename: archive.read(entry) for entry in entries}
+        if len(found) != len(entries):
+            raise ValueError("two files in it have one name")
     except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
         yield f"cannot be read as it is written here: {error}"
         return
@@ -68,18 +74,6 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
 def _is_single_copper(path: str, content: bytes) -> bool:
     found = _FUNCTION.search(content)
     return path.endswith(".gbr") and "/panel/" not in path and found is not None and found[1].startswith(b"Copper,")
-
-
-def _unzipped(content: bytes) -> dict[str, bytes]:
-    """The files of an archive by their names; ValueError where one is compressed or there twice."""
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        entries = archive.infolist()
-        if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
-            raise ValueError("a file in it is compressed")
-        found = {entry.filename: archive.read(entry) for entry in entries}
-    if len(found) != len(entries):
-        raise ValueError("two files in it have one name")
-    return found
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:

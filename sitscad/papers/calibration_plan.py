@@ -21,8 +21,7 @@ LOADING = {
 def table(found: Calibration, plan: Plan) -> bytes:
     """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
     sensors = found.sensors
-    rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils)
-            for load in plan.rows]
+    rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils) for load in plan.rows]
     return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
 
 

@@ -10,13 +10,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.settings import Device, devices
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_driver import driver_files
-from sitscad.papers.firmware_macros import (
-    addr_pin,
-    force_document,
-    force_macros,
-    result_document,
-    result_macros,
-)
+from sitscad.papers.firmware_macros import addr_pin, force_macros, result_document, result_macros
 from sitscad.readout.converter import Converter
 from sitscad.scene.state import FREE, PRESSED
 from sitscad.spec.sensor import SensorSpec
@@ -102,6 +96,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
     """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
     coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
     force = spec.requirements.normal_force
+    change, sigma = coil.converter_sensitivity(force) or (None, None)
     return {
         "name": coil.name,
         "converter": channel.converter,
@@ -118,7 +113,8 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
             }
             for name, state in coil.states.items()
         },
-        **force_document(coil, force),
+        "inductance_H_per_N": change,
+        "sigma_inductance_H_per_N": sigma,
     }
 
 

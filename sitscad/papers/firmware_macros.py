@@ -117,9 +117,3 @@ def _expected(coil: CoilEstimate, force: float | None) -> list[tuple[str, float]
     change, sigma = coil.converter_sensitivity(force) or (None, None)
     more = (("L_PER_NEWTON_H", change), ("L_PER_NEWTON_SIGMA_H", sigma))
     return found + [(name, value) for name, value in more if value is not None]
-
-
-def force_document(coil: CoilEstimate, force: float | None) -> dict[str, Any]:
-    """The change per newton and its sigma (H/N) for the JSON."""
-    change, sigma = coil.converter_sensitivity(force) or (None, None)
-    return {"inductance_H_per_N": change, "sigma_inductance_H_per_N": sigma}

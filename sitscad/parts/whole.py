@@ -305,8 +305,7 @@ def _at(faces: list[Any], height: float) -> list[Any]:
 def _level(shape: Any) -> list[Any]:
     """A shape's level faces. Level corners tell most others apart, without the kernel's exact and slow boxes."""
     corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
-    return [each for each, z in corners
-            if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
+    return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
 
 
 def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:

@@ -112,8 +112,7 @@ def target(spec: SensorSpec) -> Body | None:
         return None
     under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
     upper, metal = under + plate.thickness, plate.material
-    return kept(spec, "_target", lambda: Body(
-        BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
+    return kept(spec, "_target", lambda: Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:

@@ -35,7 +35,7 @@ from sitscad.scene.jaws import (
     section,
     shield_that_fits,
 )
-from sitscad.spec.body import BodySpec
+from sitscad.spec.circuit import BodySpec
 from sitscad.spec.mount import Jaw
 from sitscad.units import in_mm
 

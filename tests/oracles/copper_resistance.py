@@ -25,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import PlottedHole
 from sitscad.extraction.nets import BarePad, ExtractedNet
-from sitscad.meshing import session
+from sitscad.formats.volume_mesh import session
 from sitscad.record import record
 
 _OPTIONS = {

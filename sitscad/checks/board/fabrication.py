@@ -333,8 +333,7 @@ def _complaint(
     rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None
 ) -> Violation:
     """What is asked, in words, and what the fabricator lists of that field instead."""
-    listed = (show(each, "m") if isinstance(each, float) else str(each)
-              for each in getattr(rules, field))
+    listed = (show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field))
     unit = None if measured is None or field == "layer_counts" else "m"
     return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
                      unit, source=source_of(rules, field))

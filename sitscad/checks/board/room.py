@@ -19,7 +19,7 @@ from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, wi
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box
 from sitscad.scene.stack import ground
-from sitscad.spec.body import BodySpec
+from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 

@@ -13,15 +13,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import (
-    GIVES_WAY,
-    TOO_SOFT,
-    NoResponse,
-    compliance,
-    slopes,
-    soft_pad,
-    straight,
-)
+from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, NoResponse, compliance, slopes, soft_pad, straight
 from sitscad.estimates.response.values import Response, joined
 from sitscad.record import record
 from sitscad.spec.sensor import LoadCase, SensorSpec

@@ -22,7 +22,7 @@ from sitscad.fabrication.files import (
     project_attributes,
     project_guid,
 )
-from sitscad.fabrication.notes import copper_text, finish_name
+from sitscad.fabrication.notes import copper_text, finish
 from sitscad.formats.gerber.image import document, drill_text, layer_files, map_text
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
@@ -71,7 +71,7 @@ def render_job(layout: Layout) -> dict[str, bytes]:
             "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
             "LayerNumber": layout.copper_layers,
             "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
-            "Finish": finish_name(layout.spec.fpc),
+            "Finish": finish(layout.spec.fpc.finish).job_name,
         },
         "DesignRules": _rules(layout),
         "FilesAttributes": [

@@ -62,7 +62,15 @@ class _CoilFootprint:
         self.ends = self._ends()
         self.stubs = [trace for trace in self.traces if trace.role is not Role.WINDING]
         self.stubs += [end.track for end in self.ends if end.track is not None]
-        self.box = self._extent()
+        # of all copper, from the coil's centre (m)
+        half = self.layout.spec.coil.trace_width / 2
+        x0, y0, x1, y1 = bounding_box([trace.path for trace in self.traces])
+        x0, y0, x1, y1 = x0 - half, y0 - half, x1 + half, y1 + half
+        spots = [(end.at, end.size / 2) for end in self.ends] + [(via.centre, via.pad / 2) for via in self.joints]
+        for at, reach in spots:
+            x0, y0, x1, y1 = min(x0, at.x - reach), min(y0, at.y - reach), max(x1, at.x + reach), max(y1, at.y + reach)
+        cx, cy = self.coil.centre
+        self.box = x0 - cx - MARGIN, y0 - cy - MARGIN, x1 - cx + MARGIN, y1 - cy + MARGIN
 
     def text(self) -> str:
         pads = list(self._pads())
@@ -138,17 +146,6 @@ class _CoilFootprint:
         )
 
     # -------------------------------------------------------------------------------------------------------- drawing
-
-    def _extent(self) -> tuple[float, float, float, float]:
-        """(x0, y0, x1, y1) in metres of all copper, from the coil's centre."""
-        half = self.layout.spec.coil.trace_width / 2
-        x0, y0, x1, y1 = bounding_box([trace.path for trace in self.traces])
-        x0, y0, x1, y1 = x0 - half, y0 - half, x1 + half, y1 + half
-        spots = [(end.at, end.size / 2) for end in self.ends] + [(via.centre, via.pad / 2) for via in self.joints]
-        for at, reach in spots:
-            x0, y0, x1, y1 = min(x0, at.x - reach), min(y0, at.y - reach), max(x1, at.x + reach), max(y1, at.y + reach)
-        cx, cy = self.coil.centre
-        return x0 - cx - MARGIN, y0 - cy - MARGIN, x1 - cx + MARGIN, y1 - cy + MARGIN
 
     def _turns(self) -> Iterator[str]:
         for i, trace in enumerate(self.turns):

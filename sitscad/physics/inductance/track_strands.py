@@ -169,8 +169,7 @@ def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
 def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
     """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
     less = width**2 / 6.0 if count == 1 else 0.0
-    return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
-                  (np.zeros(1), np.full(1, -less)))
+    return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)), (np.zeros(1), np.full(1, -less)))
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:

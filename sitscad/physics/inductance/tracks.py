@@ -69,14 +69,6 @@ WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
 _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 
 
-def sides_with_sides(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool = False) -> float:
-    """Integral of t1.t2 / distance (m) over pairs of sides of two tracks. `strands` across the width: for distant pairs
-    of sides, and for those that nearly touch. In a `smooth` track, whose sides continue in arcs, all have the first
-    number, and one height as the arcs have.
-    """
-    return math.fsum(_part(one, other, part, strands, smooth) for part in pairs.parts(BLOCK))
-
-
 def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
     """The integral (m) over pairs of its sides so far `apart` (n; m) that layers differ in squares of heights (m2)
     alone: `pairs` count differently often at each.
@@ -299,7 +291,9 @@ def _sums(stack: _Stack) -> Iterator[float]:
         pairs = distinct_pairs(sides, sides, turns, stack.relations)
         apart = side_distances(stack.whole, stack.whole, pairs)
         for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
-            yield sides_with_sides(one, other, some, strands, smooth)
+            # `strands` across the width: for distant pairs of sides, and for those that nearly touch. In a `smooth`
+            # track, whose sides continue in arcs, all have the first number, and one height as the arcs have
+            yield math.fsum(_part(one, other, part, strands, smooth) for part in some.parts(BLOCK))
         for some, away, squares in _distant(stack, pairs, apart):
             yield distant_sides(stack.whole, some, away, min(stack.strands[0], 2), squares)
     if smooth:

@@ -11,7 +11,7 @@ from io import StringIO
 from typing import Any
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
-from sitscad.spec.body import BodySpec
+from sitscad.spec.circuit import BodySpec
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.profiles import Origin, content_of
 from sitscad.units import show

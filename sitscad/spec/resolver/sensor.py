@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from sitscad.finding import Edit
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
-from sitscad.geometry.shapes import LONG_PLATE, PLATES, plate_shape
+from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
 from sitscad.spec.circuit import Tail
 from sitscad.spec.format.kinds import Preset
@@ -94,7 +94,7 @@ def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks)
         shown = show(usual[0], "m") if usual[0] == usual[1] else f"[{show(usual[0], 'm')}, {show(usual[1], 'm')}]"
         remarks.default(f"{key}.size", shown, "after what lies under it")
     size = written["size"] or usual
-    shape = written["shape"] or plate_shape(size)
+    shape = written["shape"] or ("square" if size[0] == size[1] else LONG_PLATE)
     if written["shape"] is None:
         remarks.default(f"{key}.shape", shape, "after its size")
     if not PLATES[shape].is_long and size[0] != size[1]:
