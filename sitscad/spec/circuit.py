@@ -1,4 +1,4 @@
-"""The flexible printed circuit, as it is written and as values: its stack-up, tail, connector, chips, panel and body."""
+"""The flexible printed circuit as written and as values: stack-up, tail, connector, chips, panel and body."""
 
 from __future__ import annotations
 

@@ -22,11 +22,12 @@ from sitscad.fabrication.files import (
     project_attributes,
     project_guid,
 )
-from sitscad.fabrication.notes import copper_text, finish
+from sitscad.fabrication.notes import copper_text
 from sitscad.formats.gerber.image import document, drill_text, layer_files, map_text
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer
+from sitscad.spec.presets import finish
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 from sitscad.version import __version__
 
