@@ -222,7 +222,6 @@ def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
 
 
 def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
-    """Columns in the order that fits."""
     settled = points.settled
     seen = np.log(settled.frequency / settled.rest)
     size = np.linalg.norm(seen)

@@ -97,7 +97,6 @@ class Trials:
         return design is not None and not self._breaks(finding, self._looked(design)[0])
 
     def _breaks(self, finding: Finding, tried: _TriedDesign) -> tuple[str, ...]:
-        """What a changed design breaks, by what is said of it."""
         unknown = set() if finding.rule in self._undecided else {(finding.rule, None)}
         left = tried.complaining | (tried.noting if finding.severity is Severity.NOTE else set())
         is_left = {(finding.rule, finding.key), *unknown} & left

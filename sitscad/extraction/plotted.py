@@ -184,7 +184,6 @@ def shown(objects: Plotted, apertures: Sequence[str]) -> BaseGeometry:
 
 
 def _flashed(aperture: str, at: tuple[float, float]) -> BaseGeometry:
-    """The shape (m) of a flashed aperture at a place."""
     kind, _, sizes = aperture.partition(",")
     x, y = at
     if kind == "R":

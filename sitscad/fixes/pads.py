@@ -188,5 +188,4 @@ SIGNAL_RULES = {"SIT215", "SIT217"}
 
 
 def _as_thick(spec: SensorSpec, thickness: float) -> Fix:
-    """The pad so thick (m)."""
     return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")

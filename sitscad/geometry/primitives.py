@@ -223,7 +223,6 @@ def _blocks(boxes: Array) -> list[Index]:
 
 
 def _around(boxes: Array) -> Array:
-    """The box round all of some (n, 4)."""
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 

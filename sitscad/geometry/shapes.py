@@ -68,7 +68,6 @@ def archimedean(dimensions: SpiralDimensions, outer_angle: float) -> Path:
 
 
 def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
-    """The arc through three points; a line where they lie on one."""
     ax, ay = middle.x - start.x, middle.y - start.y
     bx, by = end.x - start.x, end.y - start.y
     cross = 2.0 * (ax * by - ay * bx)

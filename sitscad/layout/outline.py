@@ -114,7 +114,6 @@ def board(edge: Path, tail: TailFrame) -> Path:
 
 
 def _between(edge: Path, first: Root, last: Root) -> list[Segment]:
-    """The closed edge from one point on it to another."""
     count = len(edge.segments)
     before, after = edge.segments[first.piece], edge.segments[last.piece]
     if first.piece == last.piece and _along(before, first.on_body) <= _along(before, last.on_body):

@@ -224,7 +224,6 @@ _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
 
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
-    """The finished routing, on a tail long enough for it."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
     down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])

@@ -164,7 +164,6 @@ def _above_board(at: Levels, part: str) -> Toleranced | None:
 
 
 def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
-    """The steps on the jaw or the bench plate."""
     mount = layout.spec.mount
     assert mount is not None
     glued = [layer for layer in column(layout) if layer.is_glue]

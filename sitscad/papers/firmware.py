@@ -243,7 +243,6 @@ def _inductance_step(readout: ReadoutEstimate, state: StateEstimate) -> str:
 
 
 def _scatter(state: StateEstimate) -> str:
-    """One sigma of the frequency, where it is known."""
     if state.spread is None or not state.frequency:
         return ""
     return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"

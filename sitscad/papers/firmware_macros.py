@@ -107,7 +107,6 @@ def force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: flo
 
 
 def _expected(coil: CoilEstimate, force: float | None) -> list[tuple[str, float]]:
-    """What the firmware is to expect of a coil: names and values."""
     names = {REST: "L_REST_H", PRESSED: "L_PRESSED_H"}
     found = [
         (names[state], at.converter_inductance)

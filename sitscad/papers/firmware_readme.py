@@ -182,7 +182,6 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
 
 
 def _numbered(steps: Iterator[str]) -> Iterator[str]:
-    """The steps, their commands on lines of their own."""
     for number, step in enumerate(steps, 1):
         text, *commands = step.split("\n")
         yield from _wrapped(text, f"{number:>2}. ", "    ")

@@ -60,7 +60,6 @@ def _rows_of(family: str) -> dict[str, dict[str, str]]:
 
 @cache
 def _numbers(family: str, name: str) -> tuple[float, ...]:
-    """The numbers that a row lists."""
     return tuple(map(float, _rows_of(family)[name]["value"].split()))
 
 

@@ -39,7 +39,6 @@ def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
 
 
 def _pad_centre(coils: tuple[CoilPlacement, ...], array: ArraySpec, pad: ElastomerPad) -> Point:
-    """Where the pad of a cell's coils stands."""
     (x, y), (dx, dy) = replace(array, placements=coils).middle, pad.offset
     return Point(x + dx, y + dy)
 

@@ -89,7 +89,6 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
 
 
 def _fault(each: Mapping[str, Any]) -> Violation:
-    """What a measurement that is not kept says."""
     first, second, value, limit = each["first"], each["second"], each["value"], each["limit"]
     x, y, z = (1e3 * along for along in each["where_m"])
     match each["what"]:

@@ -143,7 +143,6 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -
 
 
 def _code(design: Design, reading: Reading) -> int:
-    """The drive code of a reading's coil."""
     names = [coil.name for coil in design.estimates.coils]
     code = design.estimates.readout.code_of(names.index(reading.coil))
     assert code is not None

@@ -120,7 +120,6 @@ def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
 
 
 def _notes(panel: Panel) -> Iterator[str]:
-    """What the fabricator does with the panel, in words."""
     count = f"{len(panel.parts)} parts ({panel.columns} x {panel.rows})"
     coupons = f" and {len(panel.coupons)} coupons" if panel.coupons else ""
     yield f"1. {count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
@@ -175,7 +174,6 @@ def readme(
 
 
 def _files(panel: Panel) -> Iterator[tuple[str, str]]:
-    """The panel's images and papers, each with what it is."""
     layout = panel.layout
     yield from (file.row for file in panel_files(layout))
     drill_map = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))

@@ -115,7 +115,6 @@ def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: 
 
 
 def _notes(layout: Layout) -> Iterator[str]:
-    """What the films are and what their thicknesses count."""
     stackup = layout.spec.fpc.stackup
     is_film = any(layer.kind is LayerKind.COVERLAY and layer.material != MASK for layer in stackup.layers)
     glued = "; coverlay with its adhesive" if is_film else ""

@@ -311,7 +311,6 @@ def _strands(pieces: Pieces, away: Array) -> Index:
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
-    """The points (m) of all strands."""
     found = [
         _points(one, count, strands)
         for one in parts

@@ -258,7 +258,6 @@ def _from_pydantic(error: Mapping[str, Any], key: str, source: SpecSource, form:
 
 
 def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
-    """The finding for a key that there is not, with the one that may be meant."""
     section: type[Section] | None = form
     for part in loc[:-1]:
         if not isinstance(part, int) and part not in _TAGS:

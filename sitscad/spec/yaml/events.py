@@ -106,7 +106,6 @@ def _not_plain(what: str, hint: str, event: Event) -> TextError:
 
 
 def _read_node(event: Event, events: Iterator[Event], key: str, found: YamlText) -> Any:
-    """The value that an event begins, its places noted in `found`."""
     if isinstance(event, ScalarEvent):
         found.values[key] = _place(event)
         if event.style not in ("|", ">") and event.start_mark.index < event.end_mark.index:
