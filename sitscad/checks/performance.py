@@ -41,12 +41,29 @@ NOISE_STEPS_SOURCE = (
 )
 
 
-def is_beyond(design: Design, rule: str, key: str, most: Worst, unit: str = "N") -> bool:
-    """Whether what is felt is more than the requirement `key` asks; kept beside it, met or not."""
+def judged(
+    design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
+    told: str = "", nearly: tuple[str, float] | None = None, slows: bool = False,
+) -> Iterator[Verdict]:
+    """What is felt, kept beside what the requirement `key` asks, met or not: more than that, in words; or too close to
+    tell for the quick method, which is off by so large a part of what `nearly` names. `told` is what is asked, in
+    words; `slows`: it goes with the conversions that a scan has time for, so with the scans a second.
+    """
     asked = getattr(design.spec.requirements, key)
     result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
     design.once("reached", dict[str, RequirementResult])[key] = result
-    return bool(most.value > asked)
+    found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
+    told = told or show(asked, unit, 3)
+    if most.value > asked:
+        yield replace(found, message=f"{words}; {told} is required",
+                      advice=more_signal(design.spec, 1.1 * most.value / asked if slows else None))
+    elif nearly is not None and (1.0 + nearly[1]) * most.value > asked:
+        yield replace(
+            found, message=f"{nearly[0]} comes to {show(most.value, unit, 3)} ({most.axis}, {most.at}) where {told} is "
+            f"required: so says the quick method, which may be {100.0 * nearly[1]:.0f} % too low",
+            hint="`sitscad response --performance` says it exactly; leave some room, or ask for less",
+            severity=Severity.WARNING,
+        )
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
@@ -183,29 +200,13 @@ def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
 
 def _resolution(found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
     """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
-    asked = getattr(design.spec.requirements, key)
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
-    if most is None:
-        return
-    if is_beyond(design, rule, key, most):
-        # Noise goes with the conversions that a scan has time for, so with the scans a second.
-        yield Violation(
+    if most is not None:
+        words = (
             f"{most.axis} is told to {show(most.value, 'N', 3)} (one sigma of noise, {most.at}, "
-            f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second); {show(asked, 'N', 3)} is required", "",
-            f"requirements.{key}", most.value, asked, "N", advice=more_signal(design.spec, 1.1 * most.value / asked),
+            f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second)"
         )
-    elif (1.0 + NEARLY) * most.value > asked:
-        yield _too_close("noise (one sigma)", key, most, asked, NEARLY)
-
-
-def _too_close(what: str, key: str, most: Worst, asked: float, nearly: float) -> Violation:
-    """The complaint for a figure (N) that the quick method, off by so large a part, finds too close to tell."""
-    return Violation(
-        f"{what} comes to {show(most.value, 'N', 3)} ({most.axis}, {most.at}) where {show(asked, 'N', 3)} is required: "
-        f"so says the quick method, which may be {100.0 * nearly:.0f} % too low",
-        "`sitscad response --performance` says it exactly; leave some room, or ask for less", f"requirements.{key}",
-        most.value, asked, "N", severity=Severity.WARNING,
-    )
+        yield from judged(design, rule, key, most, words, nearly=("noise (one sigma)", NEARLY), slows=True)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -228,32 +229,27 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
         return max(tables[point][found.bench.range.axes[axis]].values(), default=0.0)
 
     most = worst(found, found.bench.range.axes, of)
-    if most is not None and is_beyond(design, "SIT403", "crosstalk", most, ""):
-        yield Violation(
+    if most is not None:
+        words = (
             f"{most.axis} errs by {100.0 * most.value:.2g} % of its full scale while another axis goes over its own "
-            f"({most.at}, after calibration); {100.0 * asked:.2g} % is required", "", "requirements.crosstalk",
-            most.value, asked, advice=more_signal(design.spec),
+            f"({most.at}, after calibration)"
         )
+        yield from judged(design, "SIT403", "crosstalk", most, words, "", told=f"{100.0 * asked:.2g} %")
 
 
 @where_felt
 def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """What the tilt that the contact may have costs on every axis."""
-    needs = design.spec.requirements
-    tilt, asked = needs.tilt, needs.tilt_error
-    assert tilt is not None and asked is not None
+    tilt = design.spec.requirements.tilt
+    assert tilt is not None
     most = worst(found, found.bench.range.axes,
                  lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
-    if most is None:
-        return
-    if is_beyond(design, "SIT404", "tilt_error", most):
-        yield Violation(
+    if most is not None:
+        words = (
             f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, 'N', 3)} of "
-            f"{most.axis} ({most.at}); {show(asked, 'N', 3)} is required", "", "requirements.tilt_error", most.value,
-            asked, "N", advice=more_signal(design.spec),
+            f"{most.axis} ({most.at})"
         )
-    elif (1.0 + NEARLY_TILTED) * most.value > asked:
-        yield _too_close("the error by tilt", "tilt_error", most, asked, NEARLY_TILTED)
+        yield from judged(design, "SIT404", "tilt_error", most, words, nearly=("the error by tilt", NEARLY_TILTED))
 
 
 @where_felt
@@ -269,36 +265,28 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
+    cause = max(causes, key=lambda one: causes[one])
+    words = f"shear over normal is known to {error:.2g} at full load (one sigma, most by {cause}: {causes[cause]:.2g})"
     most = Worst(error, "shear over normal", "at full load")
-    if is_beyond(design, "SIT405", "friction_error", most, ""):
-        cause = max(causes, key=lambda one: causes[one])
-        yield Violation(
-            f"shear over normal is known to {error:.2g} at full load (one sigma, most by {cause}: "
-            f"{causes[cause]:.2g}); {asked:.2g} is required", "", "requirements.friction_error", error, asked,
-            advice=more_signal(design.spec),
-        )
+    yield from judged(design, "SIT405", "friction_error", most, words, "", told=f"{asked:.2g}")
 
 
 @where_felt
 def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
     needs = design.spec.requirements
-    assert needs.temperature_error is not None
     apart = abs(farthest(needs) - needs.temperature)
     if not found.held[-1]:
         return
     drift = apart * found.warmed[-1].temperature
     k = int(np.argmax(drift))
     axis = _along(found.bench.range.axes[k])
-    if is_beyond(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load")):
-        causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
-        cause = max(causes, key=lambda one: causes[one])
-        yield Violation(
-            f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at "
-            f"{needs.temperature:.3g} degC (full load, most by {cause}); {show(needs.temperature_error, 'N', 3)} is "
-            "required", "", "requirements.temperature_error", float(drift[k]), needs.temperature_error, "N",
-            advice=more_signal(design.spec),
-        )
+    causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
+    words = (
+        f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at {needs.temperature:.3g} "
+        f"degC (full load, most by {max(causes, key=lambda one: causes[one])})"
+    )
+    yield from judged(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load"), words)
 
 
 NEARLY, NEARLY_TILTED = 0.08, 0.12
