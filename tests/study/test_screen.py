@@ -97,6 +97,14 @@ def test_a_shape_without_a_model_is_judged_in_full():
     assert found == judged(spec, names)
 
 
+def test_a_pad_that_full_load_presses_beyond_the_chart_is_judged_in_full():
+    """The screen said of it that no reading tells the normal force, and refused it where that is a goal."""
+    spec = sitscad.load_text(templates.read("grasper_3p5mm"))
+    assert screened([spec], ["resolution.normal"])[0] == judged(spec, ["resolution.normal"])
+    thin = screened([spec.replace("elastomer.thickness", 1.0)], ["resolution.normal"])[0]
+    assert thin.level == SCREEN and "resolution.normal" in thin.values
+
+
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])
 def test_a_sketch_has_the_size_of_the_board(template):
     spec = design(template)
