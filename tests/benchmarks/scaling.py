@@ -86,7 +86,7 @@ def main() -> None:
         key = base.key(changes, "screen")
         archive.add(key, changes, one.as_json())
         archive.evaluation(key, measures)
-        tally.note(one)
+        tally.note(one, is_made=True)
     parent = (time.process_time() - began) / len(designs)
     chunk, text = Chunk(tuple(designs), measures, "screen"), float(len(base.text))
     there, back = (len(pickle.dumps(each)) / len(designs) for each in (chunk, evaluations))
