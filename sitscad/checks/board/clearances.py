@@ -17,7 +17,7 @@ from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, sour
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
-from sitscad.finding import Place
+from sitscad.finding import Missing, Place
 from sitscad.fixes.moves import wider
 from sitscad.fixes.search import Left, first_that_mends, setting, tried
 from sitscad.geometry.path import Line, Path, Point
@@ -50,6 +50,8 @@ def nearer_by(coil: CoilSpec) -> float:
 def copper_to_edge(design: Design) -> Iterator[Verdict]:
     """Every piece of copper to the board's outline; a connector's contacts may run to the end that is plugged in."""
     asked, tail = design.spec.fpc.rules.copper_to_edge, design.spec.fpc.tail
+    # A body too small for its coils is said once (SIT135), not of every layer of every coil
+    is_told = any(short.what is Missing.BODY_ROOM for short in design.layout.shortfalls)
     for (what, layer), (gap, index, item) in _near_edge(design).items():
         x, y = copper_in(design).pieces.start[index].tolist()
         missing = f"{show(asked - gap, 'm')} are missing: "
@@ -60,6 +62,8 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
             source=source_of(design.spec.fpc.rules, "copper_to_edge"), place=Place(x, y, layer, (item.net,)),
         )
         at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
+        if is_told and not at_plug:
+            continue
         yield found if not at_plug else replace(
             found, hint=f"{missing}a connector with more board beside its contacts", key="fpc.tail.connector",
             advice=lambda left, missing=missing: missing + design.once(  # type: ignore[misc]
