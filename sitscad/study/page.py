@@ -52,6 +52,9 @@ from sitscad.units import counted
 MOST_OTHERS = 2000
 """Designs beside the front that the page shows."""
 
+FEW = 5
+"""Designs on a front below which the picture shows what is around them, too."""
+
 MOST_SKETCHES = 1_000_000
 """Characters of small drawings that the page holds; designs beyond are shown as figures alone."""
 
@@ -112,17 +115,19 @@ class StudyPage:
 
     @cached_property
     def axes(self) -> dict[str, Axis]:
-        """By measure an axis that holds the front, else the better four fifths of all."""
+        """By measure an axis that holds the front, or the better four fifths of all where a front has few designs."""
         found = {}
         wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
+        is_few = len(wanted) < FEW
         better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
         for name in self.names:
             values = sorted(values[name] for k, values in enumerate(self.figures)
-                            if name in values and (k in wanted or not wanted))
-            if not wanted:
+                            if name in values and (k in wanted or is_few))
+            if is_few:
                 most = 4 * len(values) // 5
                 values = values[: most + 1] if better.get(name, True) else values[len(values) - most :]
-            low, high = (values[0], values[-1]) if values else (0.0, 1.0)
+                values += [self.figures[k][name] for k in wanted if name in self.figures[k]]
+            low, high = (min(values), max(values)) if values else (0.0, 1.0)
             base = self.scaled(self.said.base).get(name)
             near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
             found[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
@@ -238,7 +243,8 @@ class StudyPage:
         rows = [[key, base_value(before, key), str(value)] for key, value in one.changed.items()]
         return (
             f"<article id='kept-{number}'><h3>Design {number}: designs/{number}.yaml</h3>"
-            + table(["key", "base", "here"], rows, [False, True, True]) + drawn + "</article>"
+            + (table(["key", "base", "here"], rows, [False, True, True]) if rows else "<p>The base as it is.</p>")
+            + drawn + "</article>"
         )
 
     def yields(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from browser import Browser
@@ -52,6 +53,18 @@ def test_tables_hold_the_front_and_every_kept_design(answer, html):
     assert front[: front.index("</details>")].count("<tr>") == len(answer.front) + 1
     assert all(f"id='kept-{k}'" in html for k in range(1, len(answer.kept) + 1))
     assert len(answer.slices) == 2 and html.count("Along coil.") == 2
+
+
+def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
+    """Where one design alone is not beaten, axes hold the better four fifths of the others, too."""
+    def within(few):
+        monkeypatch.setattr("sitscad.study.page.FEW", few)
+        page = StudyPage(answer)
+        page.marks[1:] = [replace(mark, kind="refused") for mark in page.marks[1:]]
+        axes = page.axes
+        return sum(all(axes[name].low <= values[name] <= axes[name].high for name in axes) for values in page.figures)
+
+    assert 2 * within(0) < within(2) <= len(answer.found.screened)
 
 
 def test_of_others_so_many_are_shown_and_no_more(answer):
