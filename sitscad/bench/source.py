@@ -212,12 +212,14 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         loads = np.vstack([[0.0] * 4, [before - 1e-6, 0.0, 0.0, 0.0], loads])
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
-    unit = units(sensors_of(design.response).known, 1, int(given["unit"]))[0] if "unit" in given else None
-    read = None if unit is None else _read_by(design, unit, loads[:, 1:])
     if "load" in given and "cell" not in given and design.cells > 1:
         raise ValueError(f"sim: a load is on one of the {design.cells} cells: say on which, like cell=1")
-    if "cell" in given:
-        read = _on_cell(design, int(given["cell"]), loads[:, 1:])
+    seed, unit, read = int(given["unit"]) if "unit" in given else None, None, None
+    if "cell" in given or (seed is not None and design.cells > 1):
+        read = _on_cell(design, int(given.get("cell", 1)), loads[:, 1:], seed)
+    elif seed is not None:
+        unit = units(sensors_of(design.response).known, 1, seed)[0]
+        read = _read_by(design, unit, loads[:, 1:])
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in given or read is not None else None, faults=faults,
@@ -229,13 +231,16 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     return Simulation(design, chips, before + seconds, unit)
 
 
-def _on_cell(design: Design, number: int, loads: np.ndarray) -> np.ndarray:
-    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
-    Raises ValueError for a number that the sensor has not.
+def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = None) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out:
+    of the sensor as drawn, or of a unit, each of whose cells has errors of its own. Raises ValueError for a number that
+    the sensor has not.
     """
     design.cell(number)
-    nothing, numbers = np.zeros((1, 3)), range(1, design.cells + 1)
-    each = [_read_by(design.cell(k), None, loads if k == number else nothing) for k in numbers]
+    nothing, cells = np.zeros((1, 3)), [design.cell(k) for k in range(1, design.cells + 1)]
+    errors = [None if seed is None else units(sensors_of(cell.response).known, len(cells), seed)[k]
+              for k, cell in enumerate(cells)]
+    each = [_read_by(cell, errors[k], loads if k == number - 1 else nothing) for k, cell in enumerate(cells)]
     return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
 
 

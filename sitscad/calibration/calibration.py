@@ -56,7 +56,7 @@ class Calibration:
     """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
     them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses), `remarks` what
     there is to say of their table. `turned` is what the map reads of shear (N: axis, force, reading) where the target
-    turns otherwise than the map takes it to.
+    turns otherwise than the map takes it to; `cell` is the number of the cell (from 1) that it is of, None without.
     """
 
     sensors: Sensors
@@ -69,6 +69,7 @@ class Calibration:
     correction: Correction | None = None
     remarks: tuple[str, ...] = ()
     turned: tuple[tuple[str, float, float], ...] = ()
+    cell: int | None = None
 
     @property
     def unit_errors(self) -> tuple[ForceError, ...]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import select
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -335,7 +336,7 @@ def calibrate(
             data, planned = f"{folder}/measured.csv", sitscad.calibrate(design, rotation=rotation, points=points)
             if not taken_points(design, planned, source, data, creep):
                 return 2
-        found = sitscad.calibrate(design, data, rotation=rotation, points=points)
+        found = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
     except sitscad.BenchError as error:
         say(str(error))
         return 2

@@ -198,20 +198,20 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     return files
 
 
-def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
+def drawn_calibration(design: Design, forced: bool = False, cell: int | None = None) -> dict[str, bytes]:
     """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
     ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
     but the table to fill in and the program say so where the package is ``forced``. Every cell has a folder of its own
-    there.
+    there; `cell` is the number of that which the design is.
     """
     if not is_felt(design.spec):
         return {}
     if design.spec.cells is not None:
-        cells = ((k, drawn_calibration(design.cell(k), forced)) for k in range(1, design.cells + 1))
+        cells = ((k, drawn_calibration(design.cell(k), forced, k)) for k in range(1, design.cells + 1))
         maps = {name.replace("/", f"/cell-{k}/", 1): made for k, own in cells for name, made in own.items()}
         return maps | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if maps else {}
     try:
-        found = foretell(design.response)
+        found = replace(foretell(design.response), cell=cell)
     except NoResponse:
         return {}
     if forced:

@@ -31,6 +31,7 @@ def words(found: Calibration, plan: Plan) -> bytes:
     rotation, device = found.sensors.rotation, found.sensors.conversion.device
     made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
+    of = "" if found.cell is None else f" --cell {found.cell}"
     lines = [
         f"Calibration of the sensor {found.map.sensor}", "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
@@ -43,9 +44,9 @@ def words(found: Calibration, plan: Plan) -> bytes:
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
         "   often as you like. Every row goes with the tare before it, so drift is taken out; three and more tell what",
         "   noise the readings have.",
-        "4. `sitscad calibrate SPEC plan.csv` fits the sensor, and writes calibration.h and calibration.json. The map",
-        f"   is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
-        f"   `sitscad calibrate SPEC --rotation {other}` makes the plan.", "",
+        f"4. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and writes calibration.h and calibration.json. The",
+        f"   map is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
+        f"   `sitscad calibrate SPEC --rotation {other}{of}` makes the plan.", "",
         "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads, for pads",
         "about as stiff as drawn (with a much softer one a unit is off by more, as its own calibration says); noise,",
