@@ -44,7 +44,8 @@ class Signal:
 @record
 class Most:
     """The thickness (m) of a part, ``pad`` or ``target``, with which the inductance changes most per newton, and that
-    change (H/N); both as they are; and what keeps the part from being thicker (``the port``), empty where nothing does.
+    change (H/N); both as they are; and what keeps the part from being thicker (``the port``), empty where more would
+    give no more. It is of the coil that changes most, of cells of that in the `cell` (from 1) with the least signal.
     """
 
     part: str
@@ -53,6 +54,8 @@ class Most:
     thickness_now: float
     per_newton_now: float
     ended_by: str = ""
+    coil: str = ""
+    cell: int | None = None
 
 
 BY_LOSS = 0.2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,7 +31,7 @@ HEIGHTS = 9  # Heights of the target at which its effect is worked out; between,
 SHEETS = tuple(1e-3 * t for t in (0.05, 0.1, 0.2, 0.5, 1.0))
 """Thicknesses (m) of targets that are looked at, as sheets are sold."""
 
-PORT = "the port"  # What keeps a part from being thicker
+PORT, TRIED = "the port", "the thickest that was tried"  # What keeps a part from being thicker
 
 AS_GOOD, ALIKE = 0.98, 0.1
 """Part of the largest signal from which on a thinner target is as good; and by how much of the estimates' signal that
@@ -75,12 +75,18 @@ def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -
 
 def most_signal(layout: Layout, estimates: Estimates) -> tuple[Most, ...]:
     """The thickness of the pad, and that of the target, with which the inductance of the coil that changes most changes
-    most per newton, all else as it is; nothing without a signal.
+    most per newton, all else as it is; of cells that in the one with the least signal. Nothing without a signal.
 
     The target is an endless plate times its shares, as in the states, and all is held against what the estimates have
     of now: within 3 % of estimates of such parts. Parts are as thick as the port leaves room for by root-sum-square,
     and pads pressed no farther than their law is held.
     """
+    whole, cells, number = layout, layout.spec.cells, None
+    if cells is not None:
+        from sitscad.estimates.cells import weakest_cell
+
+        number = weakest_cell(layout.spec, estimates)
+        layout, estimates = layout.cell(number), estimates.part((number - 1) * cells.coils, number * cells.coils)
     felt, pad, target = signals(estimates), layout.spec.elastomer, layout.spec.target
     if not felt or target is None or pad is None or estimates.compression is None:
         return ()
@@ -88,11 +94,19 @@ def most_signal(layout: Layout, estimates: Estimates) -> tuple[Most, ...]:
     before, after = _effects(layout, estimates, best, np.array([0.0, estimates.compression.gap - pad.thickness]))
     if abs((after - before) / (best.per_newton * best.force) - 1.0) > ALIKE:
         return ()
-    found = _best_pad(layout, estimates, best), _best_target(layout, estimates, best)
-    return tuple(most for most in found if most is not None)
+
+    def passes(part: str, thickness: float) -> bool:  # of the whole sensor
+        return passes_port(whole, replace(
+            whole.spec, **{part: replace(getattr(whole.spec, part), thickness=thickness)}))
+
+    found = _best_pad(layout, estimates, best, passes), _best_target(layout, estimates, best, passes)
+    return tuple(replace(most, coil=best.coil, cell=number) for most in found if most is not None)
 
 
-def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None:
+Passes = Callable[[str, float], bool]
+
+
+def _best_pad(layout: Layout, estimates: Estimates, best: Signal, passes: Passes) -> Most | None:
     pad = layout.spec.elastomer
     assert pad is not None
     specs = {t: replace(layout.spec, elastomer=replace(pad, thickness=t))
@@ -109,20 +123,21 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal) -> Most | None
     sizes = np.exp(shares(heights, ends.ravel()) @ np.log(np.abs(effect))).reshape(ends.shape)
     change = np.abs(np.diff(sizes, axis=1)[:, 0])
     by_signal = [held[k] for k in np.argsort(-change, kind="stable")]
-    thickness = next((t for t in by_signal if passes_port(layout, specs[t])), None)
+    thickness = next((t for t in by_signal if passes("elastomer", t)), None)
     if thickness is None:
         return None
     per_newton = float(best.per_newton * change[held.index(thickness)] / change[0])
-    return Most("pad", thickness, per_newton, pad.thickness, best.per_newton, "" if thickness == by_signal[0] else PORT)
+    ended_by = PORT if thickness != by_signal[0] else TRIED if thickness == max(held) else ""
+    return Most("pad", thickness, per_newton, pad.thickness, best.per_newton, ended_by)
 
 
-def _best_target(layout: Layout, estimates: Estimates, best: Signal) -> Most | None:
+def _best_target(layout: Layout, estimates: Estimates, best: Signal, passes: Passes) -> Most | None:
     target, pad, now = layout.spec.target, layout.spec.elastomer, estimates.compression
     assert target is not None and pad is not None and now is not None
-    ends, change, ended_by = np.array([0.0, now.gap - pad.thickness]), {}, ""
+    ends, change, ended_by = np.array([0.0, now.gap - pad.thickness]), {}, TRIED
     for thickness in (target.thickness, *SHEETS):
         own = replace(layout.spec, target=replace(target, thickness=thickness))
-        if thickness > target.thickness and not passes_port(layout, own):
+        if thickness > target.thickness and not passes("target", thickness):
             ended_by = PORT
             break
         change[thickness] = abs(float(np.diff(_effects(replace(layout, spec=own), estimates, best, ends))[0]))

@@ -222,15 +222,25 @@ def other_rows(estimates: Estimates) -> list[list[str]]:
     ] + [[name, "per newton", NONE, plus_minus(pair[0], pair[1], "H", "/N")] for name, pair in found if pair]
 
 
-MOST_TITLE = "Most signal per newton, all else as it is (within a few per cent: the target as an endless plate's share)"
+MOST_TITLE = (
+    "Most signal per newton{of}, all else as it is (within a few per cent: the target as an endless plate's share)"
+)
+
+NO_MORE = "nothing: thicker gives no more"
 
 MOST_HEAD = ("part", "thickness", "change per newton", "thickness now", "now", "ended by")
+
+
+def most_title(found: Sequence[Most]) -> str:
+    """The title of such a table: of which cell it is."""
+    cell = found[0].cell if found else None
+    return MOST_TITLE.format(of="" if cell is None else f" of {found[0].coil} (cell {cell}, of least signal)")
 
 
 def most_rows(found: Iterable[Most]) -> list[list[str]]:
     """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them."""
     return [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
-             f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NONE]
+             f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NO_MORE]
             for one in found]
 
 

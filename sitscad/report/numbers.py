@@ -10,13 +10,13 @@ from sitscad.estimates.performance.values import largest_lasting
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.measures import (
     MOST_HEAD,
-    MOST_TITLE,
     NONE,
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,
     SIGNAL_TITLE,
     most_rows,
+    most_title,
     other_rows,
     plus_minus,
     quantity,
@@ -47,7 +47,7 @@ def as_text(
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
-        _titled(MOST_TITLE, table(MOST_HEAD, most_rows(most)), colour),
+        _titled(most_title(most), table(MOST_HEAD, most_rows(most)), colour),
         _titled(STATE_TITLE, table(STATE_HEAD, state_rows(estimates)), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
@@ -91,7 +91,7 @@ def as_json(
     signal = [
         {"part": one.part, "thickness_m": one.thickness, "inductance_H_per_N": one.per_newton,
          "thickness_now_m": one.thickness_now, "inductance_now_H_per_N": one.per_newton_now,
-         "ended_by": one.ended_by or None} for one in most
+         "ended_by": one.ended_by or None, "coil": one.coil, "cell": one.cell} for one in most
     ]
     return to_json({**estimates.as_json(path), "most_signal": signal, **asked})
 

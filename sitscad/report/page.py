@@ -255,7 +255,7 @@ def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
     felt = signals(estimates)
     return (
         _table(names if felt else ["", ""], measures.signal_rows(felt, estimates), measures.SIGNAL_TITLE)
-        + _table(measures.MOST_HEAD, measures.most_rows(most), measures.MOST_TITLE)
+        + _table(measures.MOST_HEAD, measures.most_rows(most), measures.most_title(most))
         + _table(numbers.STATE_HEAD, numbers.state_rows(estimates), numbers.STATE_TITLE)
         + _table(numbers.READING_HEAD, numbers.reading_rows(estimates), "What the converter resolves")
         + _table(measures.OTHERS_HEAD, measures.other_rows(estimates), measures.OTHERS_TITLE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -72,6 +73,19 @@ def test_text_and_json_have_it(bench):
     document = json.loads(numbers.as_json("a.yaml", bench.estimates, checked, most=bench.most_signal))
     assert [row["part"] for row in document["most_signal"]] == ["pad", "target"]
     assert document["most_signal"][0]["thickness_m"] == pad.thickness
+
+
+def test_of_cells_it_is_of_the_one_with_the_least_signal_and_says_so():
+    """It was of C1, at a corner, where webs hold the middle one's pad stiffer; "-" stood for what ends it."""
+    text = (TEMPLATES / "skin_grid_3x3.yaml").read_text(encoding="utf-8").replace("cells:", "cells:\n  web: 2 mm")
+    skin = sitscad.Design(sitscad.load_text(text))
+    pad, _ = skin.most_signal
+    weakest = min(signals(skin.estimates), key=lambda one: abs(one.per_newton))
+    assert (pad.cell, pad.coil, pad.per_newton_now) == (5, weakest.coil, weakest.per_newton)
+    shown = numbers.as_text("a.yaml", skin.estimates, as_configured(skin.spec, sitscad.check(skin.spec, hints="none")),
+                            most=skin.most_signal)
+    assert "Most signal per newton of C5 (cell 5, of least signal)" in shown
+    assert re.search(r"^  pad .* nothing: thicker gives no more$", shown, re.MULTILINE)
 
 
 class _EveryThickerPadIsBetter:
