@@ -15,6 +15,7 @@ from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.estimates.circuit.bands import STATUS
+from sitscad.spec.places import map_columns
 from sitscad.version import __version__
 
 Scan = dict[int, CoilReading]
@@ -78,14 +79,11 @@ class Forces:
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
         """Every map with what stands before its axes, the counts of its coils (1, coils), and those at rest."""
-        counts, names = _good(board, scan), [band.coil for band in board.bands]
+        counts = _good(board, scan)
         if counts is None or (self.tared and self.mean is None):
             return
         for one in self.maps:
-            if missing := [name for name in one.coils if name not in names]:
-                raise ValueError(f"the map is of another sensor: this one has no coil {missing[0]}")
-            own = [names.index(name) for name in one.coils]
-            prefix = "" if len(own) == len(names) else f"{'+'.join(one.coils)}."
+            own, prefix = map_columns(board.design.spec, one.coils)
             yield one, prefix, counts[None, own], one.rest if self.mean is None else self.mean[own]
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:

@@ -61,9 +61,9 @@ def _asked(words: str) -> str:
     """What is typed once the load is on."""
     click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
     # A Ctrl-C between two instructions of Python is lost to a read that then waits: so wait where it is heard
-    while sys.stdin.isatty() and os.name == "posix" and not select.select([sys.stdin], [], [], 0.3)[0]:
+    while sys.stdin and sys.stdin.isatty() and os.name == "posix" and not select.select([sys.stdin], [], [], 0.3)[0]:
         pass
-    if not (typed := sys.stdin.readline()):
+    if not (typed := sys.stdin.readline() if sys.stdin else ""):
         raise click.Abort
     return typed.strip()
 

@@ -15,6 +15,7 @@ from sitscad.estimates import Estimates
 from sitscad.estimates.circuit.bands import STATUS, bands
 from sitscad.estimates.circuit.settings import devices, identity
 from sitscad.report.moving import Document, embedded
+from sitscad.spec.places import map_columns
 from sitscad.spec.sensor import SensorSpec
 
 STYLE = (
@@ -39,8 +40,7 @@ def live_page(
     cells by the cell's own. From a disk it reads a serial port, `served` the events of a server; of a `forced` package
     it says so. Raises ValueError where the sensor cannot be read, and for maps of others.
     """
-    coils = [coil.name for coil in estimates.coils]
-    known = [_known(one.get("map", one), coils) for one in calibrations]
+    known = [_known(one.get("map", one), spec) for one in calibrations]
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
     bar = "" if served else BAR
@@ -63,14 +63,11 @@ def live_page(
     return page(f"{spec.name}, live", parts).encode("utf-8")
 
 
-def _known(known: Document, coils: Sequence[str]) -> dict[str, Any]:
-    """A map with the places of its coils among all, and what its axes are called before their names: of one that reads
-    some of the coils, as a cell's does, these. Raises ValueError for a map of other coils.
+def _known(known: Document, spec: SensorSpec) -> dict[str, Any]:
+    """A map with the places of its coils among all, and what stands before its axes. Raises ValueError for a map of
+    other coils.
     """
-    if missing := [name for name in known["coils"] if name not in coils]:
-        raise ValueError(f"the map is of another sensor: this one has no coil {missing[0]}")
-    own = [coils.index(name) for name in known["coils"]]
-    prefix = "" if len(own) == len(coils) else f"{'+'.join(known['coils'])}."
+    own, prefix = map_columns(spec, known["coils"])
     return {**known, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix}
 
 

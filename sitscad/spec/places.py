@@ -5,6 +5,7 @@ its own coils.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -36,6 +37,19 @@ def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
     placements = spec.array.placements
     coils = len(placements) if spec.cells is None else spec.cells.coils
     return [placements[k : k + coils] for k in range(0, len(placements), coils)]
+
+
+def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]:
+    """Where the coils that a map reads stand among the sensor's, and what stands before its axes: nothing where it
+    reads all of them, the coils where it reads those of a cell. Raises ValueError for a map of other coils.
+    """
+    names = [placement.name for placement in spec.array.placements]
+    if list(coils) == names:
+        return list(range(len(names))), ""
+    if list(coils) not in [[one.name for one in cell] for cell in cell_placements(spec)]:
+        whose = "those of a cell" if spec.cells else f"this one's {', '.join(names)}"
+        raise ValueError(f"the map is of another sensor: its coils {', '.join(coils)} are not {whose}")
+    return [names.index(name) for name in coils], f"{'+'.join(coils)}."
 
 
 def _pad_centre(coils: tuple[CoilPlacement, ...], array: ArraySpec, pad: ElastomerPad) -> Point:

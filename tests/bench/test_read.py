@@ -169,7 +169,7 @@ def test_cells_are_read_each_by_its_own_map(tmp_path):
     ours = ["read", f"sim:{SPEC}?seconds=0.05", "--calibration", str(tmp_path / "cell-2")]
     (tmp_path / "cell-2" / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cell(2)).document())
                                                           .replace('"C2"', '"C9"'))
-    assert "no coil C9" in CliRunner().invoke(cli, ours).output
+    assert "its coils C9 are not" in CliRunner().invoke(cli, ours).output
 
 
 def test_exchanged_coils_are_not_evaluated(design):
@@ -217,6 +217,8 @@ def test_newtons_are_those_of_the_load(tmp_path, design):
     lines = _run(f"sim:{SPEC}?load=normal:2&seconds=0.1", *by).stdout.splitlines()
     newtons = [float(line.split("normal ")[1].split(" N")[0]) for line in lines if "normal" in line]
     assert abs(np.mean(newtons[:16])) < 1e-4 and newtons[-1] == approx(2.0, rel=0.02)
+    other = _run(f"sim:{TEMPLATES / 'three_axis_triangle.yaml'}?seconds=0.3", *by)
+    assert "its coils C1, C2 are not this one's C1, C2, C3" in str(other.exception)
     few = _run(f"sim:{SPEC}", *by, "--seconds", "0.1")
     assert "16 scans with good readings, and 9 came" in few.stderr and "normal" not in few.stdout
 
