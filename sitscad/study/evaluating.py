@@ -143,9 +143,13 @@ def can_screen(spec: SensorSpec) -> bool:
 
 
 @cache
-def screen_errors() -> Mapping[str, float]:
-    """What a figure may be off by against the full level, relative, by the measure's name."""
-    return {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
+def screen_errors(has_body: bool = False) -> Mapping[str, float]:
+    """What a figure may be off by against the full level, relative, by the measure's name; more of some where the spec
+    gives the body, in which leads go round.
+    """
+    found = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
+    wider = {name.removesuffix(".body"): error for name, error in found.items() if name.endswith(".body")}
+    return found | wider if has_body else found
 
 
 def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
@@ -162,9 +166,10 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
         values = {name: pair for name, pair in values.items() if name not in wide}
     found, unknown = _decided(design)
     grave = tuple(one for one in found if one.severity is not Severity.NOTE)
+    errors = screen_errors(spec.fpc.body is not None)
     said = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
     return Evaluation(
-        {name: (value, max(error, screen_errors().get(name, 0.0) * abs(value)))
+        {name: (value, max(error, errors.get(name, 0.0) * abs(value)))
          for name, (value, error) in values.items()},
         absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
@@ -181,7 +186,8 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     """What the rules find that can be asked, and which others the design has needs for."""
     found: list[Finding] = []
     unknown: set[str] = set()
-    corners = [Design(design.spec, design.layout, shifted(design.estimates, side)) for side in (-1.0, 1.0)]
+    errors = screen_errors(design.spec.fpc.body is not None)
+    corners = [Design(design.spec, design.layout, shifted(design.estimates, side, errors)) for side in (-1.0, 1.0)]
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
             said = _said(rule, design, corners)
@@ -215,13 +221,12 @@ def _is_near(rule: Rule, design: Design) -> bool:
     return any(one.limit and one.rule == rule.id and abs(one.measured / one.limit - 1.0) < error for one in asked)
 
 
-def shifted(estimates: Estimates, side: float) -> Estimates:
-    """The estimates where all that screening may be off by makes tanks better (1) or worse (-1)."""
-    return replace(estimates, coils=tuple(_shifted(coil, side) for coil in estimates.coils))
+def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> Estimates:
+    """The estimates where all that screening may be off by, relative, makes tanks better (1) or worse (-1)."""
+    return replace(estimates, coils=tuple(_shifted(coil, side, errors) for coil in estimates.coils))
 
 
-def _shifted(coil: CoilEstimate, side: float) -> CoilEstimate:
-    errors = screen_errors()
+def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(one: StateEstimate) -> StateEstimate:

@@ -97,6 +97,13 @@ def test_a_shape_without_a_model_is_judged_in_full():
     assert found == judged(spec, names)
 
 
+def test_leads_in_a_given_body_are_known_less_well():
+    """They are longer than the screen takes them to be: R_P was 14.5 % off where 8 % were stated."""
+    spec = sitscad.load_text(templates.read("round_button_12mm")).replace("coil.turns", 4.25)
+    (rp, error), full = screened([spec], ["rp"])[0].values["rp"], judged(spec, ["rp"]).values["rp"][0]
+    assert 0.08 * rp < abs(full - rp) < error
+
+
 @pytest.mark.parametrize(("metal", "level"), [("brass", "screen"), ("titanium-grade-5", "full")])
 def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     """Of titanium 0.15 mm thick the screen said 37 mN where 68 are right, known to 10 %."""
