@@ -61,6 +61,12 @@ class InverseMap:
         """
         return self.forces_at(np.clip(self.mixed(readings, tare), self.low - BEYOND, self.high + BEYOND))
 
+    @property
+    def end(self) -> float:
+        """The normal force (N), alone, beyond which readings give no more of it."""
+        ends = np.where(np.arange(len(self.high)) == 0, self.high + BEYOND, 0.0)
+        return float(self.forces_at(ends[None])[0, 0])
+
     def mixed(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """About the force on every axis over its full scale, (n, axes)."""
         given, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)

@@ -30,7 +30,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts, head
-from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, Plot, figures
+from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, WIDE, Plot, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
@@ -51,7 +51,8 @@ def render(
     """
     if not performance or drawn is None:
         return {}
-    plots = figures(drawn, performance)
+    cell = None if layout.spec.cells is None else weakest_cell(layout.spec, estimates)
+    plots = figures(drawn, performance, cell)
     try:
         found = foretell(response)  # its target kept level as all here
     except NoResponse:
@@ -59,7 +60,7 @@ def render(
     if layout.spec.cells is not None:  # figures are of one cell, limits of every coil
         first, *others = performance
         performance = replace(first, production=production_limits(estimates)), *others
-    cells = document(told, weakest_cell(layout.spec, estimates)) if told else None
+    cells = document(told, cell) if told and cell else None
     shown = layout, estimates, performance, found, plots, bool(forced), bench, told
     return {
         "datasheet.html": _page(*shown).encode("utf-8"),
@@ -99,8 +100,9 @@ def _sheets(
     plots: Sequence[Plot], forced: bool, bench: Estimates, told: Sequence[AlikeCells],
 ) -> list[Sheet]:
     between = [] if found is None else list(found.error_rows)
+    figures_told = summary(felt, layout, found)
     first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
-    low = table(first, LEFT, TOP, _widths(summary(felt, layout), 58.0, 150.0), summary(felt, layout), 2.4)
+    low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, 2.4)
     low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates, told), 2.4)
     if found is not None:
         low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
@@ -113,11 +115,12 @@ def _sheets(
         fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [_of_cells(layout, estimates)], 2.2)
     assembly = drawing(layout, forced)
     curved = _new(layout.spec, "data sheet, curves", forced)
-    for plotted, low in zip(plots[:2], (126.0, 46.0), strict=True):
+    wide = [plotted for plotted in plots if plotted.size == WIDE]
+    for plotted, low in zip(wide, (126.0, 46.0), strict=False):
         plot(curved, (LEFT, low, *plotted.size), plotted.draw)
-        curved.text(LEFT, low - 3.5, plotted.caption, 2.2)
+        fitting_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
     beyond = _new(layout.spec, "data sheet, working range and errors", forced)
-    for plotted, left in zip(plots[2:], (LEFT, 152.0), strict=False):
+    for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
     table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
@@ -174,7 +177,7 @@ def _page(
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
-        part("What it feels", _table(summary(felt, layout)) + _table(sensor(felt, layout, estimates, told))),
+        part("What it feels", _table(summary(felt, layout, found)) + _table(sensor(felt, layout, estimates, told))),
         *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
           if told else []),
         part("Drawing", shown),
@@ -206,10 +209,10 @@ def _table(rows: Rows) -> str:
 Rows = list[tuple[str, ...]]
 
 
-def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
-    """What every axis can do."""
+def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | None = None) -> Rows:
+    """What every axis can do; with the map to newtons where that ends."""
     rest, half, full = felt
-    names, layout = list(full.axes), layout.cell(1)
+    has_cells, names, layout = layout.spec.cells is not None, list(full.axes), layout.cell(1)
     rows: Rows = [("characteristic", *(NAMES[name] for name in names))]
 
     def row(what: str, *texts: str) -> None:
@@ -222,6 +225,9 @@ def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
         limit = _newtons(together.shear)
         row("calibrated for both shears together up to", *(NONE if name == "normal" else limit for name in names))
     row("range, kept level, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    if found is not None:
+        row(f"the map to newtons ends at{', least signal' if has_cells else ''}",
+            *(f"{_newtons(found.map.end)}, pressed alone" if name == "normal" else NONE for name in names))
     if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in names if name != "normal"):
         row("extrapolated by the pad's law beyond", *(NONE if name == "normal" else _newtons(held) for name in names))
     for point in (rest, half, full):
@@ -229,15 +235,16 @@ def summary(felt: Sequence[Performance], layout: Layout) -> Rows:
     lasting = [largest_lasting(axis.errors) for axis in axes]
     row("largest error that lasts, full load", *(f"{_newtons(error)}, {cause}" for error, cause in lasting))
     row(
-        "largest sensitivity of a coil at half load",
+        f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
         *(f"{show(max(map(abs, half.axes[name].sensitivity)), 'Hz', 3)}/N" for name in names),
     )
     row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
     row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
+    tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
-        row(f"error by {'one degree' if degrees == '1' else f'{degrees} degrees'} of {angle}, either way",
+        row(f"error by {tilt} of {angle} alone, either way, full load",
             *(_newtons(full.tilt_error[name][angle]) for name in names))
     row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
@@ -298,7 +305,9 @@ def _cells(layout: Layout, estimates: Estimates, told: Sequence[AlikeCells]) -> 
     return [
         ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in told)}, told cell by cell"),
         *([("least range and overload", worst(lambda one: -one.overload)),
-           ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution))] if len(told) > 1 else []),
+           ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution)),
+           ("error by a tilt, largest", worst(lambda one: max(one.tilt_error["normal"].values())))]
+          if len(told) > 1 else []),
         ("curves, least signal", f"cell {number} ({names})"),
         ("what a cell reads of all neighbours", NONE if told[0].crosstalk is None else
          f"at most {_share(max(one.crosstalk or 0.0 for one in told))}"),
@@ -320,7 +329,11 @@ def errors(felt: Sequence[Performance]) -> Rows:
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    return [head, *((cause, *(_newtons(full.axes[name].errors[cause]) for name in names)) for cause in causes)]
+    return [head, *((TILTS if cause == TILTED else cause, *(_newtons(full.axes[name].errors[cause]) for name in names))
+                    for cause in causes)]
+
+
+TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of squares)"
 
 
 def drift(felt: Sequence[Performance]) -> Rows:

@@ -35,25 +35,30 @@ class Plot:
     draw: Draw
 
 
-def figures(found: Curves, felt: Sequence[Performance]) -> list[Plot]:
-    """All plots of a sensor."""
+def figures(found: Curves, felt: Sequence[Performance], cell: int | None = None) -> list[Plot]:
+    """All plots of a sensor, the `WIDE` ones first; of cells curves are of one `cell`, errors of the worst."""
     far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears) else ""
-    plots = [Plot("Each coil over the normal force, and over shear under half of it; bands: one sigma from "
-                    "unit to unit, tared, not calibrated. Inductance is what firmware/ computes from a "
-                    "reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", (262.0, 72.0),
-                    partial(_coils, found)),
-             Plot("Combinations of the coils: their sum over the normal force, and their difference over "
-                    "shear under no, half and full normal force." + far, (262.0, 72.0), partial(_combined, found))]
+    of = "" if cell is None else f"Cell {cell}, which has the least signal. "
+    lone = len(found.coils) == 1
+    what = "The coil over the normal force; band:" if lone else (
+        "Each coil over the normal force, and over shear under half of it; bands:")
+    plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
+                  "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
+                  partial(_coils, found, "" if cell is None else f"cell {cell}, "))]
+    if not lone:
+        plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
+                          "shear under no, half and full normal force." + far, WIDE, partial(_combined, found)))
     if found.ranges:
-        plots.append(Plot("The working range: where the readings go. Lines of equal normal force (blue) and of equal "
-                            "shear (orange); where lines of one colour cross, no map tells the loads apart."
-                            + (f" {BEYOND_LINES}" if far else ""),
-                            (130.0, 100.0), partial(_range, found)))
-    plots.append(Plot("One sigma of error at full load by cause, of full scale, on any unit alike; the table says "
-                        "what differs from unit to unit.", (130.0, 100.0), partial(_errors, felt[-1])))
+        plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
+                          "equal shear (orange); where lines of one colour cross, no map tells the loads apart."
+                          + (f" {BEYOND_LINES}" if far else ""), NARROW, partial(_range, found)))
+    worst = "" if cell is None else ", by each cause that of the cell which is worst in it"
+    plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
+                      "says what differs from unit to unit.", NARROW, partial(_errors, felt[-1])))
     return plots
 
 
+WIDE, NARROW = (262.0, 72.0), (130.0, 100.0)  # Sizes of plots (mm): of curves, and of all others
 BEYOND = "Shaded, above too: shear at which the pad's law is extrapolated, beyond half its thickness."
 BEYOND_LINES = "Dashed: the pad's law is extrapolated there, the shear beyond half its thickness."
 EXTRAPOLATED = "extrapolated"
@@ -92,17 +97,19 @@ def _rounded(values: Array) -> Array:
     return np.asarray(np.round(values / scale, DIGITS) * scale)
 
 
-def _coils(found: Curves, figure: Any) -> None:
-    """Every coil over normal force, and over shear under half of it."""
+def _coils(found: Curves, of: str, figure: Any) -> None:
+    """Every coil over normal force, and over shear under half of it; `of` goes before the title."""
     shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
+    names = "each coil" if len(found.coils) > 1 else _total(found)
     for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
         for k, name in enumerate(found.coils):
             dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
             _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
         _shade(axes, curve, found.held)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
-        axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"each coil{under}")
-        axes.legend()
+        axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"{of}{names}{under}")
+        if len(found.coils) > 1:
+            axes.legend()
 
 
 def _combined(found: Curves, figure: Any) -> None:

@@ -79,8 +79,8 @@ counts after a tare at rest, and one sigma from unit to unit, not calibrated.</p
 <div class="scroll"><table><thead><tr><th>coil</th><th class="number">frequency (Hz)</th>
 <th class="number">from rest (Hz)</th><th class="number">counts</th></tr></thead><tbody></tbody></table></div>
 <div class="scroll"><table><thead><tr><th>force</th><th class="number">put on (N)</th>
-<th class="number">read back (N)</th><th class="number">one sigma (N)</th></tr></thead><tbody></tbody></table></div>
-</div>
+<th class="number">read back (N)</th><th class="number">+- N, over all loads</th></tr></thead><tbody></tbody></table>
+</div><p class="soft" data-out="unsolved" role="status"></p></div>
 <p data-without="pushed">Here a reader's browser shows the sensor pushed; it needs scripts. The curves are in the data
 sheet, and <code>sitscad response</code> gives every number.</p>
 """
@@ -171,7 +171,7 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
     tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
     rows = [
-        ("normal force told apart, one sigma", _range(told, "N")) if told else
+        (f"normal force told apart, one sigma{_worst_in(sheet)}", _range(told, "N")) if told else
         ("inductance at the contacts", _range([s.inductance for s in states], "H")),
         ("sensor frequency", _range([s.frequency for s in states], "Hz")),
         ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
@@ -185,6 +185,15 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
     return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
+
+
+def _worst_in(sheet: Document) -> str:
+    """The cells with the coarsest resolution, of which that of all is told; nothing without cells."""
+    each = sheet.get("cells", {}).get("each", ())
+    if not each or any(one["resolution_N"]["normal"] is None for one in each):
+        return ""
+    worst = max(each, key=lambda one: one["resolution_N"]["normal"])
+    return f", cell {', '.join(map(str, worst['alike']))} (worst)"
 
 
 def _incomplete(estimates: Estimates) -> str:

@@ -270,6 +270,30 @@ def test_every_table_of_errors_says_of_which_loads(bench):
     assert "at full load" in errors(bench.performance)[0][0]
 
 
+def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
+    """The same curve stood twice, once as a sum of coils and a difference over shear that there is none of."""
+    normal = drawn.normal
+    alone = replace(drawn, coils=("C5",), places=drawn.places[:1], shears=(), ranges=(), normal=replace(
+        normal, inductance=normal.inductance[:, :1], sigma=normal.sigma[:, :1]))
+    curve, errors_of = figures(alone, bench.performance, 5)
+    assert curve.caption.startswith("Cell 5") and "shear" not in curve.caption and "worst" in errors_of.caption
+    sheet = Sheet("plot", curve.size)
+    plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
+    assert "cell 5, L5" in [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    assert not any(word in one.caption for one in figures(drawn, bench.performance) for word in ("Cell", "worst"))
+
+
+def test_it_says_where_the_map_ends(bench):
+    """121 N stood as range beside a map that reads no more than 9."""
+    found = foretell(bench.response, is_held=True)
+    loads = np.array([[share * found.map.full_scale[0], 0.0, 0.0] for share in (0.0, 1.0, 1.5)])
+    frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
+    read = found.map(frequency[1:], frequency[0])[:, 0]
+    assert read[0] < found.map.end < loads[2, 0] and read[1] == approx(found.map.end, rel=1e-3)
+    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout, found))
+    assert rows["the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
+
+
 def test_a_round_target_has_a_diameter(bench):
     """It stood as 9 x 9 mm beside a drawing that said a diameter of 9 mm."""
     spec = bench.spec

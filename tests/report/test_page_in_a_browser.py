@@ -196,6 +196,9 @@ def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
     sheet = json.loads((package / "datasheet.json").read_text())
     rest = {coil["name"]: coil["states"]["rest"]["frequency_Hz"]
             for coil in json.loads((package / "estimate.json").read_text())["coils"]}
+    page = (package / "report.html").read_text()
+    coarsest = max(sheet["cells"]["each"], key=lambda one: one["resolution_N"]["normal"])["cell"]
+    assert f"normal force told apart, one sigma, cell {coarsest} (worst)" in page or "cell 1, 2 (worst)" in page
     with Browser() as browser:
         browser.open(package / "report.html")
         full = browser.run("JSON.parse(document.getElementById('pushed-data').textContent).table.full_scale_N.normal")
@@ -209,5 +212,6 @@ def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
             assert float(_out(browser, f"frequency_Hz.{own}")) - change == approx(rest[own], abs=1.1)
             hidden = browser.run("document.querySelectorAll('#pushed tbody')[1].parentNode.hidden")
             assert hidden is (cell + 1 != sheet["cells"]["pushed_of"])
+            assert ("No forces are read back of cell" in _out(browser, "unsolved")) is hidden
             assert hidden or float(_out(browser, "force_N.normal")) == approx(full, rel=5e-3)
         assert browser.exceptions == []

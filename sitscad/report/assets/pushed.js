@@ -164,6 +164,9 @@
       if (state.asked[0] > full.normal * 1.0001) words.push("normal force beyond " + full.normal.toPrecision(3) + " N");
       if (sheared > full.shear * 1.0001) words.push("shear beyond " + full.shear.toPrecision(3) + " N");
       axes.parentNode.hidden = !map || !isSolved;
+      root.querySelector("[data-out=unsolved]").textContent = !map || isSolved ? "" : "No forces are read back of cell " +
+        (state.cell + 1) + ": cell " + cells.table + " alone is solved here. The map of this one is in calibration/cell-" +
+        (state.cell + 1) + "/.";
       if (map && isSolved) {
         var read = page.forces(map, counts, tare);
         map.axes.forEach(function (axis, k) {
