@@ -96,7 +96,7 @@ def as_json(
     return to_json({**estimates.as_json(path), "most_signal": signal, **asked})
 
 
-CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the cell which is worst in it"
+CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the worst cell of those solved"
 
 
 def _told(cells: Mapping[str, Any] | None) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
