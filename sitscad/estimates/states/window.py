@@ -182,7 +182,7 @@ class WindowedReflection(Reflection):
 
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
-        for name in ("shares", "factors", "target_change", "of_target", "endless_change", "unsure"):
+        for name in ("shares", "factors", "target_change", "of_target", "endless_change", "unsure", "is_rough"):
             setattr(self, name, getattr(real, name))
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
