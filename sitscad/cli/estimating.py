@@ -60,9 +60,10 @@ def taken_points(
 def _asked(words: str) -> str:
     """What is typed once the load is on."""
     click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
-    # A Ctrl-C between two instructions of Python is lost to a read that then waits: so wait where it is heard
-    while sys.stdin and sys.stdin.isatty() and os.name == "posix" and not select.select([sys.stdin], [], [], 0.3)[0]:
-        pass
+    # A read that waits loses a Ctrl-C that came just before it: on a terminal wait where it is heard, then read
+    is_typed = not (sys.stdin and sys.stdin.isatty() and os.name == "posix")
+    while not is_typed:
+        is_typed = bool(select.select([sys.stdin], [], [], 0.3)[0])
     if not (typed := sys.stdin.readline() if sys.stdin else ""):
         raise click.Abort
     return typed.strip()
