@@ -195,14 +195,16 @@ def _study_progress() -> StudyProgress:
     """What tells how far a study is: designs a second, those that keep all, the best, time left."""
     from sitscad.study.sweeping import shown
 
-    on_terminal, spent = sys.stderr.isatty(), defaultdict[str, float](float)
+    on_terminal, spent, made = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
     last = told = time.monotonic()
 
     def show(state: StudyState) -> None:
         nonlocal last, told
         now = time.monotonic()
+        if state.made < made[state.stage]:
+            spent[state.stage] = 0.0  # units of the designs that follow those that fell: counted anew
         spent[state.stage] += now - last  # stages take turns
-        last = now
+        last, made[state.stage] = now, state.made
         if not on_terminal and now - told < TOLD_EVERY:
             return
         told, rate = now, state.made / max(spent[state.stage], 1e-3)

@@ -65,6 +65,12 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
                f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
+    for number, key in enumerate(asked.space.variables):
+        at = {one.point[number] for one in said.kept}
+        if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
+            end, = at
+            yield (f"{key.key}: {key.values[end]} in every design that is kept, the {'last' if end else 'first'} value "
+                   "of its range: a wider one may hold better designs.")
     if off := changed(asked, asked.base_point):
         before = asked.base.values(())
         values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())

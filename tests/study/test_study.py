@@ -21,7 +21,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.cli import run
+from sitscad.cli import designing, run
 from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
 from sitscad.study.answer_text import answer_json, answer_text, breach_words, yield_words, yields_text
@@ -29,7 +29,7 @@ from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.page import answer_files
-from sitscad.study.running import Found, costs, violations
+from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
@@ -137,6 +137,29 @@ def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
     assert "looked at first, has coil.trace_width: 130 um in place of 160 um, coil.trace" in told
     for other in (first, replace(better, values=better.values | {"inductance": (1e-6, 0.0)})):  # refused
         assert "The base itself" not in answer_text(replace(answer, base=other, kept=answer.kept[:1]))
+
+
+def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
+    _, answer = answered
+    one = answer.kept[0]
+
+    def told(*points):
+        return answer_text(replace(answer, kept=[replace(one, point=point) for point in points]))
+
+    assert "coil.turns: 13 in every design that is kept, the last value of its range" in told((4, 1), (4, 2))
+    assert "coil.trace_width: 100 um in every design that is kept, the first value" in told((1, 0))
+    assert "of its range" not in told((1, 1), (4, 2))
+
+
+def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
+    """Units of designs that take the place of fallen ones were shared out over the time of all before them."""
+    clock = iter([0.0, 100.0, 110.0])
+    monkeypatch.setattr(designing.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(designing, "TOLD_EVERY", 0.0)
+    show = designing._study_progress()
+    show(StudyState("units", 256, 256, 0, {}, 256))
+    show(StudyState("units", 20, 256, 0, {}, 20))
+    assert "units: 20 of 256, 2 min left, 2 a second" in capsys.readouterr().err
 
 
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
