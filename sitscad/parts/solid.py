@@ -5,9 +5,11 @@ or a mesh is really wanted.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from functools import cached_property
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
@@ -24,8 +26,27 @@ class MissingExtra(ImportError):
     """A package of the extra is not installed, or cannot be loaded; the text says how to mend it."""
 
 
+UNUSED = ("sympy", "vtk")
+"""What build123d and cadquery import for curves and views that sitscad asks of neither: half a second."""
+
+
+class _Later(ModuleType):
+    # A package that is imported when something of it is asked for.
+    def __getattr__(self, name: str) -> Any:
+        if sys.modules.get(self.__name__) is self:
+            del sys.modules[self.__name__]
+        found = import_module(self.__name__)
+        self.__dict__.update(vars(found))
+        return getattr(found, name)
+
+
 def require(package: str) -> ModuleType:
     """Import a package of the extra; raises `MissingExtra` in one sentence when it is not there or cannot be loaded."""
+    if package not in sys.modules:
+        for name in UNUSED:
+            if name not in sys.modules and (spec := find_spec(name)) is not None:
+                sys.modules[name] = _Later(name)
+                sys.modules[name].__spec__ = spec
     try:
         return import_module(package)
     except ModuleNotFoundError as error:

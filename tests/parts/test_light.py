@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 import types
@@ -74,3 +75,33 @@ def test_an_interruption_while_a_package_loads_is_one(monkeypatch):
     monkeypatch.setattr(solid, "import_module", interrupted)
     with pytest.raises(KeyboardInterrupt):
         solid.require("build123d")
+
+
+def test_what_cad_imports_and_nobody_asks_for_is_loaded_when_somebody_does(tmp_path, monkeypatch):
+    (tmp_path / "aside.py").write_text("there = 5\n")
+    (tmp_path / "inside.py").write_text("import aside\n\ndef asked():\n    return aside.there\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(solid, "UNUSED", ("aside", "sitscad_has_no_such_package"))
+    inside = solid.require("inside")
+    assert "there" not in vars(sys.modules["aside"])
+    assert importlib.util.find_spec("aside").origin == str(tmp_path / "aside.py")  # others see that it is there
+    assert inside.asked() == 5
+    assert sys.modules["aside"].there == 5
+    assert not isinstance(sys.modules["aside"], type(inside.aside))
+    for name in ("aside", "inside"):
+        del sys.modules[name]
+
+
+@pytest.mark.slow
+def test_the_cad_kernels_start_without_sympy_and_vtk_and_have_them_on_demand():
+    code = (
+        "from sitscad.parts.solid import require, UNUSED\nimport sys\n"
+        "for name in ('build123d', 'cadquery', 'trimesh', 'matplotlib.figure'): require(name)\n"
+        "assert not [m for m in sys.modules if m.startswith('sympy.')]\n"
+        "assert 'vtkmodules.vtkFiltersSources' not in sys.modules\n"
+        "import vtk, build123d.objects_curve as curves, cadquery\n"
+        "print(curves.sympy.Integer(7) ** 2, vtk.vtkSphereSource().GetRadius(), "
+        "cadquery.Workplane().box(1, 1, 1).val().toVtkPolyData(0.1).GetNumberOfCells() > 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["49", "0.5", "True"]
