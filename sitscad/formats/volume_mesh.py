@@ -151,12 +151,12 @@ def _step(thickness: float) -> Iterator[str]:
     yield from ("RF", "*NODE FILE", "U", "*EL FILE", "S", "*END STEP")
 
 
-DELAUNAY, HXT = 1, 10
-"""Gmsh's algorithms for tetrahedra: the first for single bodies, the second for many that share faces."""
+HXT = 10
+"""Gmsh's parallel Delaunay for tetrahedra (Marot, Pellerin & Remacle 2019), here on one thread."""
 
 _OPTIONS = {
     "General.Terminal": 0, "General.NumThreads": 1, "General.Verbosity": 0, "Geometry.OCCImportLabels": 0,
-    "Geometry.Tolerance": 1e-8, "Mesh.Algorithm": 6, "Mesh.Binary": 0, "Mesh.ElementOrder": 1,
+    "Geometry.Tolerance": 1e-8, "Mesh.Algorithm": 6, "Mesh.Algorithm3D": HXT, "Mesh.Binary": 0, "Mesh.ElementOrder": 1,
     "Mesh.MaxNumThreads1D": 1, "Mesh.MaxNumThreads2D": 1, "Mesh.MaxNumThreads3D": 1,
     "Mesh.MeshSizeExtendFromBoundary": 0, "Mesh.MeshSizeFromCurvature": 0, "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MshFileVersion": 2.2, "Mesh.Optimize": 1, "Mesh.OptimizeNetgen": 0, "Mesh.RandomFactor": 1e-9,
@@ -274,7 +274,7 @@ def elastomer_meshes(
     `of_cells` is what the deck says of the cells that it is one of.
     """
     gmsh = require("gmsh")
-    with TemporaryDirectory() as name, session(gmsh, "elastomer", {**_OPTIONS, "Mesh.Algorithm3D": DELAUNAY}):
+    with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
         folder = Path(name)
         pad, board, target = (
             [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
@@ -391,7 +391,7 @@ def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
 def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
     """The files of regions (build123d solids) in air, lengths in millimetres."""
     gmsh = require("gmsh")
-    with TemporaryDirectory() as name, session(gmsh, "field", {**_OPTIONS, "Mesh.Algorithm3D": HXT}):
+    with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
         folder = Path(name)
         volumes = _fragmented(gmsh, regions, room, folder)
         within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
