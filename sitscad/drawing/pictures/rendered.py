@@ -80,13 +80,16 @@ def rendered(
     sheet: Sheet, meshes: Sequence[Coloured], view: SpaceView, size: tuple[float, float], opacity: float = 1.0
 ) -> None:
     """Draw meshes on a sheet from (0, 0) right and down within `size`; not opaque, earlier ones show through."""
-    wide, high = (int(np.ceil(side * FINE)) for side in size)
-    # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none
+    flats = [view(mesh.vertices) * (FINE, -FINE) for mesh in meshes]
+    # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none. It ends
+    # where the meshes do: most pictures are far from square
+    ends = np.max([flat.max(axis=0) for flat in flats], axis=0, initial=0.0)
+    wide, high = (int(np.ceil(min(side * FINE, end + 1.0))) for side, end in zip(size, ends, strict=True))
     depth = np.full((high, wide), -np.inf)
     seen = np.full((high, wide), -1, dtype=np.int64)
     first = 0
-    for mesh in meshes:
-        flat, deep = view(mesh.vertices) * (FINE, -FINE), mesh.vertices @ view.toward
+    for mesh, flat in zip(meshes, flats, strict=True):
+        deep = mesh.vertices @ view.toward
         for index in np.flatnonzero(_normals(mesh) @ view.toward > 1e-9):
             corners = mesh.triangles[index]
             _fill(depth, seen, flat[corners], deep[corners], first + int(index))
@@ -96,20 +99,22 @@ def rendered(
     corner = (int(columns[0]), int(rows[0])) if rows.size else (0, 0)
     if rows.size:
         seen = seen[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    shown = np.flatnonzero(np.bincount(seen[seen >= 0]))
     shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
     colours = np.pad(np.where(seen >= 0, shades[seen], -1), 1, constant_values=-1)
     corners = _junctions(colours)
-    for colour in np.unique(colours[colours >= 0]):
+    for colour in np.unique(shades[shown]):
         outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
         fill = f"#{colour:06x}"
         pen = Pen(0.4, fill) if opacity == 1.0 else None
         areas = [closed_polygon([_point(each, corner) for each in loop]) for loop in outlines if len(loop) > 2]
         sheet.draw(areas, pen, fill, opacity=opacity)
-    surfaces = np.pad(np.where(seen >= 0, _surfaces(meshes)[seen], -1), 1, constant_values=-1)
+    smooth = _surfaces(meshes)
+    surfaces = np.pad(np.where(seen >= 0, smooth[seen], -1), 1, constant_values=-1)
     # Every line between two surfaces once, simplified
     corners = _junctions(surfaces)
     found: dict[tuple[Corner, ...], None] = {}
-    for label in np.unique(surfaces[surfaces >= 0]):
+    for label in np.unique(smooth[shown]):
         for loop in _loops(surfaces == label):
             for piece in _pieces(loop, corners):
                 found[_both_ways(piece)] = None
@@ -176,25 +181,27 @@ def _surfaces(meshes: Sequence[Coloured]) -> Indices:
 def _junctions(labels: Indices) -> set[Corner]:
     """The corners of a padded raster's points at which more than two areas, or two areas twice, meet."""
     a, b, c, d = labels[:-1, :-1], labels[:-1, 1:], labels[1:, 1:], labels[1:, :-1]
-    borders = (a != b).astype(int) + (b != c) + (c != d) + (d != a)
+    borders = (a != b).astype(np.uint8) + (b != c) + (c != d) + (d != a)
     return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
 
 
 def _loops(area: Flags) -> list[list[Corner]]:
-    # the sides of a padded raster's points that bound an area, directed: from each corner to the next ones
-    following: dict[Corner, list[Corner]] = {}
+    # The sides of a padded raster's points that bound an area, directed: from each corner to the next ones. Corners are
+    # numbered row by row, which is quicker than pairs
     rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))
     top, left = int(rows[0]) - 1, int(columns[0]) - 1
     area = area[top : rows[-1] + 2, left : columns[-1] + 2]
-    for row, column in np.argwhere(area[1:, :] != area[:-1, :]).tolist():
-        ends = (left + column - 1, top + row), (left + column, top + row)
-        a, b = ends if area[row + 1, column] else ends[::-1]
+    wide = area.shape[1] + 1
+    row, column = np.nonzero(area[1:, :] != area[:-1, :])
+    level, forth = (row + 1) * wide + column, area[row + 1, column]
+    row, column = np.nonzero(area[:, 1:] != area[:, :-1])
+    upright, back = row * wide + column + 1, area[row, column + 1]
+    starts = np.concatenate([level + ~forth, upright + wide * back])
+    ends = np.concatenate([level + forth, upright + wide * ~back])
+    following: dict[int, list[int]] = {}
+    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
         following.setdefault(a, []).append(b)
-    for row, column in np.argwhere(area[:, 1:] != area[:, :-1]).tolist():
-        ends = (left + column, top + row - 1), (left + column, top + row)
-        a, b = ends[::-1] if area[row, column + 1] else ends
-        following.setdefault(a, []).append(b)
-    following, found = following, []
+    found = []
     while following:
         start = here = next(iter(following))
         loop = []
@@ -207,7 +214,8 @@ def _loops(area: Flags) -> list[list[Corner]]:
             here = there
             if here == start:
                 break
-        found.append(loop)
+        y, x = np.divmod(loop, wide)
+        found.append(list(zip((x + left - 1).tolist(), (y + top - 1).tolist(), strict=True)))
     return found
 
 
