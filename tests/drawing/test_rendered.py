@@ -70,3 +70,14 @@ def test_from_aside_a_cube_shows_three_sides_in_the_proportions_of_the_view():
 def test_the_same_meshes_give_the_same_picture():
     meshes = block((0, 0, 0), (3, 2, 1), "#ff0000"), block((1, -1, 0.25), (2, 1, 0.75), "#00ff00")
     assert drawn(*meshes, angles=(0.5, 0.4))[2] == drawn(*meshes, angles=(0.5, 0.4))[2]
+
+
+def test_a_mesh_with_nothing_left_of_it_and_one_beside_the_picture_draw_nothing():
+    """Meshes that are cut open may have nothing left; a raster is as large as what it shows."""
+    red = block((0, 0, 0), (2, 1, 1), "#ff0000")
+    none = Coloured(np.zeros((0, 3)), np.zeros((0, 3), dtype=int), "#00ff00")
+    _, areas, text = drawn(red, none)
+    assert (areas, text) == drawn(red)[1:]
+    beside, sheet = block((-9, 0, 3), (-8, 1, 4), "#0000ff"), Sheet("", SIZE, unit="")
+    rendered(sheet, [beside], fitted([red], camera(0.0, 0.0), SIZE), SIZE)
+    assert not list(sheet.items)

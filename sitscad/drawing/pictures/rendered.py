@@ -83,7 +83,7 @@ def rendered(
     flats = [view(mesh.vertices) * (FINE, -FINE) for mesh in meshes]
     # Which triangle, counted through all meshes, every point of the raster (high, wide) shows; -1 for none. It ends
     # where the meshes do: most pictures are far from square
-    ends = np.max([flat.max(axis=0) for flat in flats], axis=0, initial=0.0)
+    ends = np.concatenate(flats).max(axis=0, initial=0.0)
     wide, high = (int(np.ceil(min(side * FINE, end + 1.0))) for side, end in zip(size, ends, strict=True))
     depth = np.full((high, wide), -np.inf)
     seen = np.full((high, wide), -1, dtype=np.int64)
