@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import accumulate
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
 
 from sitscad.drawing.sheet import BLACK, Pen, Sheet, text_width
-from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
+from sitscad.geometry.path import Path, Point, circle, closed_polygon, polar, polyline, rectangle
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm
 from sitscad.version import __version__
@@ -74,15 +74,12 @@ def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size
     sheet.text(x + indent, y + 0.28 * step, text, letters, colour=RED if label == "Stop" else BLACK)
 
 
-def scale_for(size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = SCALES) -> float:
+def scale_for(
+    size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = DETAIL_SCALES
+) -> float:
     """The largest of some scales at which a size (m) fits some room (mm on paper); the smallest where none does."""
     fitting = (k for k in scales if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
     return next(fitting, scales[-1])
-
-
-def detail_scale(size: tuple[float, float], room: tuple[float, float]) -> float:
-    """The largest scale of a detail, out of finer steps."""
-    return scale_for(size, room, DETAIL_SCALES)
 
 
 def scale_text(scale: float) -> str:
@@ -132,27 +129,21 @@ def origin_cross(sheet: Sheet, view: View) -> None:
         sheet.line(x - dx, y - dy, x + dx, y + dy, red)
 
 
-def ordinates_x(sheet: Sheet, view: View, values: Sequence[float], start: float, end: float) -> None:
-    """Dimensions along x by coordinates: lines from the view (y = `start` on paper) to texts beyond `end`."""
-    sign = 1.0 if end > start else -1.0
+def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
+    """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
+    texts beyond `end`, below the view or left of it.
+    """
     feet = sorted({round(v, 7) for v in values})
-    for value, x in zip(feet, spread([view.x(v) for v in feet], 1.3 * TEXT), strict=True):
-        at, knee = view.x(value), start + (end - start) * 0.5
-        sheet.line(at, start + sign * 1.0, at, knee, THIN)
-        sheet.line(at, knee, x, end, THIN)
-        text = mm(value)
-        y = end + sign * (1.0 if sign > 0 else 1.0 + text_width(text, TEXT))
-        sheet.text(x + 0.35 * TEXT, y, text, TEXT, "start", 90.0)
-
-
-def ordinates_y(sheet: Sheet, view: View, values: Sequence[float], start: float, end: float) -> None:
-    """Dimensions along y by coordinates: lines from the view (x = `start` on paper) to texts left of `end`."""
-    feet = sorted({round(v, 7) for v in values})
-    for value, y in zip(feet, spread([view.y(v) for v in feet], 1.3 * TEXT), strict=True):
-        at, knee = view.y(value), start + (end - start) * 0.5
-        sheet.line(start - 1.0, at, knee, at, THIN)
-        sheet.line(knee, at, end, y, THIN)
-        sheet.text(end - 1.0, y - 0.35 * TEXT, mm(value), TEXT, "end")
+    at = [(view.x, view.y)[axis](value) for value in feet]
+    for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
+        knee = start + (end - start) * 0.5
+        corners = [(foot, start - 1.0), (foot, knee), (place, end)]
+        for (a, b), (c, d) in pairwise(corners):
+            sheet.line(*((a, b, c, d) if axis == 0 else (b, a, d, c)), THIN)
+        if axis == 0:
+            sheet.text(place + 0.35 * TEXT, end - (1.0 + text_width(mm(value), TEXT)), mm(value), TEXT, angle=90.0)
+        else:
+            sheet.text(end - 1.0, place - 0.35 * TEXT, mm(value), TEXT, "end")
 
 
 def spread(places: Sequence[float], least: float) -> list[float]:
@@ -224,16 +215,6 @@ def table(
     return top - len(rows) * step
 
 
-def paragraph(sheet: Sheet, left: float, top: float, width: float, lines: Sequence[str], size: float = TEXT) -> float:
-    """Texts below each other, broken into lines of a width (mm); the y below the last."""
-    y = top
-    for text in lines:
-        for i, line in enumerate(wrapped(text, width - INDENT, size)):
-            y -= 1.45 * size
-            sheet.text(left + (INDENT if i else 0.0), y, line, size)
-    return y
-
-
 def wrapped(text: str, width: float, size: float) -> list[str]:
     """A text broken between words into lines no wider than `width` (mm)."""
     lines, line = [], ""
@@ -260,36 +241,30 @@ def _broken(word: str, width: float, size: float) -> list[str]:
 def fitting_paragraph(
     sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
 ) -> float:
-    """A paragraph in letters small enough that it ends above `low` (mm); the y below its last line."""
+    """Texts below each other, broken into lines of a width (mm), in letters small enough that they end above `low`
+    (mm); the y below the last line.
+    """
     while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:
         size -= 0.1
-    return paragraph(sheet, left, top, width, lines, size)
+    y = top
+    for text in lines:
+        for i, line in enumerate(wrapped(text, width - INDENT, size)):
+            y -= 1.45 * size
+            sheet.text(left + (INDENT if i else 0.0), y, line, size)
+    return y
 
 
-Symbol = Callable[[Point, float], tuple[Path, ...]]
-
-
-def _polygon(sides: int, turn: float) -> Symbol:
-    def symbol(at: Point, radius: float) -> tuple[Path, ...]:
-        angles = [turn + 2.0 * math.pi * i / sides for i in range(sides)]
-        return (closed_polygon([Point(at.x + radius * math.cos(a), at.y + radius * math.sin(a)) for a in angles]),)
-
-    return symbol
-
-
-def _cross(turn: float) -> Symbol:
-    def symbol(at: Point, radius: float) -> tuple[Path, ...]:
-        arms = [(radius * math.cos(turn + q), radius * math.sin(turn + q)) for q in (0.0, math.pi / 2)]
-        return tuple(polyline([Point(at.x - x, at.y - y), Point(at.x + x, at.y + y)]) for x, y in arms)
-
-    return symbol
-
-
-def _ring(at: Point, radius: float) -> tuple[Path, ...]:
-    return (circle(at, radius), *_cross(0.0)(at, radius))
-
-
-SYMBOLS: tuple[Symbol, ...] = (
-    _cross(0.0), _cross(math.pi / 4), _polygon(4, 0.0), _polygon(4, math.pi / 4), _polygon(3, math.pi / 2), _ring,
+SYMBOLS = (
+    ((180.0, 0.0), (270.0, 90.0)), ((225.0, 45.0), (315.0, 135.0)), ((0.0, 90.0, 180.0, 270.0, 0.0),),
+    ((45.0, 135.0, 225.0, 315.0, 45.0),), ((90.0, 210.0, 330.0, 90.0),), ((), (180.0, 0.0), (270.0, 90.0)),
 )
-"""One symbol a tool, in the order of the tools; used again from the first where there are more tools."""
+"""One symbol a tool, in the order of the tools: lines between points of a circle, by their angles (deg), or all of it;
+used again from the first where there are more tools.
+"""
+
+
+def symbol(tool: int, at: Point, radius: float) -> list[Path]:
+    """The lines of a tool's symbol (tools from 0), in a circle about a place."""
+    lines = SYMBOLS[tool % len(SYMBOLS)]
+    return [polyline([polar(radius, math.radians(turn), at) for turn in line]) if line else circle(at, radius)
+            for line in lines]

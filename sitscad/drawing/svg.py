@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from xml.sax.saxutils import escape
 
-from sitscad.drawing.sheet import Group, Item, Label, Pen, Shape, Sheet, text_width
+from sitscad.drawing.sheet import Group, Item, Label, Shape, Sheet, text_width
 from sitscad.geometry.path import TWO_PI, Arc, Path, Point
 from sitscad.units import decimal
 
@@ -43,7 +43,8 @@ def path_data(path: Path, height: float, decimals: int) -> str:
     data = [f"M{paper.xy(path.start)}"]
     for i, segment in enumerate(path.segments):
         if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
-            data.append(paper.arc(segment))
+            radius, is_long = paper.number(segment.radius), abs(segment.sweep) > math.pi + 1e-9
+            data.append(f"A{radius} {radius} 0 {int(is_long)} {int(not segment.ccw)} {paper.xy(segment.end)}")
         elif not (path.is_closed and i + 1 == len(path.segments)):
             data.append(f"L{paper.xy(segment.end)}")
     return "".join([*data, "Z"] if path.is_closed else data)
@@ -61,40 +62,29 @@ class _Paper:
     def xy(self, point: Point) -> str:
         return f"{self.number(point.x)} {self.number(self.height - point.y)}"
 
-    def arc(self, segment: Arc) -> str:
-        """An arc as SVG's command."""
-        radius, sweep = self.number(segment.radius), int(not segment.ccw)
-        return f"A{radius} {radius} 0 {int(abs(segment.sweep) > math.pi + 1e-9)} {sweep} {self.xy(segment.end)}"
-
     def items(self, items: Iterable[Item]) -> Iterator[str]:
         """Every item, a line of text each, groups round theirs."""
         for item in items:
             if isinstance(item, Group):
                 yield from self.group(item)
-            elif isinstance(item, Label):
-                yield self.label(item)
             else:
-                yield self.shape(item)
+                yield self.label(item) if isinstance(item, Label) else self.shape(item)
 
     def group(self, group: Group) -> Iterator[str]:
-        """A group; its window is an SVG of its own, which shows nothing beyond its edges."""
+        """A group; its window is an SVG of its own, which shows that rectangle of the sheet where it lies."""
         layer = f" inkscape:groupmode='layer' inkscape:label='{_attribute(group.name)}'" if group.layer else ""
         moved = ""
         if group.offset != (0.0, 0.0):
             moved = f" transform='translate({self.number(group.offset[0])} {self.number(-group.offset[1])})'"
         if group.window is not None:
-            yield self.window(group.window)
+            x0, y0, x1, y1 = group.window
+            x, y, wide, high = (self.number(value) for value in (x0, self.height - y1, x1 - x0, y1 - y0))
+            yield f"<svg x='{x}' y='{y}' width='{wide}' height='{high}' viewBox='{x} {y} {wide} {high}'>"
         yield f"<g{_named(group.name, group.kind)}{layer}{moved}>"
         yield from self.items(group.items)
         yield "</g>"
         if group.window is not None:
             yield "</svg>"
-
-    def window(self, window: tuple[float, float, float, float]) -> str:
-        """The head of an inner SVG that shows a rectangle of the sheet where that lies."""
-        x0, y0, x1, y1 = window
-        x, y, wide, high = (self.number(value) for value in (x0, self.height - y1, x1 - x0, y1 - y0))
-        return f"<svg x='{x}' y='{y}' width='{wide}' height='{high}' viewBox='{x} {y} {wide} {high}'>"
 
     def label(self, label: Label) -> str:
         turn = f" rotate({self.number(-label.angle)})" if label.angle else ""
@@ -116,23 +106,19 @@ class _Paper:
             look += " fill-rule='evenodd'"
         if shape.opacity != 1.0:
             look += f" fill-opacity='{decimal(shape.opacity)}'"
-        look += self.pen(shape.pen) if shape.pen is not None else ""
-        named = _named(shape.name, shape.kind)
-        round_one = _as_circle(shape.paths) if shape.pen is None or not shape.pen.dashes else None
+        named, pen = _named(shape.name, shape.kind), shape.pen
+        if pen is not None:  # round ends and corners are the sheet's own
+            look += f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"
+            look += f" stroke-dasharray='{' '.join(map(self.number, pen.dashes))}'" if pen.dashes else ""
+            look += "" if pen.round_ends else " stroke-linecap='butt'"
+            look += "" if pen.round_corners else " stroke-linejoin='miter'"
+        round_one = _as_circle(shape.paths) if pen is None or not pen.dashes else None
         if round_one is not None:
             centre, radius = round_one
             x, y, r = (self.number(value) for value in (centre.x, self.height - centre.y, radius))
             return f"<circle{named} cx='{x}' cy='{y}' r='{r}'{look}/>"
         data = "".join(path_data(path, self.height, self.decimals) for path in shape.paths)
         return f"<path{named} d='{data}'{look}/>"
-
-    def pen(self, pen: Pen) -> str:
-        """How a line is drawn; round ends and corners are the sheet's own."""
-        look = f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"
-        if pen.dashes:
-            look += f" stroke-dasharray='{' '.join(self.number(dash) for dash in pen.dashes)}'"
-        look += "" if pen.round_ends else " stroke-linecap='butt'"
-        return look if pen.round_corners else f"{look} stroke-linejoin='miter'"
 
 
 def _as_circle(paths: tuple[Path, ...]) -> tuple[Point, float] | None:

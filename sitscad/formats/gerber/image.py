@@ -16,7 +16,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
-from sitscad.drawing.frame import SYMBOLS
+from sitscad.drawing.frame import symbol
 from sitscad.drawing.sheet import strokes
 from sitscad.fabrication.files import (
     UNIT,
@@ -313,7 +313,7 @@ def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
     for order, tool in enumerate(tools):
         for hole in tool.holes:
             at = Point(hole.x * UNIT, hole.y * UNIT)
-            for path in SYMBOLS[order % len(SYMBOLS)](at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
+            for path in symbol(order, at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
                 yield from stroke(path)
     x0, y0, _, _ = bounding_box([outline])
     yield "D11*"
@@ -321,5 +321,5 @@ def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
         at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
         words = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
         text = strokes(words, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
-        for path in (*SYMBOLS[order % len(SYMBOLS)](at, TEXT_HEIGHT / 2), *text):
+        for path in (*symbol(order, at, TEXT_HEIGHT / 2), *text):
             yield from stroke(path)

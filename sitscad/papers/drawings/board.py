@@ -12,23 +12,21 @@ from sitscad.drawing.frame import (
     CHAIN,
     HIDDEN,
     SCALES,
-    SYMBOLS,
     TEXT,
     THICK,
     THIN,
     View,
-    detail_scale,
     fitting_paragraph,
     mm,
     new_sheet,
-    ordinates_x,
-    ordinates_y,
+    ordinates,
     origin_cross,
     outer_span,
     placed,
     scale_for,
     scale_text,
     span,
+    symbol,
     table,
 )
 from sitscad.drawing.pdf import pdf
@@ -91,7 +89,7 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: the whole board, its body larger, the holes' table and the notes."""
     box = bounding_box([layout.outline])
-    detail = detail_scale(layout.body_size, DETAIL[2:])
+    detail = scale_for(layout.body_size, DETAIL[2:])
     # the detail is a true enlargement, but of a skin whose body is drawn 1:1: half of that cannot be read
     smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
     whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
@@ -109,9 +107,9 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
         _name(sheet, layout.vias, view, coil)
-    ordinates_x(sheet, view, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    ordinates(sheet, view, 0, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
     edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
-    ordinates_y(sheet, view, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+    ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
     low = _holes(sheet, layout, 161.0, 108.0)
@@ -134,9 +132,9 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
     _marks(sheet, layout, view, "drawing")
     low, high = view.y(y0), view.y(y1)
-    ordinates_x(sheet, view, list(_stations(layout)), low, low - 7.0)
+    ordinates(sheet, view, 0, list(_stations(layout)), low, low - 7.0)
     tail = _tail_reach(layout)
-    ordinates_y(sheet, view, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
+    ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in _stations(layout))  # the ordinates
     level = max(high + 6.0, named + 2.0, _tail_width(sheet, layout, view) + 2.0,
                 _bend(sheet, layout, view, below) + 4.0)
@@ -306,7 +304,7 @@ def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = f
 def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
     """A hole in its size on paper, with the symbol of its tool, which can be seen at any size."""
     sheet.draw(circle(at, radius), THIN, "#ffffff")
-    sheet.draw(SYMBOLS[tool % len(SYMBOLS)](at, max(1.5 * radius, 0.6)), Pen(0.13))
+    sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
 
 def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:

@@ -15,12 +15,12 @@ from sitscad.drawing.frame import (
     THICK,
     THIN,
     View,
-    detail_scale,
+    fitting_paragraph,
     mm,
     new_sheet,
     outer_span,
-    paragraph,
     placed,
+    scale_for,
     scale_text,
     span,
     table,
@@ -55,14 +55,14 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
         return None
     x0, y0, x1, y1 = bounding_box([_shape(pad) for pad in layout.pads])
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
-    scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
+    scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     sheet = new_sheet(layout.spec, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
     rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
     low = table(sheet, 148.0, 190.0, COLUMNS, rows, size)
-    paragraph(sheet, 148.0, low - 2.0, 134.0, list(_notes(layout)), 2.3)
+    fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_notes(layout)), 2.3)
     return sheet
 
 

@@ -14,10 +14,10 @@ from sitscad.drawing.frame import (
     RED,
     TEXT,
     View,
-    detail_scale,
     fitting_paragraph,
     mm,
     new_sheet,
+    scale_for,
     scale_text,
     span,
     table,
@@ -92,7 +92,7 @@ def drawing(layout: Layout, faults: Sequence[DrawnFault], forced: bool = False, 
     sized = [fault for fault in shown if fault.has_sizes]
     # How much (m) the section has to show
     needed = (width for fault in sized for width in _needed(fault))
-    scale = detail_scale((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
+    scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
     sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
                       "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
@@ -227,7 +227,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: DrawnFault, top: float
     x0, x1 = min(start, body[0]), max(heel, body[1])
     pair = closed_section(layout)
     assert pair is not None
-    scale = detail_scale((x1 - x0, pair.height), (WIDE, SLOT - 24.0))
+    scale = scale_for((x1 - x0, pair.height), (WIDE, SLOT - 24.0))
     right, half = RIGHT + scale * 1e3 * (x1 - x0), 0.5e3 * scale * pair.height
     middle = top - 7.0 - half
     draw_side(sheet, layout, jaw, (right, middle), x1, scale, 0.0)
@@ -254,7 +254,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
         path = tail_path(layout, gap.angle) or path
     heel = jaw_range(layout, jaw)[1]
     pivot = Point(heel + jaw.hinge, pair.axis - jaw.pivot_offset)
-    scale = detail_scale((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
+    scale = scale_for((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
     view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
     # Places on the tail's middle line between two places along the jaw (m)
     start = heel - 1e-3
@@ -277,7 +277,7 @@ def _end(sheet: Sheet, layout: Layout, fault: DrawnFault, top: float) -> None:
     measured, limit = fault.sizes
     behind, (width, thick) = shaft(layout.spec), end_section(layout)
     assert behind is not None
-    scale = detail_scale((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
+    scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
     view = View(scale, (RIGHT + WIDE / 2, top - 28.0))
     sheet.draw(circle(Point(view.x(0.0), view.y(0.0)), view.length(behind.bore / 2)), Pen(0.35))
     box = [view.x(-width / 2), view.y(-thick / 2), view.x(width / 2), view.y(thick / 2)]

@@ -15,10 +15,10 @@ from sitscad.drawing.frame import (
     TEXT,
     THIN,
     View,
-    detail_scale,
     fitting_paragraph,
     mm,
     new_sheet,
+    scale_for,
     scale_text,
     span,
     table,
@@ -61,7 +61,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     if jaw is None or pair is None or closes is None:
         return None
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
-    scale = detail_scale((across, across), SECTION[2:])
+    scale = scale_for((across, across), SECTION[2:])
     scales = f"section {scale_text(scale)}"
     sheet = new_sheet(layout.spec, f"jaw {jaw.name}", scales, "see the package", forced, "the jaw from its tip")
     view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
@@ -98,7 +98,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     start, heel = jaw_range(layout, jaw)
     pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
     turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0
-    scale = detail_scale((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
+    scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
     right = SIDES[0] + SIDES[1]
     gap = closes.parallel_at if closes.reach is not None else 0.0
     closed, words = _closed(layout, closes, pivot)

@@ -9,14 +9,14 @@ from textwrap import wrap
 from sitscad.drawing.frame import (
     FORCED,
     HIDDEN,
+    SCALES,
     THICK,
     THIN,
     View,
+    fitting_paragraph,
     mm,
     new_sheet,
-    ordinates_x,
-    ordinates_y,
-    paragraph,
+    ordinates,
     placed,
     scale_for,
     scale_text,
@@ -64,7 +64,7 @@ def render(
 
 def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """The sheet: frame, cuts with their bridges, marks, and the first part's place."""
-    scale = scale_for(panel.size, ROOM[2:])
+    scale = scale_for(panel.size, ROOM[2:], SCALES)
     sheet = new_sheet(panel.layout.spec, "panel", scale_text(scale), artwork, forced)
     view = placed((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
@@ -96,9 +96,9 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
     xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
     ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
-    ordinates_x(sheet, view, xs, view.y(0.0), view.y(0.0) - 8.0)
-    ordinates_y(sheet, view, ys, view.x(0.0), view.x(0.0) - 8.0)
-    paragraph(sheet, 212.0, 190.0, 74.0, list(_notes(panel)), 2.4)
+    ordinates(sheet, view, 0, xs, view.y(0.0), view.y(0.0) - 8.0)
+    ordinates(sheet, view, 1, ys, view.x(0.0), view.x(0.0) - 8.0)
+    fitting_paragraph(sheet, 212.0, 190.0, 74.0, 40.0, list(_notes(panel)), 2.4)
     return sheet
 
 

@@ -13,14 +13,13 @@ from sitscad.drawing.frame import (
     THICK,
     THIN,
     View,
-    detail_scale,
     fitting_paragraph,
     mm,
     new_sheet,
-    ordinates_x,
-    ordinates_y,
+    ordinates,
     origin_cross,
     placed,
+    scale_for,
     scale_text,
     table,
 )
@@ -48,7 +47,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     if not pieces:
         return None
     box = _shown(layout, pieces)
-    scale = detail_scale((box[2] - box[0], box[3] - box[1]), ROOM[2:])
+    scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
     sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
     view = placed(box, scale, ROOM)
@@ -59,8 +58,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     centres = [coil.centre for coil in layout.coils]
     xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
     ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
-    ordinates_x(sheet, view, xs, low, low - 7.0)
-    ordinates_y(sheet, view, ys, left, left - 9.0)
+    ordinates(sheet, view, 0, xs, low, low - 7.0)
+    ordinates(sheet, view, 1, ys, left, left - 9.0)
     rows = [("coil", "x", "y", "turned by")]
     for coil in layout.coils:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
@@ -84,7 +83,7 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
     """The scale that `plan` draws at in some room."""
     box = _shown(layout, above_board(layout.spec))
-    return detail_scale((box[2] - box[0], box[3] - box[1]), room[2:])
+    return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
 def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
