@@ -120,7 +120,7 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
     grave = [finding for finding in checked.findings if finding.severity.weighs(Severity.WARNING)]
     forced, layout = not checked.is_orderable, design.layout
     try:
-        sheet = fit.drawing(layout, fit.faults_of(grave), forced) or jaw.drawing(layout, forced)
+        sheet = fit.drawing(layout, grave, forced) or jaw.drawing(layout, forced)
     except PartsError:
         return ""
     sheet = sheet or plan_view.drawing(layout, forced)

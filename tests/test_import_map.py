@@ -44,9 +44,8 @@ MAY_IMPORT = {
     "formats": {"units", "readout", "estimates", "geometry", "spec", "layout", "scene", "parts", "fabrication",
                 "drawing", "writer", "calibration"},
     "papers": {
-        "units", "check_values", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout", "fabrication",
-        "drawing",
-        "writer", "calibration",
+        "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",
+        "fabrication", "drawing", "writer", "calibration",
     },
     "report": {
         "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "parts", "estimates", "drawing",

@@ -437,7 +437,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
     from sitscad.drawing.svg import svg
     from sitscad.papers.drawings import fit
 
-    faults = fit.faults_of(f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING))
+    faults = [f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING)]
     sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 

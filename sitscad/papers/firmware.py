@@ -10,11 +10,15 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.settings import Device, devices
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_driver import driver_files
-from sitscad.papers.firmware_macros import addr_pin, force_macros, result_document, result_macros
 from sitscad.readout.converter import Converter
-from sitscad.scene.state import FREE, PRESSED
+from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+
+
+def addr_pin(converter: Converter, address: int) -> str:
+    """Level of the ADDR pin that selects an address."""
+    return ("low", "high")[converter.addresses.index(address)]
 
 
 def header_path(converter: Converter) -> str:
@@ -63,7 +67,12 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
 def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     converter = spec.readout.device
-    registers = converter.register_map
+    registers, conversion, counted = converter.register_map, estimates.readout.conversion, {}
+    if converter.has_gains and conversion is not None:  # what makes counts of results
+        counted = {
+            "result_bits": converter.bits, "count_bits": converter.count_bits,
+            "output_gain": estimates.readout.output_gain, "result_shift": conversion.shift,
+        }
     value: dict[str, Any] = {
         **({"warning": FORCED} if forced else {}),
         "name": spec.name,
@@ -72,7 +81,7 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
         "manufacturer_id": registers.MANUFACTURER,
         "device_id": converter.device_id,
         "clock_Hz": spec.readout.clock,
-        **result_document(converter, estimates.readout),
+        **counted,
         "reference_divider": estimates.readout.reference_divider,
         "reference_frequency_Hz": estimates.readout.reference_frequency,
         "input_divider": estimates.readout.input_divider,
@@ -155,7 +164,7 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
         f"#define {macro}_CONVERTERS {len(found)}u",
         *_conversion(spec, readout),
-        *result_macros(converter, readout),
+        *_result_macros(converter, readout),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -165,7 +174,7 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
     for number, device in enumerate(found):
         lines += _device(converter, number, device)
     lines += _coils(converter, estimates.coils)
-    lines += force_macros(converter, estimates.coils, spec.requirements.normal_force)
+    lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
     return "\n".join([*lines, "", "#endif", ""])
 
 
@@ -181,7 +190,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
                 f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
                 f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
-                f"{_step(estimates.readout, state)} {_inductance_step(estimates.readout, state)}{_scatter(state)}"
+                f"{_step(estimates.readout, state)}"
             )
     if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
@@ -229,23 +238,17 @@ def _timing(estimates: Estimates) -> list[str]:
 
 
 def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
-    """What a step of a reading is: of its result, or of what is counted."""
-    conversion = readout.conversion
-    is_rounded = conversion is not None and bool(conversion.rounding(state.frequency))
-    return "one step of the result" if is_rounded else "one count of the reference"
-
-
-def _inductance_step(readout: ReadoutEstimate, state: StateEstimate) -> str:
-    """A step of a reading in henries, of the inductance that the converter's formula makes."""
-    if readout.conversion is None or state.converter_inductance is None:
-        return "unknown"
-    return show(readout.conversion.inductance_step(state.converter_inductance, state.frequency), "H", 2)
-
-
-def _scatter(state: StateEstimate) -> str:
+    """What a step of a reading is (of its result, or of what is counted), in henries of the converter's formula, and
+    the scatter of the frequency.
+    """
+    conversion, inductance = readout.conversion, state.converter_inductance
+    step, size = "one count of the reference", "unknown"
+    if conversion is not None:
+        step = "one step of the result" if conversion.rounding(state.frequency) else step
+        size = size if inductance is None else show(conversion.inductance_step(inductance, state.frequency), "H", 2)
     if state.spread is None or not state.frequency:
-        return ""
-    return f"; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
+        return f"{step} {size}"
+    return f"{step} {size}; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
 
 
 def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
@@ -261,6 +264,92 @@ def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
         f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
         for name, value in values
         if value is not None
+    ]
+
+
+def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
+    """Addresses, mask and flags of the results."""
+    registers, macro, words = converter.register_map, converter.part, converter.result_words
+    upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
+    largest, digits = 2**converter.bits - 1, -(-converter.bits // 4)
+    ends = f"{converter.bits} bits, 0x{0:0{digits}X} being"
+    over = f"0x{largest:0{digits}X} over-range ({converter.source_of('cite_results')})"
+    if len(words) > 1:
+        first, second = words
+        lines = [
+            f"/* Results: read {first} before {second}; "
+            f"DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}, {ends}",
+            f" * under-range and {over}. The flags in {first} rise only where",
+        ]
+    else:
+        lines = [
+            f"/* Results: DATA = register & {macro}_{upper}_MASK, {ends} under-range and",
+            f" * {over}. The flags above them rise only where",
+        ]
+    lines += [
+        " * ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; "
+        f"{converter.source_of('cite_errors')});",
+        " * the value below lets all. */",
+    ]
+    for channel in range(converter.channels):
+        for word, address in zip(words, converter.data_addresses(channel), strict=True):
+            ending = f"_{word}" if len(words) > 1 else ""
+            lines.append(f"#define {macro}_DATA{channel}{ending} 0x{address:02X}u")
+    return [
+        "",
+        *lines,
+        f"#define {macro}_{upper}_MASK 0x{registers.DATA_MASK:04X}u",
+        *(
+            f"#define {macro}_{name} 0x{mask:04X}u /* {meaning} */"
+            for name, (mask, meaning) in registers.DATA_FLAGS.items()
+        ),
+        f"#define {macro}_STATUS 0x{registers.STATUS:02X}u",
+        f"#define {macro}_MANUFACTURER_ID_ADDRESS 0x{registers.MANUFACTURER_ID:02X}u",
+        f"#define {macro}_DEVICE_ID_ADDRESS 0x{registers.DEVICE_ID:02X}u",
+        *_count_macros(converter, readout),
+    ]
+
+
+def _count_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
+    """What makes counts of results that show a part of a conversion; nothing where they show all."""
+    conversion = readout.conversion
+    if not converter.has_gains or conversion is None:
+        return []
+    macro, name = converter.part, converter.name
+    offsets = ", ".join(f"{offset}u" for offset in readout.offsets)
+    return [
+        "",
+        f"/* A conversion has {converter.count_bits} bits, a result {converter.bits} of them: OUTPUT_GAIN and OFFSETx "
+        "of the settings below say which.",
+        f" * COUNTS makes a conversion of a coil's DATA (coil: its place in {name}_coils), which calibration.h takes:",
+        " * counts of one coil are to each other as its frequencies. */",
+        f"#define {macro}_DATA_SHIFT {conversion.shift}u",
+        f"#define {macro}_COUNTS(coil, data) \\",
+        f"    (((uint32_t)((data) & {macro}_DATA_MASK) << {macro}_DATA_SHIFT) + {name}_offsets[coil])",
+        f"static const uint16_t {name}_offsets[] = {{{offsets}}};",
+    ]
+
+
+def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
+    """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
+    found = []
+    for index, coil in enumerate(coils):
+        rest, pressed = (coil.states[name].converter_inductance if name in coil.states else None
+                         for name in (REST, PRESSED))
+        change, sigma = coil.converter_sensitivity(force) or (None, None)
+        values = {"L_REST_H": rest, "L_PRESSED_H": pressed, "L_PER_NEWTON_H": change, "L_PER_NEWTON_SIGMA_H": sigma}
+        found += [(index, name, value) for name, value in values.items() if value is not None]
+    if not found:
+        return []
+    macro = converter.part
+    return [
+        "",
+        f"/* Expected inductance by the formula (H), by the coil's place in {converter.name}_coils: "
+        "at rest without force,",
+        f" * pressed by {macro}_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
+        " * (H/N), a secant and no curve, with one sigma of manufacture. Estimates: calibrate every sensor. */",
+        *([f"#define {macro}_FORCE_PRESSED_N {force:.9e}"] if force else []),
+        *(f"#define {macro}_COIL{index}_{name} {value:.9e}" for index, name, value in found),
     ]
 
 

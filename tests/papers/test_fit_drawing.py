@@ -11,13 +11,19 @@ from tolerance import approx
 import sitscad
 from sitscad.drawing.frame import RED
 from sitscad.drawing.sheet import Label, flattened
+from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import bounding_box
 from sitscad.package.stages import failing_fit
-from sitscad.papers.drawings.fit import DrawnFault, drawing
+from sitscad.papers.drawings.fit import drawing
 from sitscad.scene.fit import pin_gaps
 from sitscad.spec import templates
 
-TALL = DrawnFault("SIT303", "stack-height", "mount.standoff", 5.4e-3, 5e-3)
+
+def fault(rule, name, key, measured, limit):
+    return Finding(rule, name, Severity.ERROR, "", key=key, measured=measured, limit=limit, unit="m")
+
+
+TALL = fault("SIT303", "stack-height", "mount.standoff", 5.4e-3, 5e-3)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +44,7 @@ def words(sheet, colour=RED):
 
 def test_nothing_is_drawn_of_what_fits_or_is_no_matter_of_sizes(layout):
     assert drawing(layout, []) is None
-    assert drawing(layout, [DrawnFault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
+    assert drawing(layout, [fault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
 
 
 def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
@@ -52,12 +58,12 @@ def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        (DrawnFault("SIT301", "sensor-width", "fpc.margin", 5.2e-3, 4.8e-3), "board 5.20"),
-        (DrawnFault("SIT301", "sensor-width", "elastomer.size", 5.2e-3, 4.8e-3), "elastomer 5.20"),
-        (DrawnFault("SIT302", "sensor-length", "array.pitch", 10.3e-3, 8e-3), "board 10.163"),
-        (DrawnFault("SIT309", "shield-gap", "shield.gap", 3.5e-3, 4e-3), "shield 3.50"),
-        (DrawnFault("SIT314", "printed-wall", "mount.standoff", 0.5e-3, 0.6e-3), "mount 0.50"),
-        (DrawnFault("SIT321", "solids-in-port", "mount", 2.7e-3, 2.5e-3), "needs 5.40"),
+        (fault("SIT301", "sensor-width", "fpc.margin", 5.2e-3, 4.8e-3), "board 5.20"),
+        (fault("SIT301", "sensor-width", "elastomer.size", 5.2e-3, 4.8e-3), "elastomer 5.20"),
+        (fault("SIT302", "sensor-length", "array.pitch", 10.3e-3, 8e-3), "board 10.163"),
+        (fault("SIT309", "shield-gap", "shield.gap", 3.5e-3, 4e-3), "shield 3.50"),
+        (fault("SIT314", "printed-wall", "mount.standoff", 0.5e-3, 0.6e-3), "mount 0.50"),
+        (fault("SIT321", "solids-in-port", "mount", 2.7e-3, 2.5e-3), "needs 5.40"),
     ],
 )
 def test_what_is_too_much_stands_in_red(layout, fault, said):
@@ -70,8 +76,8 @@ def test_the_tail_at_the_pin_and_its_end_in_the_tube_are_drawn(layout):
     changed = with_changes(layout, assembly__hinge_pin="2 mm", assembly__shaft_bore="2.4 mm")
     (gap, _) = [each for each in pin_gaps(changed) if not each.is_free]
     faults = [
-        DrawnFault("SIT324", "tail-past-hinge", "mount.standoff", gap.away, gap.pin),
-        DrawnFault("SIT325", "end-through-shaft", "fpc.tail.connector", 2.518e-3, 2.4e-3),
+        fault("SIT324", "tail-past-hinge", "mount.standoff", gap.away, gap.pin),
+        fault("SIT325", "end-through-shaft", "fpc.tail.connector", 2.518e-3, 2.4e-3),
         TALL,
     ]
     sheet = drawing(changed, faults, True)

@@ -6,7 +6,7 @@ of its own (`rendered`).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, circle, closed_polygon, polyline
 from sitscad.parts.mesh import TriangleMesh, manifold, tessellate
 from sitscad.parts.solid import Solid
-from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.jaws import section
 from sitscad.spec.mount import Mount
@@ -83,20 +82,11 @@ PORT = Pen(1.2, INK, (6.0, 4.0), round_ends=False)
 Polygons = list[list[tuple[float, float]]]
 
 
-@record
-class SectionView:
-    """From the section's millimetres (y across the jaw, z upwards) to pixels: scale, the left edge and the top."""
-
-    scale: float
-    left: float
-    top: float
-
-    def __call__(self, y: float, z: float) -> Point:
-        """A point of the section on the sheet, downwards from y = 0."""
-        return Point((y - self.left) * self.scale, (z - self.top) * self.scale)
+Place = Callable[[float, float], Point]
+"""From the section's millimetres (y across the jaw, z upwards) to the sheet, in pixels downwards from y = 0."""
 
 
-def _outlines(polygons: Polygons, place: SectionView) -> list[Path]:
+def _outlines(polygons: Polygons, place: Place) -> list[Path]:
     return [closed_polygon([place(*point) for point in polygon]) for polygon in polygons]
 
 
@@ -126,7 +116,7 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
 
 
 def _labels(
-    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: SectionView, x: float, height: float
+    sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: Place, x: float, height: float
 ) -> tuple[float, float, float, float]:
     """Names with thicknesses beside the section, from the top down, each with a line to its layer; the box of all."""
     rows: list[tuple[Point | None, float, str]] = []
@@ -179,14 +169,18 @@ def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:
             axis, radius, other = port
             y0, y1, z0 = min(y0, -radius), max(y1, radius), min(z0, axis - radius)
             z1 = max(axis + radius, *(point[1] for polygon in other for point in polygon))
-        place = SectionView(260.0 / (y1 - y0), y0, z1)
+        scale, corner = 260.0 / (y1 - y0), (y0, z1)
+
+        def place(y: float, z: float) -> Point:
+            return Point((y - corner[0]) * scale, (z - corner[1]) * scale)
+
         if port is not None:
             sheet.draw(_outlines(other, place), AREA, OTHER, "section-opposing-jaw")
         for solid, polygons in cuts:
             sheet.draw(_outlines(polygons, place), AREA, solid.colour, f"section-{solid.name}")
         if port is not None:
-            sheet.draw(circle(place(0.0, axis), radius * place.scale), PORT, name="section-port")
-        section = _labels(sheet, cuts, spec, place, 260.0 + 34.0, (z1 - z0) * place.scale)
+            sheet.draw(circle(place(0.0, axis), radius * scale), PORT, name="section-port")
+        section = _labels(sheet, cuts, spec, place, 260.0 + 34.0, (z1 - z0) * scale)
     boxes = ((0.0, 0.0, wide, tall), section)
     height = max(y1 - y0 for _, y0, _, y1 in boxes)
     sheet.size = (round(sum(x1 - x0 for x0, _, x1, _ in boxes) + GAP + 2 * MARGIN), round(height + 2 * MARGIN))

@@ -5,8 +5,7 @@ From the scene's figures alone, without a CAD kernel.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 from sitscad.drawing.frame import (
     CHAIN,
@@ -23,10 +22,10 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.sheet import BLACK, Pen, Sheet
+from sitscad.finding import Finding
 from sitscad.geometry.path import Point, circle, polyline, rectangle
 from sitscad.layout.board import Layout
 from sitscad.papers.drawings.jaw_views import COLOURS, EDGE, draw_names, draw_section, draw_side
-from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES
 from sitscad.scene.column import column, levels
 from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, end_section, measures, pin_gaps, shaft
@@ -46,41 +45,16 @@ HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "S
 """The rules whose findings are drawn."""
 
 
-@record
-class DrawnFault:
-    """A finding of the fit as drawn: rule and its name, the spec's key, what is measured and allowed, their unit."""
-
-    rule: str
-    name: str
-    key: str
-    measured: float | None
-    limit: float | None
-    unit: str | None = "m"
-
-    @property
-    def has_figures(self) -> bool:
-        """Whether it is measured against a limit."""
-        return self.measured is not None and self.limit is not None
-
-    @property
-    def has_sizes(self) -> bool:
-        """Whether it can be dimensioned."""
-        return self.has_figures and self.unit == "m"
-
-    @property
-    def sizes(self) -> tuple[float, float]:
-        """What is measured, and the limit (SI)."""
-        assert self.measured is not None and self.limit is not None
-        return self.measured, self.limit
+def _sizes(fault: Finding) -> tuple[float, ...]:
+    """What is measured, and the limit (m); nothing for what cannot be dimensioned."""
+    is_length = fault.measured is not None and fault.limit is not None and fault.unit == "m"
+    return (fault.measured or 0.0, fault.limit or 0.0) if is_length else ()
 
 
-def faults_of(findings: Iterable[Any]) -> list[DrawnFault]:
-    """Findings (`sitscad.finding.Finding`) as they are drawn."""
-    return [DrawnFault(f.rule, f.name, f.key or "", f.measured, f.limit, f.unit) for f in findings]
-
-
-def drawing(layout: Layout, faults: Sequence[DrawnFault], forced: bool = False, bodies: str = "") -> Sheet | None:
-    """The sheet, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn fails."""
+def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
+    """The sheet of some findings, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn
+    fails.
+    """
     jaw, shown = fitted_jaw(layout.spec.mount), [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
         return None
@@ -89,7 +63,7 @@ def drawing(layout: Layout, faults: Sequence[DrawnFault], forced: bool = False, 
     except PartsError:
         return None
     assert pair is not None
-    sized = [fault for fault in shown if fault.has_sizes]
+    sized = [fault for fault in shown if _sizes(fault)]
     # How much (m) the section has to show
     needed = (width for fault in sized for width in _needed(fault))
     scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
@@ -116,32 +90,31 @@ NOTE = (
 AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # What figures that are no lengths are written in
 
 
-def _row(fault: DrawnFault) -> tuple[str, ...]:
-    if fault.has_figures and fault.unit in AREAS:
+def _row(fault: Finding) -> tuple[str, ...]:
+    measured, limit, words = fault.measured, fault.limit, ["", "", ""]
+    if measured is not None and limit is not None and fault.unit in AREAS:
         factor, unit = AREAS[fault.unit]
-        measured, limit = (factor * size for size in fault.sizes)
-        return fault.rule, fault.name, *(f"{size:.3g} {unit}" for size in (measured, limit, abs(measured - limit)))
-    if not fault.has_sizes:
-        return fault.rule, fault.name, "", "", ""
-    across = RADIUS if fault.rule == "SIT321" else 1.0
-    measured, limit = (across * size for size in fault.sizes)
-    return fault.rule, fault.name, mm(measured), mm(limit), mm(abs(measured - limit))
+        words = [f"{factor * size:.3g} {unit}" for size in (measured, limit, abs(measured - limit))]
+    elif measured is not None and limit is not None and fault.unit == "m":
+        across = RADIUS if fault.rule == "SIT321" else 1.0
+        words = [mm(across * size) for size in (measured, limit, abs(measured - limit))]
+    return fault.rule, fault.name, *words
 
 
 RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: the drawing has diameters
 
 
-def _needed(fault: DrawnFault) -> Iterator[float]:
+def _needed(fault: Finding) -> Iterator[float]:
     """The circle (m) that a fault says the pair needs."""
     if fault.rule in ("SIT303", "SIT321"):
-        yield fault.sizes[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
+        yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
 
 
 def _section(
-    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[DrawnFault]
+    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]
 ) -> None:
     """The closed pair across the jaw, with the circle it needs and every width that is too much."""
-    sized = [fault for fault in shown if fault.has_sizes]
+    sized = [fault for fault in shown if _sizes(fault)]
     draw_section(sheet, layout, jaw, view, PORT)
     draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
     circles = [width for fault in sized for width in _needed(fault)]
@@ -173,15 +146,15 @@ def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: 
     span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
 
 
-def _widths(layout: Layout, jaw: Jaw, fault: DrawnFault) -> Iterator[tuple[float, str, float, str]]:
+def _widths(layout: Layout, jaw: Jaw, fault: Finding) -> Iterator[tuple[float, str, float, str]]:
     """What is too wide and its limit, both about the middle and in words (m)."""
-    measured, limit = fault.sizes
+    measured, limit = _sizes(fault)
     if fault.rule == "SIT309":
         yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
     if fault.rule != "SIT301":
         return
     over = next((each for each in measures(layout) if each.name == OVERHANG), None)
-    part = fault.key.partition(".")[0]
+    part = (fault.key or "").partition(".")[0]
     if over is not None and math.isclose(measured, over.measured):
         face = section(rim(jaw)).face
         yield layout.body_size[1], f"board {mm(layout.body_size[1])}", face, f"jaw's face {mm(face)}"
@@ -191,9 +164,9 @@ def _widths(layout: Layout, jaw: Jaw, fault: DrawnFault) -> Iterator[tuple[float
         yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
 
 
-def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: DrawnFault, x: float) -> None:
+def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Finding, x: float) -> None:
     """The thickness of a printed piece that cannot be made."""
-    measured, limit = fault.sizes
+    measured, limit = _sizes(fault)
     at = levels(column(layout))
     middle = at["opposing-jaw"][1].nominal / 2
     for name in MOUNT_PIECES:
@@ -208,7 +181,7 @@ def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: DrawnFault, x: f
 Draw = Callable[[Sheet, float], None]
 
 
-def _beside(layout: Layout, jaw: Jaw, sized: dict[str, DrawnFault]) -> list[Draw]:
+def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
     """The views beside the section: along the jaw, at the hinge, through the shaft; those whose rules fail."""
     found: list[Draw] = []
     if (long := sized.get("SIT302")) is not None:
@@ -220,7 +193,7 @@ def _beside(layout: Layout, jaw: Jaw, sized: dict[str, DrawnFault]) -> list[Draw
     return found
 
 
-def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: DrawnFault, top: float) -> None:
+def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
     """The pair from the side, with the body's length beside the jaw's."""
     start, heel = jaw_range(layout, jaw)
     body = layout.body[0], layout.body[2]
@@ -236,7 +209,7 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: DrawnFault, top: float
     def at(x: float) -> float:
         return right - scale * 1e3 * (x1 - x)
 
-    _, limit = fault.sizes
+    _, limit = _sizes(fault)
     span(
         sheet, (at(body[0]), middle - half - 5.0), (at(body[1]), middle - half - 5.0), f"board {mm(body[1] - body[0])}",
         colour=RED,
@@ -273,8 +246,8 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
 
 
-def _end(sheet: Sheet, layout: Layout, fault: DrawnFault, top: float) -> None:
-    measured, limit = fault.sizes
+def _end(sheet: Sheet, layout: Layout, fault: Finding, top: float) -> None:
+    measured, limit = _sizes(fault)
     behind, (width, thick) = shaft(layout.spec), end_section(layout)
     assert behind is not None
     scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))

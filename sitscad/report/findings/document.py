@@ -15,7 +15,6 @@ from sitscad.check_values import Closing, Measure, RequirementResult, Share, Sig
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.source import SpecSource
 from sitscad.version import __version__
 
 
@@ -102,18 +101,16 @@ def checked_spec(
     board: tuple[float, float, float, float] | None = None,
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
-    source, placed = spec.source, (_placed(spec.source, finding) for finding in findings)
+    source, placed = spec.source, []
+    for finding in findings:
+        if finding.line is None:
+            line, column = source.locate(finding.key)
+            finding = replace(finding, line=line, column=column)
+        placed.append(finding)
     return CheckedSpec(
         source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
         closing=closing, reached=tuple(reached), name=spec.name, board=board,
     )
-
-
-def _placed(source: SpecSource, finding: Finding) -> Finding:
-    if finding.line is not None:
-        return finding
-    line, column = source.locate(finding.key)
-    return replace(finding, line=line, column=column)
 
 
 def in_order(findings: Sequence[Finding]) -> list[Finding]:
@@ -218,13 +215,13 @@ SIGNAL = {
 """What JSON says of a signal, and the fields of `Signal` that it stands for."""
 
 
+TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+"""What JSON says of every finding; the rest only where there is something."""
+
+
 def finding_json(finding: Finding) -> dict[str, Any]:
     """One finding as plain values for JSON."""
-    entry: dict[str, Any] = {
-        "rule": finding.rule, "name": finding.name, "severity": finding.severity.value, "message": finding.message,
-        "hint": finding.hint, "key": finding.key, "line": finding.line, "column": finding.column,
-        "measured": finding.measured, "limit": finding.limit, "unit": finding.unit, "source": finding.source,
-    }
+    entry: dict[str, Any] = {name: getattr(finding, name) for name in TOLD} | {"severity": finding.severity.value}
     if finding.detail:
         entry["detail"] = finding.detail
     if finding.sigma is not None:
@@ -279,18 +276,17 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
 
 def _finding(entry: dict[str, Any]) -> Finding:
     place = entry.get("place")
-    told = ("rule", "name", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+    fixes = (
+        Remedy(tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in one["edits"]),
+               tuple(one["brings"]))
+        for one in entry.get("fixes", ())
+    )
     return Finding(
-        **{name: entry[name] for name in told}, severity=Severity(entry["severity"]), sigma=entry.get("sigma"),
+        **{name: entry[name] for name in TOLD} | {"severity": Severity(entry["severity"])}, sigma=entry.get("sigma"),
         keeps_limit=entry.get("keeps_limit", False), detail=entry.get("detail", ""), file=entry.get("file"),
         place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
-        fixes=tuple(_remedy(each) for each in entry.get("fixes", ())),
+        fixes=tuple(fixes),
     )
-
-
-def _remedy(entry: dict[str, Any]) -> Remedy:
-    edits = tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in entry["edits"])
-    return Remedy(edits, tuple(entry["brings"]))
 
 
 def _measure(entry: dict[str, Any]) -> Measure:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Protocol
@@ -221,25 +221,20 @@ def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
 
 def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
     """What is ignored and why, a line a finding in the whole form, else a rule and reason; and silenced errors."""
-    head = f"{_named(spec, name_it)}ignored: "
-    lines = [line for words in _ignored_words(spec, output.verbose) for line in _folded(head, words, INDENT, output)]
-    if spec.silenced:
-        rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
-        marked = f"{rules}: a package is marked as one that is not to be ordered"
-        lines += _folded(f"{_named(spec, name_it)}silenced errors: ", marked, INDENT, output)
-    return _dim(lines, output)
-
-
-def _ignored_words(spec: CheckedSpec, whole: bool) -> Iterator[str]:
     def why(each: Ignored) -> tuple[str, str]:
         return each.finding.rule, f"({each.by}: {each.reason})"
 
-    if whole:
-        yield from (f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored)
-        return
-    for (rule, reason), found in groupby(sorted(spec.ignored, key=why), why):
-        count = len(list(found))
-        yield f"{rule} {f'{count} times ' if count > 1 else ''}{reason}"
+    words = [f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored]
+    if not output.verbose:
+        groups = ((*key, len(list(found))) for key, found in groupby(sorted(spec.ignored, key=why), why))
+        words = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
+    name = _named(spec, name_it)
+    lines = [line for each in words for line in _folded(f"{name}ignored: ", each, INDENT, output)]
+    if spec.silenced:
+        rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
+        marked = f"{rules}: a package is marked as one that is not to be ordered"
+        lines += _folded(f"{name}silenced errors: ", marked, INDENT, output)
+    return _dim(lines, output)
 
 
 def _figures_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
