@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sitscad.scene.state import titled
 from sitscad.units import show
@@ -14,6 +14,14 @@ if TYPE_CHECKING:
     from sitscad.estimates import Estimates
 
 NONE = "-"
+
+
+class Table(NamedTuple):
+    """A table as text and page have it: the heads of its columns, its rows (none: it is not shown), its title."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str
 
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
@@ -98,8 +106,6 @@ def fit_json(measure: Measure) -> dict[str, Any]:
     return told | {"parts": [{key: getattr(s, field) for key, field in SHARE.items()} for s in measure.parts]}
 
 
-CLOSING_TITLE = "The jaws about their hinge, on tissue between them at the sensor's middle"
-CLOSING_HEAD = ("tissue", "angle between the faces", "touches first", "faces slide until parallel")
 _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
@@ -112,24 +118,19 @@ def closing_words(closing: Closing) -> str:
     return f"the faces are parallel on {_length(closing.parallel_at, 3)} of tissue{leans}"
 
 
-def closing_rows(closing: Closing | None) -> list[list[str]]:
-    """Thicknesses of tissue, and how the faces stand on them; nothing without a jaw or its hinge."""
-    if closing is None:
-        return []
+def closing_table(closing: Closing) -> Table:
+    """Thicknesses of tissue, and how the faces stand on them."""
     at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
     most = closing.most
     angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
-    return [
-        [_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", _first(angle), _length(abs(closing.slide(t) or 0.0), 3)]
-        for t, angle in angles
-        if angle is not None
-    ]
-
-
-def _first(angle: float) -> str:
-    if abs(angle) < 1e-6:
-        return "the whole face"
-    return "the heel" if angle > 0.0 else "the tip"
+    rows = []
+    for t, angle in angles:
+        if angle is not None:
+            first = "the whole face" if abs(angle) < 1e-6 else "the heel" if angle > 0.0 else "the tip"
+            slide = _length(abs(closing.slide(t) or 0.0), 3)
+            rows.append([_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", first, slide])
+    return Table(("tissue", "angle between the faces", "touches first", "faces slide until parallel"), rows,
+                 "The jaws about their hinge, on tissue between them at the sensor's middle")
 
 
 def closing_json(closing: Closing) -> dict[str, Any]:
@@ -222,26 +223,21 @@ def other_rows(estimates: Estimates) -> list[list[str]]:
     ] + [[name, "per newton", NONE, plus_minus(pair[0], pair[1], "H", "/N")] for name, pair in found if pair]
 
 
-MOST_TITLE = (
-    "Most signal per newton{of}, all else as it is (within a few per cent: the target as an endless plate's share)"
-)
-
 NO_MORE = "nothing: thicker gives no more"
 
-MOST_HEAD = ("part", "thickness", "change per newton", "thickness now", "now", "ended by")
 
-
-def most_title(found: Sequence[Most]) -> str:
-    """The title of such a table: of which cell it is."""
-    cell = found[0].cell if found else None
-    return MOST_TITLE.format(of="" if cell is None else f" of {found[0].coil} (cell {cell}, of least signal)")
-
-
-def most_rows(found: Iterable[Most]) -> list[list[str]]:
-    """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them."""
-    return [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
+def most_table(found: Sequence[Most]) -> Table:
+    """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them; the
+    title names the cell.
+    """
+    rows = [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
              f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NO_MORE]
             for one in found]
+    cell = found[0].cell if found else None
+    of = "" if cell is None else f" of {found[0].coil} (cell {cell}, of least signal)"
+    title = (f"Most signal per newton{of}, all else as it is (within a few per cent: the target as an endless plate's "
+             "share)")
+    return Table(("part", "thickness", "change per newton", "thickness now", "now", "ended by"), rows, title)
 
 
 def _percent(share: float) -> str:

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 from sitscad.estimates.performance.values import largest_lasting
 from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
 from sitscad.report.measures import (
-    MOST_HEAD,
     NONE,
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,
     SIGNAL_TITLE,
-    most_rows,
-    most_title,
+    Table,
+    most_table,
     other_rows,
     plus_minus,
     quantity,
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from sitscad.check_values import Most
     from sitscad.estimates import Estimates, ReadoutEstimate
     from sitscad.estimates.performance.values import Performance
+    from sitscad.estimates.values import StateEstimate
 
     Felt = Sequence[Performance] | None
 
@@ -47,15 +47,15 @@ def as_text(
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
-        _titled(most_title(most), table(MOST_HEAD, most_rows(most)), colour),
-        _titled(STATE_TITLE, table(STATE_HEAD, state_rows(estimates)), colour),
+        _shown(most_table(most), colour),
+        _shown(state_table(estimates), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
-        _titled("What the converter resolves", table(READING_HEAD, reading_rows(estimates)), colour),
+        _shown(reading_table(estimates), colour),
         _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
         _titled(CELLS_TITLE, table(*_told(cells)), colour),
         *felt_blocks(felt or (), colour),
-        _titled("Scatter of manufacture, one sigma", table(SPREAD_HEAD, spread_rows(estimates)), colour),
+        _shown(spread_table(estimates), colour),
         _matrix(estimates, colour),
         _titled(f"Readout ({estimates.readout.device.part})", table([], readout_rows(estimates)), colour),
         _titled(GAPS_TITLE, table([], gap_rows(estimates)), colour),
@@ -190,60 +190,47 @@ def part_rows(estimates: Estimates) -> list[list[str]]:
     return [["sensor frequency", *frequencies], *rows, ["sum: terminal inductance at that frequency", *sums]]
 
 
-READING_HEAD = ("coil", "state", "step", "quantisation noise (step / sqrt 12)", "amplitude at the coil")
+def _by_state(
+    estimates: Estimates, title: str, columns: Mapping[str, Callable[[StateEstimate], str]], needed: str = "state"
+) -> Table:
+    """One row a coil and state, of states that have what is `needed` alone (a field of theirs)."""
+    found = [(coil.name, state) for coil in estimates.coils for state in coil.states.values()]
+    rows = [[name, titled(state.state), *(told(state) for told in columns.values())]
+            for name, state in found if getattr(state, needed) is not None]
+    return Table(("coil", "state", *columns), rows, title)
 
 
-def reading_rows(estimates: Estimates) -> list[list[str]]:
+def state_table(estimates: Estimates) -> Table:
+    """What the tank is at the contacts in every state."""
+    return _by_state(estimates, "At the contacts, leads included: what rules and limits judge", {
+        "inductance": lambda s: quantity(s.inductance, "H"), "resistance": lambda s: quantity(s.resistance, "ohm"),
+        "frequency": lambda s: quantity(s.frequency, "Hz"), "Rp": lambda s: quantity(s.parallel_resistance, "ohm"),
+        "Q": lambda s: quantity(s.quality_factor, "", 3), "amplitude": lambda s: quantity(s.amplitude, "V", 3),
+    })
+
+
+def reading_table(estimates: Estimates) -> Table:
     """One step of the converter in every state and one sigma of the noise of quantisation alone, in henries."""
-    return [
-        [
-            coil.name, titled(state.state), quantity(state.quantum, "H", 3), quantity(state.noise, "H", 3),
-            quantity(state.coil_amplitude, "V", 3),
-        ]
-        for coil in estimates.coils
-        for state in coil.states.values()
-        if state.quantum is not None
-    ]
+    return _by_state(estimates, "What the converter resolves", {
+        "step": lambda s: quantity(s.quantum, "H", 3),
+        "quantisation noise (step / sqrt 12)": lambda s: quantity(s.noise, "H", 3),
+        "amplitude at the coil": lambda s: quantity(s.coil_amplitude, "V", 3),
+    }, "quantum")
 
 
-SPREAD_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "amplitude", "Rp mostly by")
-
-
-def spread_rows(estimates: Estimates) -> list[list[str]]:
+def spread_table(estimates: Estimates) -> Table:
     """One sigma of every state's numbers by the tolerances of manufacture, relative, and the largest cause for Rp."""
-    return [
-        [
-            coil.name, titled(state.state), _share(spread.inductance, state.inductance),
-            _share(spread.resistance, state.resistance), _share(spread.frequency, state.frequency),
-            _share(spread.parallel_resistance, state.parallel_resistance), _share(spread.amplitude, state.amplitude),
-            spread.causes.get("parallel_resistance", NONE),
-        ]
-        for coil in estimates.coils
-        for state in coil.states.values()
-        if (spread := state.spread) is not None
-    ]
+    def share(name: str) -> Callable[[StateEstimate], str]:
+        return lambda s: _share(getattr(s.spread, name), getattr(s, name))
+
+    names = ("inductance", "resistance", "frequency", "parallel_resistance", "amplitude")
+    columns = {"Rp" if name == "parallel_resistance" else name: share(name) for name in names}
+    columns["Rp mostly by"] = lambda s: s.spread.causes.get("parallel_resistance", NONE) if s.spread else NONE
+    return _by_state(estimates, "Scatter of manufacture, one sigma", columns, "spread")
 
 
 def _share(part: float, whole: float) -> str:
     return f"{100.0 * part / whole:.2g} %" if whole and math.isfinite(part / whole) else NONE
-
-
-STATE_TITLE = "At the contacts, leads included: what rules and limits judge"
-
-STATE_HEAD = ("coil", "state", "inductance", "resistance", "frequency", "Rp", "Q", "amplitude")
-
-
-def state_rows(estimates: Estimates) -> list[list[str]]:
-    """One row a coil and state."""
-    return [
-        [
-            coil.name, titled(state.state), quantity(state.inductance, "H"), quantity(state.resistance, "ohm"),
-            quantity(state.frequency, "Hz"), quantity(state.parallel_resistance, "ohm"),
-            quantity(state.quality_factor, "", 3), quantity(state.amplitude, "V", 3),
-        ]
-        for coil in estimates.coils
-        for state in coil.states.values()
-    ]
 
 
 def matrix_rows(estimates: Estimates) -> list[list[str]]:
@@ -324,13 +311,7 @@ def gap_rows(estimates: Estimates) -> list[list[str]]:
     ]
 
 
-INCOMING_TITLE = "The bare board when it comes, at 20 degC, far from metal: between a coil's contacts, +- one sigma"
-INCOMING_HEAD = (
-    "coil", "meter at", "inductance read", "resistance", "computed within", "direct current", "in the tank",
-)
-
-
-def incoming_rows(bench: Estimates) -> list[list[str]]:
+def incoming_table(bench: Estimates) -> Table:
     """What a usual meter and one at the tank's frequency read of each coil, two rows a coil."""
     found = []
     for read, coil in zip(bench.metered, bench.coils, strict=False):
@@ -345,7 +326,9 @@ def incoming_rows(bench: Estimates) -> list[list[str]]:
                           plus_minus(free.apparent_inductance or math.nan, by_l, "H", digits=4),
                           plus_minus(free.resistance, by_r, "ohm"), percent(free.resistance_error), NONE,
                           plus_minus(free.frequency, by_f, "Hz")])
-    return found
+    head = "coil", "meter at", "inductance read", "resistance", "computed within", "direct current", "in the tank"
+    title = "The bare board when it comes, at 20 degC, far from metal: between a coil's contacts, +- one sigma"
+    return Table(head, found, title)
 
 
 def compression_rows(estimates: Estimates) -> list[list[str]]:
@@ -423,6 +406,10 @@ _NUMERIC = frozenset("0123456789+-")
 
 def _titled(title: str, lines: Sequence[str], colour: bool) -> str:
     return "\n".join([styled(title, "bold", colour), *(f"  {line}" for line in lines)]) if lines else ""
+
+
+def _shown(found: Table, colour: bool) -> str:
+    return _titled(found.title, table(found.head, found.rows), colour)
 
 
 def _matrix(estimates: Estimates, colour: bool) -> str:

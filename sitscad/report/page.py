@@ -264,12 +264,12 @@ def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
     felt = signals(estimates)
     return (
         _table(names if felt else ["", ""], measures.signal_rows(felt, estimates), measures.SIGNAL_TITLE)
-        + _table(measures.MOST_HEAD, measures.most_rows(most), measures.most_title(most))
-        + _table(numbers.STATE_HEAD, numbers.state_rows(estimates), numbers.STATE_TITLE)
-        + _table(numbers.READING_HEAD, numbers.reading_rows(estimates), "What the converter resolves")
+        + _table(*measures.most_table(most))
+        + _table(*numbers.state_table(estimates))
+        + _table(*numbers.reading_table(estimates))
         + _table(measures.OTHERS_HEAD, measures.other_rows(estimates), measures.OTHERS_TITLE)
         + _list(measures.OTHERS_MEANING)
-        + _table(numbers.SPREAD_HEAD, numbers.spread_rows(estimates), "Scatter of manufacture, one sigma")
+        + _table(*numbers.spread_table(estimates))
         + _table(names, numbers.coil_rows(estimates), "Each coil")
         + _table(names, numbers.part_rows(estimates), numbers.PARTS_TITLE)
         + (matrix if len(estimates.coils) > 1 else "")
@@ -291,7 +291,7 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
         if code is not None and readout.drive_code is not None and not readout.high_current
         else ""
     )
-    return _table(numbers.INCOMING_HEAD, numbers.incoming_rows(bench), numbers.INCOMING_TITLE) + drive
+    return _table(*numbers.incoming_table(bench)) + drive
 
 
 def _feeling(sheet: Document) -> str:
@@ -318,7 +318,7 @@ def _fit(checked: CheckedSpec) -> str:
     return (
         _table(measures.FIT_HEAD, measures.fit_rows(checked.fit), measures.FIT_TITLE)
         + _table(measures.PARTS_HEAD, measures.part_rows(checked.fit), measures.PARTS_TITLE)
-        + _table(measures.CLOSING_HEAD, measures.closing_rows(checked.closing), measures.CLOSING_TITLE)
+        + ("" if checked.closing is None else _table(*measures.closing_table(checked.closing)))
     )
 
 
