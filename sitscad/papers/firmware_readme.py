@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from sitscad.calibration.unknowns import usual
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import CoilBands, bands
-from sitscad.estimates.values import Estimates, Metered
+from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import socket_pad
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
@@ -110,16 +110,12 @@ def _coils(found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
     if bench.metered:
         meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
         yield f"{meter} between the contacts of the bare board, far from metal, at 20 degC:"
-        yield from (_metered(one) for one in bench.metered)
-
-
-def _metered(one: Metered) -> str:
-    """What a meter reads, each with five sigma."""
-    inductance, direct = 5.0 * one.inductance_sigma, 5.0 * one.direct_sigma
-    return (
-        f"  {one.coil:<6}L {show(one.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
-        f"direct current {show(one.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
-    )
+        for read in bench.metered:
+            inductance, direct = 5.0 * read.inductance_sigma, 5.0 * read.direct_sigma
+            yield (
+                f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
+                f"direct current {show(read.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
+            )
 
 
 def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:

@@ -40,7 +40,10 @@ def live_page(
     cells by the cell's own. From a disk it reads a serial port, `served` the events of a server; of a `forced` package
     it says so. Raises ValueError where the sensor cannot be read, and for maps of others.
     """
-    known = [_known(one.get("map", one), spec) for one in calibrations]
+    known = []
+    for one in (one.get("map", one) for one in calibrations):
+        own, prefix = map_columns(spec, one["coils"])  # the places of its coils among all, what stands before its axes
+        known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
     bar = "" if served else BAR
@@ -61,14 +64,6 @@ def live_page(
         embedded("readings-data", document), f"<script>{scripts}</script>",
     ]
     return page(f"{spec.name}, live", parts).encode("utf-8")
-
-
-def _known(known: Document, spec: SensorSpec) -> dict[str, Any]:
-    """A map with the places of its coils among all, and what stands before its axes. Raises ValueError for a map of
-    other coils.
-    """
-    own, prefix = map_columns(spec, known["coils"])
-    return {**known, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix}
 
 
 def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:

@@ -24,10 +24,16 @@ from sitscad.drawing.frame import CHAIN, View
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Coil, Layout, Pad
 from sitscad.scene.tail_path import bends
 from sitscad.spec.coil import CoilSpec
 from sitscad.units import show
+
+
+def pad_outline(pad: Pad) -> Path:
+    """The rectangle (m) of a contact on the board."""
+    (w, h), (x, y) = pad.size, pad.centre
+    return rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 
 def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
@@ -254,9 +260,8 @@ def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> 
             for drop in (drop for drop in layout.teardrops if drop.layer == layer and drop.net == net):
                 sheet.draw(view.path(drop.outline), None, colour(layer))
     for pad in (pad for pad in layout.all_pads if pad.layer == layer):
-        (w, h), (x, y) = pad.size, pad.centre
-        box = view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
-        sheet.draw(box, flat(1.0, colour(layer)), CONTACT, name=f"{name}-pad-{pad.reference}-{pad.number}")
+        box, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
+        sheet.draw(box, flat(1.0, colour(layer)), CONTACT, name=ident)
 
 
 def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:

@@ -30,7 +30,7 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.pictures.board import coil_extent, draw_coil, picture
+from sitscad.drawing.pictures.board import coil_extent, draw_coil, pad_outline, picture
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.board_end import tail_width
@@ -264,10 +264,9 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
     """The top layer's tracks as they are, up to a limit along x, and all contacts; `name` begins every id."""
     draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
     for pad in layout.all_pads:
-        (w, h), (x, y) = pad.size, pad.centre
-        if x + w / 2 <= limit + 1e-9:
-            drawn = view.path(rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2))
-            sheet.draw(drawn, THIN, CONTACT, name=f"{name}-pad-{pad.reference}-{pad.number}", kind=f"net-{pad.net}")
+        if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
+            drawn, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
+            sheet.draw(drawn, THIN, CONTACT, name=ident, kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
         _first_and_last(sheet, layout, view)
 

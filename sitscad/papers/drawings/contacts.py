@@ -25,6 +25,7 @@ from sitscad.drawing.frame import (
     span,
     table,
 )
+from sitscad.drawing.pictures.board import pad_outline
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.fabrication.board_end import (
     bare_size,
@@ -38,8 +39,8 @@ from sitscad.fabrication.board_end import (
 )
 from sitscad.fabrication.notes import chip_text, stiffener_text
 from sitscad.geometry.convex import Box, area_inside, parts_inside
-from sitscad.geometry.path import Path, bounding_box, circle, rectangle
-from sitscad.layout.board import Layout, Pad
+from sitscad.geometry.path import bounding_box, circle, rectangle
+from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts, head
 
 ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
@@ -53,7 +54,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     """The sheet; None for a board without contacts."""
     if not layout.pads:
         return None
-    x0, y0, x1, y1 = bounding_box([_shape(pad) for pad in layout.pads])
+    x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     sheet = new_sheet(layout.spec, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
@@ -64,11 +65,6 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     low = table(sheet, 148.0, 190.0, COLUMNS, rows, size)
     fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_notes(layout)), 2.3)
     return sheet
-
-
-def _shape(pad: Pad) -> Path:
-    (w, h), (x, y) = pad.size, pad.centre
-    return rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 
 def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, is_within: bool = False) -> None:
@@ -96,7 +92,7 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
             sheet.draw(view.path(inside), THIN, "#ffffff")
     for pad in layout.pads:
         name = f"contacts-pad-{pad.reference}-{pad.number}"
-        sheet.draw(view.path(_shape(pad)), THIN, CONTACT, name=name, kind=f"net-{pad.net}")
+        sheet.draw(view.path(pad_outline(pad)), THIN, CONTACT, name=name, kind=f"net-{pad.net}")
     for opening in layout.top_openings:
         for piece in parts_inside(opening.outline, box):
             sheet.draw(view.path(piece), HIDDEN)
