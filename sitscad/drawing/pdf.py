@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from sitscad.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
-from sitscad.geometry.path import Arc, Path, Point
+from sitscad.geometry.path import Arc, Path, Point, polar
 from sitscad.units import decimal
 
 POINTS = 72.0 / 25.4  # PDF's units in a millimetre
@@ -129,13 +129,7 @@ def _path(path: Path) -> Iterator[str]:
             reach = segment.radius * 4.0 / 3.0 * math.tan(step / 4.0)
             for i in range(count):
                 one, other = segment.start_angle + i * step, segment.start_angle + (i + 1) * step
-                a, b = (
-                    Point(
-                        segment.centre.x + segment.radius * math.cos(angle),
-                        segment.centre.y + segment.radius * math.sin(angle),
-                    )
-                    for angle in (one, other)
-                )
+                a, b = (polar(segment.radius, angle, segment.centre) for angle in (one, other))
                 control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
                 control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
                 yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"

@@ -303,8 +303,8 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
                         [np.full(97, x), middle + radius * np.cos(turns), z + radius * np.sin(turns)], axis=1
                     )
                     sheet.draw(polyline([Point(*place) for place in view(places).tolist()]), PORT)
-            below = min(-TITLE + float(np.concatenate([view(mesh.vertices) for mesh in meshes])[:, 1].min()), -TITLE)
-            _axes(sheet, view, (SIZE[0] + 60.0, min(below + 50.0, -TITLE - 190.0)))
+            lowest = min(float(view(mesh.vertices)[:, 1].min()) for mesh in meshes)
+            _axes(sheet, view, (SIZE[0] + 60.0, min(min(-TITLE + lowest, -TITLE) + 50.0, -TITLE - 190.0)))
             rows = [each for each in clash.bodies if each.clashes]
             for i, each in enumerate(rows):
                 y = -TITLE - SWATCH * (i + 1)
@@ -312,8 +312,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
                     polyline([Point(SIZE[0] + 20.0, y + 4.0), Point(SIZE[0] + 34.0, y + 4.0)]), Pen(9.0, each.colour)
                 )
                 sheet.text(SIZE[0] + 42.0, y, each.name, LETTERS)
-            drawn = np.concatenate([view(mesh.vertices) for mesh in meshes])
-            heights.append(max(TITLE - float(drawn[:, 1].min()), TITLE + SWATCH * len(rows), TITLE + 260.0) + MARGIN)
+            heights.append(max(TITLE - lowest, TITLE + SWATCH * len(rows), TITLE + 260.0) + MARGIN)
     wide, high = 2 * MARGIN + SIZE[0] + NAMES, MARGIN + sum(heights)
     sheet.size = (wide, high)
     downs = accumulate(heights[:-1], initial=MARGIN)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Protocol
@@ -84,16 +85,16 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
     its spec where there are several, or `OutputOptions.named` says that others are told before or after; several specs
     have their figures in the whole form only.
     """
-    name_it, colour = output.named or len(checked) > 1, output.colour
+    output, colour = replace(output, named=output.named or len(checked) > 1), output.colour
     groups = [group for spec in checked for group in _findings_text(spec, output)]
-    if output.verbose or not name_it:
-        groups += [_figures_text(spec, name_it, output) for spec in checked]
-    name = _named(checked[0], output.named) if len(checked) == 1 else ""
+    if output.verbose or not output.named:
+        groups += [_figures_text(spec, output) for spec in checked]
+    name = _named(checked[0], output) if len(checked) == 1 else ""
     if output.verbose:
-        last = [line for spec in checked for line in _reasons_text(spec, name_it, output)]
+        last = [line for spec in checked for line in _reasons_text(spec, output)]
     else:
         last = _not_checked_text(checked, name, output)
-    last += [line for spec in checked for line in _ignored_text(spec, name_it, output)]
+    last += [line for spec in checked for line in _ignored_text(spec, output)]
     said = summary(checked, colour)
     if not output.verbose:  # what the short form left out of the findings, and how it is seen
         milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(output.fail_on)}
@@ -201,7 +202,7 @@ def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputO
     return _dim(_folded(f"{name}not checked: {counted(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
 
 
-def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
+def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     """The rules of one spec that were not checked, one line a reason."""
     reasons: dict[str, list[str]] = {}
     requirements: list[str] = []  # all that are not stated make one line, not one each
@@ -214,12 +215,12 @@ def _reasons_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
     if requirements:
         unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
-    head = f"{_named(spec, name_it)}not checked: "
+    head = f"{_named(spec, output)}not checked: "
     told = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
     return _dim((line for words in told for line in _folded(head, words, INDENT, output)), output)
 
 
-def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
+def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     """What is ignored and why, a line a finding in the whole form, else a rule and reason; and silenced errors."""
     def why(each: Ignored) -> tuple[str, str]:
         return each.finding.rule, f"({each.by}: {each.reason})"
@@ -228,7 +229,7 @@ def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
     if not output.verbose:
         groups = ((*key, len(list(found))) for key, found in groupby(sorted(spec.ignored, key=why), why))
         words = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
-    name = _named(spec, name_it)
+    name = _named(spec, output)
     lines = [line for each in words for line in _folded(f"{name}ignored: ", each, INDENT, output)]
     if spec.silenced:
         rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
@@ -237,7 +238,7 @@ def _ignored_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
     return _dim(lines, output)
 
 
-def _figures_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> list[str]:
+def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
@@ -254,12 +255,12 @@ def _figures_text(spec: CheckedSpec, name_it: bool, output: OutputOptions) -> li
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
     width = max((len(label) for label, words in rows if words), default=0) + 2
     labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
-    name = _named(spec, name_it)
+    name = _named(spec, output)
     return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, output)]
 
 
-def _named(spec: CheckedSpec, name_it: bool) -> str:
-    return f"{printable(spec.path)}: " if name_it else ""
+def _named(spec: CheckedSpec, output: OutputOptions) -> str:
+    return f"{printable(spec.path)}: " if output.named else ""
 
 
 def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
