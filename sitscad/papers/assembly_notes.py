@@ -17,7 +17,7 @@ from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
-from sitscad.papers.parts_list import order_of
+from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.column import Levels, Toleranced, column, levels, plate_thickness
 from sitscad.scene.fit import measures

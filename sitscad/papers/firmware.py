@@ -9,16 +9,11 @@ from typing import Any
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.settings import Device, devices
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.papers.firmware_driver import driver_files
+from sitscad.papers.firmware_driver import addr_pin, driver_files
 from sitscad.readout.converter import Converter
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
-
-
-def addr_pin(converter: Converter, address: int) -> str:
-    """Level of the ADDR pin that selects an address."""
-    return ("low", "high")[converter.addresses.index(address)]
 
 
 def header_path(converter: Converter) -> str:

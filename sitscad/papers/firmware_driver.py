@@ -13,7 +13,7 @@ from sitscad.estimates.circuit.bands import LEAP, Band, CoilBands, bands
 from sitscad.estimates.circuit.settings import Device, identity
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.readout.conversion import Conversion
-from sitscad.readout.converter import Channel
+from sitscad.readout.converter import Channel, Converter
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
 
@@ -25,6 +25,11 @@ READ_TIME = 122.5e-6
 
 RECOVERY = 5.2e-3
 """Time (s) that a channel takes which does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
+
+
+def addr_pin(converter: Converter, address: int) -> str:
+    """Level of the ADDR pin that selects an address."""
+    return ("low", "high")[converter.addresses.index(address)]
 
 
 def driver_files(

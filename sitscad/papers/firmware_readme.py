@@ -12,8 +12,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import socket_pad
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
-from sitscad.papers.firmware import addr_pin
-from sitscad.papers.firmware_driver import FAMILY, unlike
+from sitscad.papers.firmware_driver import FAMILY, addr_pin, unlike
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 from sitscad.writer import is_felt

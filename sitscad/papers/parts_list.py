@@ -9,10 +9,8 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import astuple, fields, replace
-from functools import cache
-from typing import Any
 
-from sitscad.data import cited, is_unverified, rows
+from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import contact_text
@@ -23,6 +21,7 @@ from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.mounting import cures_badly
+from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
@@ -33,66 +32,11 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import cell_placements, place_in_words
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import in_mm, parse_quantity, show
+from sitscad.units import in_mm, show
 
 USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
 
 LIQUIDS = "two liquids"
-
-
-@record
-class Order:
-    """Maker, order code, what the code means in words, and where it comes from."""
-
-    maker: str
-    code: str
-    words: str
-    source: str
-
-
-def order_of(kind: str, name: str, **values: Any) -> Order | None:
-    """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
-    code, and of connectors `contacts` decide the make. None where the data have none.
-    """
-    contacts = values.get("contacts")
-    row = next(
-        (row for row in _order_codes().get((kind, name), ())
-         if contacts is None or not row["least"] or int(row["least"]) <= contacts <= int(row["most"])), None,
-    )
-    if row is None:
-        return None
-    return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))
-
-
-def capacitor_order(package: str, capacitance: float) -> Order | None:
-    """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
-    row, *_ = _order_codes().get(("capacitor", package), [None])
-    if row is None:
-        return None
-    low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
-    if not low * (1 - 1e-9) <= capacitance <= high * (1 + 1e-9):
-        return None
-    return order_of("capacitor", package, value=three_digits(capacitance))
-
-
-def three_digits(capacitance: float) -> str:
-    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros. 220 pF are
-    ``221``; ``R`` is the decimal point below 10 pF.
-    """
-    value = capacitance * 1e12
-    if value < 9.95:
-        return f"{value:.1f}".replace(".", "R")
-    zeros = math.floor(math.log10(value * (1 + 1e-9))) - 1
-    digits = round(value / 10.0**zeros)
-    return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
-
-
-@cache
-def _order_codes() -> dict[tuple[str, str], list[dict[str, str]]]:
-    found: dict[tuple[str, str], list[dict[str, str]]] = {}
-    for row in rows("order_codes"):
-        found.setdefault((row["kind"], row["name"]), []).append(row)
-    return found
 
 
 @record
@@ -113,11 +57,11 @@ class Item:
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
     """``bom.csv``: UTF-8, commas, one header row; the first row a warning, of quantity 0, where ``forced``."""
     text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow([field.name for field in fields(Item)])
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow([field.name for field in fields(Item)])
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
     found = (*stop, *items(layout, estimates))
-    table.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in found])
+    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in found])
     return {"bom.csv": text.getvalue().encode("utf-8")}
 
 
@@ -197,7 +141,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
         "capacitor", coils, capacitance_text(chosen), "C0G", chip,
         f"one a coil, {place}" + (f"; {reason}" if reason else ""),
     )
-    yield _ordered(item, capacitor_order(chip or USUAL_CHIP, chosen) if chosen else None)
+    yield _ordered(item, capacitor(chip or USUAL_CHIP, chosen) if chosen else None)
     device = readout.device
     used = f"{device.channels} channels each, {coils} used"
     item = Item("converter", device.needed(coils), device.part, "", device.package, used)
@@ -351,14 +295,14 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
         return {}
     value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
     text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(PLACEMENT_HEADER)
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(PLACEMENT_HEADER)
     for each in layout.capacitors:
         one, other = (pad.centre for pad in each.pads)
         dx, dy = other.x - one.x, other.y - one.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
-        table.writerow([each.reference, value, each.package, *at, turned, "top"])
+        rows.writerow([each.reference, value, each.package, *at, turned, "top"])
     return {fabrication_path(layout.spec, "placement.csv"): text.getvalue().encode("ascii")}
 
 
