@@ -94,7 +94,7 @@ def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever()
     thicker = design.drawn(replace(spec, elastomer=replace(spec.elastomer, thickness=1.5 * spec.elastomer.thickness)))
     assert copper_in(thicker) is copper_in(design)
     assert judged(thicker, hints="none") == judged(Design(thicker.spec), hints="none")
-    coarse = replace(rules, trace_spacing=2.0 * spec.coil.trace_spacing)
+    coarse = replace(rules, trace_spacing=1.05 * spec.coil.trace_spacing)
     stricter = design.drawn(replace(spec, fpc=replace(spec.fpc, rules=coarse)))
     assert copper_in(stricter) is not copper_in(design)
     said = {finding.rule for finding in judged(stricter, hints="none").findings}

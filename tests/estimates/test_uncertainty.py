@@ -199,14 +199,16 @@ def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypat
 
 
 def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
-    """60 perturbed specs, solved again, scatter R at rest by 3.0 % and R_P by 3.5 % (+-0.3 %)."""
+    """60 perturbed specs, solved again, scatter R at rest by 2.9 % and R_P by 3.3 % (+-0.3 %; their coils 4.5 mm apart,
+    where leads of any width go one way).
+    """
     template = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
     found = estimate(lay_out(load(str(template))))
     rest = found.coils[0].states["rest"]
-    assert rest.spread.resistance / rest.resistance == approx(0.030, abs=0.004)
-    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.035, abs=0.004)
+    assert rest.spread.resistance / rest.resistance == approx(0.029, abs=0.004)
+    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.033, abs=0.004)
     assert found.readout.drive_code == 27
-    assert rest.amplitude == approx(1.49, abs=0.01)
+    assert rest.amplitude == approx(1.47, abs=0.01)
 
 
 def test_a_soft_pad_scatters_the_pressed_state_alone():

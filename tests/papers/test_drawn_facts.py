@@ -402,7 +402,7 @@ def test_a_line_of_the_bend_beside_the_pivot_names_both():
     text = templates.read("grasper_4layer").replace("bend: static", "bend: {kind: static, at: 12}")
     layout = lay_out(load_text(text))
     assert own_bend(layout).line == approx(layout.body[2] + 12e-3, rel=1e-6)
-    assert "at x = 17.08 mm (the jaw's hinge has its pivot at x = 18.23 mm); inside" in " ".join(
+    assert "at x = 16.91 mm (the jaw's hinge has its pivot at x = 18.23 mm); inside" in " ".join(
         fabrication_notes.readme(layout).split()
     )
 

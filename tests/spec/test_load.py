@@ -55,11 +55,11 @@ def test_the_four_templates_are_there():
 
 def test_values_become_si():
     spec = load(templates.directory() / "grasper_4layer.yaml")
-    assert spec.coil.size == (0.004, 0.004)
-    assert (spec.coil.turns, spec.coil.layers) == (7.75, (1, 2, 3, 4))
+    assert spec.coil.size == (0.00395, 0.00395)
+    assert (spec.coil.turns, spec.coil.layers) == (8.75, (1, 2, 3, 4))
     assert (spec.coil.trace_width, spec.coil.trace_spacing) == (80e-6, 80e-6)
     assert [p.name for p in spec.array.placements] == ["C1", "C2"]
-    assert [p.centre[0] for p in spec.array.placements] == [-0.00225, 0.00225]
+    assert [p.centre[0] for p in spec.array.placements] == [-0.0021, 0.0021]
     assert spec.fpc.tail.connector == presets.connector("zif-0.5mm")
     assert spec.readout.capacitance == 220e-12
     assert spec.requirements.normal_force == 6.0

@@ -173,7 +173,7 @@ def test_another_value_comment_or_level_is_another_key():
     keys = {base.key((("coil.turns", 7.25),), "full"), base.key((("coil.turns", 7.5),), "full"),
             base.key((("coil.turns", 7.25),), "screen"), other.key((("coil.turns", 7.25),), "full")}
     assert len(keys) == 4
-    assert base.key((("coil.turns", 7.75),), "full") == base.key((), "full")
+    assert base.key((("coil.turns", 8.75),), "full") == base.key((), "full")
 
 
 def _base():
