@@ -71,7 +71,7 @@ def main() -> None:
 def run(folder: Path, designs: int, method: str) -> None:
     text = (ROOT / "templates/studies/jaw_5mm.yaml").read_text()
     for old, new in (("evaluations: 300", f"evaluations: {designs}, method: {method}"), ("step: 0.05", "step: 0.02"),
-                     ("from: 4.2, to: 5, step: 0.1", "from: 4.6, to: 5, step: 0.02"), ("to: 10,", "to: 8,"),
+                     ("from: 4.0, to: 5, step: 0.1", "from: 4.6, to: 5, step: 0.02"), ("to: 10,", "to: 8,"),
                      ("search:", "accept: all\nsearch:"), ("../", f"{ROOT}/templates/")):  # all can be wound
         assert old in text, old
         text = text.replace(old, new)

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 
 CHEAPLY = {
-    "tests/benchmarks/command_times.py": ("--repeat", "1", "--only", "fpc"),
+    "tests/benchmarks/command_times.py": ("--repeat", "1", "--only", "gerber"),
     "tests/benchmarks/many_designs.py": ("--designs", "40"),
     "tests/benchmarks/run.py": ("--quick",),
     "tests/benchmarks/scaling.py": ("--designs", "4"),
@@ -27,7 +27,7 @@ CHEAPLY = {
     "tests/validation/random_boards.py": ("--boards", "2", "--shallow"),
     "tests/validation/random_poses.py": ("--told",),
     "tests/validation/screen_level.py": ("0", "--cache", "nothing.jsonl"),
-    "tests/benchmarks/screening.py": ("--designs", "2", "single_coil"),
+    "tests/benchmarks/screening.py": ("--designs", "12", "single_coil"),
     "tests/validation/test_jones_response.py": ("--only", "3 x 7"),
 }
 """Arguments of every script that is named."""
