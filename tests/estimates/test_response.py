@@ -15,10 +15,11 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, NoResponse, respond
 from sitscad.estimates import estimated
-from sitscad.estimates.response.placed import Cover
+from sitscad.estimates.response.placed import Cover, Placed
 from sitscad.estimates.response.plate import endless_like, solved_plate
 from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
 from sitscad.estimates.response.terminals import curves, tank_frequencies
+from sitscad.physics.eddy.target import changes_at
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.resonator import Network, oscillate
 from sitscad.spec.load import load_text
@@ -351,6 +352,25 @@ def test_a_disc_far_above_a_finger_has_a_response(tmp_path):
     )
     found = sitscad.respond(sitscad.load(path), poses=np.zeros((1, 6)))
     assert np.all(np.isfinite(found.target_change)) and np.all(np.diagonal(found.target_change[0]) < 0.0)
+
+
+def test_what_a_lossy_jaw_returns_is_as_smooth_at_the_target_as_a_few_points_say(grasper):
+    model = grasper.response
+    poses = 0.5 * model.pad_ends
+    model.respond(poses, within=model.pad_ends)
+    near = [*model.solved.values()][-1]
+    solving = near.plate.solving
+    assert solving.is_lossy
+    first, count = solving.targets[0], len(solving.coils)
+    assert 4 * len(first.smooth.points) < len(first.surface.points)
+    placed = Placed.of(model.spec, model.rest, poses)
+    centres = np.array([coil.placement.centre for coil in solving.coils])
+    coils, returned = solving.potentials[:count], solving.potentials[count:]
+    found, everywhere = (
+        changes_at(some, placed.turns, placed.places, coils, centres, returned=returned)
+        for some in (solving.targets, [replace(one, smooth=None) for one in solving.targets])
+    )
+    assert np.abs(found - everywhere)[..., :count, :].max() < 1e-4 * np.abs(everywhere[..., :count, count:]).max()
 
 
 def test_a_foil_over_a_mirror_has_a_response_however_thin_it_is():

@@ -98,7 +98,7 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
-    """The surface with as few points as resolve the field of its own image, so far (m) away."""
+    """The surface with as few points as resolve a field from so far (m) away as its own image is."""
 
     def count(length: float) -> int:
         return 4 + math.ceil(1.2 * length / distance)
@@ -166,14 +166,14 @@ class Solving:
         """The target solved at every frequency."""
         asked = self.target, self.coil, self.coils, self.middle, self.lowest, self.behind, self.finer
         whole = _resolved(*asked)[1]
-        near_face, images = -0.5 * self.target.thickness, None
+        near_face, images, smooth = -0.5 * self.target.thickness, None, None
         if self.mirror is not None:
-            coarse = with_points(whole, 2.0 * (self.lowest - self.mirror.floor) / self.finer)
-            images = image_modes(whole, coarse, near_face, self.lowest, self.mirror)
+            away = (self.lowest - self.mirror.floor) / self.finer
+            images = image_modes(whole, with_points(whole, 2.0 * away), near_face, self.lowest, self.mirror)
+            smooth = with_points(whole, away)
         metal = _conductivity(self.target), self.target.thickness, self.target.material.relative_permeability
-        return tuple(
-            solve(whole, near_face, skin(frequency, *metal), self.mirror, images) for frequency in self.frequencies
-        )
+        skins = [skin(frequency, *metal) for frequency in self.frequencies]
+        return tuple(solve(whole, near_face, one, self.mirror, images, smooth) for one in skins)
 
     @cached_property
     def said(self) -> bytes:
@@ -183,8 +183,9 @@ class Solving:
     def changes(self, turns: Array, places: Array, once: bool) -> tuple[ComplexArray, ComplexArray]:
         """See `Plate.changes`."""
         n = len(self.coils)
-        centres = np.tile([coil.placement.centre for coil in self.coils], (1 + self.is_lossy, 1))
-        found = changes_at(self.targets, turns, places, self.potentials, centres, once)
+        centres = np.array([coil.placement.centre for coil in self.coils])
+        direct, returned = self.potentials[:n], self.potentials[n:]
+        found = changes_at(self.targets, turns, places, direct, centres, once, returned)
         own = found[..., :n, :n]
         if found.shape[-1] == n:
             return own, own

@@ -30,7 +30,7 @@ NOTHING = 1e-7
 @record(eq=False)
 class SolvedTarget:
     """A target at the frequency of a skin, and the height (m) of its near face in the surface's own frame. With a
-    mirror, the combinations that its image couples.
+    mirror, the combinations that its image couples, and the surface with as few points as resolve what it returns.
     """
 
     surface: Surface
@@ -38,6 +38,7 @@ class SolvedTarget:
     skin: Skin
     mirror: Mirror | None = None
     images: ImageModes | None = None
+    smooth: Surface | None = None
 
     @cached_property
     def answers(self) -> tuple[Array, ...]:
@@ -133,9 +134,13 @@ class SolvedTarget:
             driven[-1][:, own] = found[:, drive.shape[1] :]
         return responses, None if images is None else combined(driven, images.within)
 
-    def _potential(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> Array:
-        """Of every coil in every pose, in the target's own directions: (points, 3, poses * coils)."""
-        local = self.surface.points - np.array([0.0, 0.0, self.near_face])
+    def _linked(
+        self, surface: Surface, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
+    ) -> list[Array]:
+        """What every coil drives (Wb) in every pose, by class: (functions, poses, coils); fields are taken at the
+        points of a `surface` of the same functions.
+        """
+        local = surface.points - np.array([0.0, 0.0, self.near_face])
         points = np.einsum("pij,nj->pni", turns, local) + places[:, None]
         flat = np.empty((len(places), len(centres), len(local)), dtype=complex)
         for number, (coil, (x, y)) in enumerate(zip(coils, centres, strict=True)):
@@ -143,38 +148,45 @@ class SolvedTarget:
             flat[:, number] = coil(from_coil).reshape(len(places), -1)
         both = np.stack([flat.real, flat.imag], axis=-1)
         found = np.einsum("pcni,pij->njpc", both, turns[:, :2], optimize=True)
-        return np.asarray(found.reshape(len(local), 3, -1))
+        potential = found.reshape(len(local), 3, -1)
+        return [one.drive(potential).reshape(-1, *found.shape[2:]) for one in surface.classes]
 
 
 def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
-    once: bool = False,
+    once: bool = False, returned: Sequence[CoilPotential] = (),
 ) -> ComplexArray:
     """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
     What the coils drive in it is worked out once for all of them. Where poses are few and no others follow, `once`
-    spares the inverses of its systems: two thirds of the work, and their memory.
+    spares the inverses of its systems: two thirds of the work, and their memory. After the coils come those whose
+    field is `returned` alone, in the same places: from as far as the mirror it is as smooth as the image's own.
     """
     first = targets[0]
     at_once = max(1, AT_ONCE // (len(first.surface.points) * len(centres)))
-    found = np.zeros((len(targets), len(places), len(centres), len(centres)), dtype=complex)
+    count = len(coils) + len(returned)
+    found = np.zeros((len(targets), len(places), count, count), dtype=complex)
     for k in range(0, len(places), at_once):
         some = slice(k, k + at_once)
-        potential = first._potential(turns[some], places[some], coils, centres)
-        linked = [one.drive(potential) for one in first.surface.classes]
+        posed = turns[some], places[some]
+        linked = first._linked(first.surface, *posed, coils, centres)
+        if returned:
+            more = first._linked(first.smooth or first.surface, *posed, returned, centres)
+            linked = [np.concatenate(both, axis=2) for both in zip(linked, more, strict=True)]
         couplings = []
         if first.images is not None and first.mirror is not None:
-            posed = zip(turns[some], places[some], strict=True)
-            couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in posed]
+            couplings = [first.images.coupling(turn, place, first.mirror) for turn, place in zip(*posed, strict=True)]
+        flat = [one.reshape(len(one), -1) for one in linked]
         for number, target in enumerate(targets):
-            found[number, some] = target._changes(linked, couplings, (len(places[some]), len(centres)), once)
+            found[number, some] = target._changes(flat, couplings, (len(places[some]), count), once)
     return found
 
 
 def solve(
-    surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None
+    surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None,
+    smooth: Surface | None = None,
 ) -> SolvedTarget:
     """The target's currents at the frequency of a skin."""
-    return SolvedTarget(surface, near_face, skin, mirror, images if mirror is not None else None)
+    return SolvedTarget(surface, near_face, skin, mirror, images if mirror is not None else None, smooth)
 
 
 def turned(angles: Array) -> Array:
