@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -18,7 +18,7 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import dotted
 from sitscad.study.evaluating import can_screen, judged
 from sitscad.study.measures import MEASURES, nearest_measures
-from sitscad.study.space import Base, Point, RangeError, Space, Variable, require_key, stepped
+from sitscad.study.space import Base, Point, RangeError, Space, Variable, meet, require_key, same_value, stepped
 from sitscad.units import UNITS, decimal, in_mm
 
 VERSION = 1
@@ -161,13 +161,14 @@ class Asked:
 def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
     """What a document asks of a base; what is wrong with it is noted in `said`."""
     variables = tuple(_variables(document, base, said))
-    space = Space(variables, _same(document, base, said), _brought(document, base, said))
+    space = Space(variables, _same(document, base, said), _brought(document, base, variables, said))
     _fights(document, said)
     goals = tuple(_goals(document, said))
     require = tuple(_requirements(document, said))
     search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, said)}
     if not said.flaws:
-        _fixed_goals(document, goals, space, said)
+        _fixed_goals(goals, space, said)
+        _never_had(base, goals, require, space, said)
         if search["method"] == "grid" and space.size > MOST_GRID:
             said.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
                       "larger steps, fewer keys, or method: auto")
@@ -193,10 +194,20 @@ def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[V
         except RangeError as error:
             said.flaw("SIT006", place, str(error), error.hint)
             continue
-        if len(set(map(str, values))) < len(values):
-            said.flaw("SIT009", place, "a value is listed twice", "each once")
+        if not is_ordered:
+            _note_twice(place, values, said)
         if _is_usable(base, name, values, place, said):
             yield Variable(name, values, is_ordered)
+
+
+def _note_twice(place: str, values: tuple[Any, ...], said: Remarks) -> None:
+    """Note values of a list that stand in it before, whatever unit each is written in."""
+    seen: dict[Any, Any] = {}
+    for k, value in enumerate(values):
+        if (one := same_value(value)) in seen:
+            said.flaw("SIT009", dotted(place, k), f"{described(value)} is {described(seen[one])}, which is listed, too",
+                      "each value once")
+        seen.setdefault(one, value)
 
 
 def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said: Remarks) -> bool:
@@ -227,23 +238,27 @@ def _first_values(written: Any) -> tuple[Any, ...]:
     return (written.get("from"),) if isinstance(written, dict) else () if first is None else (first,)
 
 
-def _brought(document: StudyDocument, base: Base, said: Remarks) -> dict[str, dict[str, dict[str, Any]]]:
+def _brought(
+    document: StudyDocument, base: Base, variables: Iterable[Variable], said: Remarks
+) -> dict[str, dict[str, dict[str, Any]]]:
     """What values of varied keys bring along."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
+    by_key = {variable.key: variable for variable in variables}
     for name, choices in document.with_.items():
-        place, written = dotted("with", name), document.vary.get(name)
+        place, variable = dotted("with", name), by_key.get(name)
         if not isinstance(choices, dict) or not all(isinstance(one, dict) for one in choices.values()):
             said.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
                       "coil.layers: {2: {fpc.stackup: flex-2l}}")
             continue
-        if written is None:
+        if name not in document.vary:
             said.flaw("SIT007", place, f"{name} is not varied", f"one of {', '.join(document.vary)}")
             continue
-        known = [str(value) for value in written] if isinstance(written, list) else None
+        known = [str(value) for value in variable.values] if variable is not None else list(choices)
         for choice, brings in choices.items():
-            if known is not None and choice not in known:
+            if variable is not None and choice not in known:
+                near = f"the nearest is {known[variable.nearest(choice)]}"
                 said.flaw("SIT007", dotted(place, choice), f"{choice} is no value of {name}",
-                          f"one of {', '.join(known)}")
+                          near if variable.is_ordered else f"one of {', '.join(known)}")
             for other, value in brings.items():
                 _is_usable(base, other, (value,), dotted(dotted(place, choice), other), said)
         found[name] = {choice: dict(brings) for choice, brings in choices.items()}
@@ -251,35 +266,48 @@ def _brought(document: StudyDocument, base: Base, said: Remarks) -> dict[str, di
 
 
 def _fights(document: StudyDocument, said: Remarks) -> None:
-    """Note keys that would take two values at once: of vary, same and with, or of two that vary."""
-    settled = dict.fromkeys(document.vary, "vary")
+    """Note keys that would take two values at once, by themselves or as part of a section: of vary, same and with, or
+    of two that vary.
+    """
+    settled: dict[str, str] = {}
+    for name, by, place in _settled(document):
+        for other, of_other in settled.items():
+            if meet(name, other) and (by != of_other or not by.startswith("with.")):
+                whose = of_other if name == other else f"{other} under {of_other}"
+                said.flaw("SIT009", place, f"{name} is decided by {whose}, too", "one of both")
+        settled.setdefault(name, by)
+
+
+def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
+    """Every key that a study gives values, by what it does, and where that is written."""
+    for name in document.vary:
+        yield name, "vary", dotted("vary", name)
     for name in document.same:
-        if name in settled:
-            said.flaw("SIT009", dotted("same", name), f"{name} is varied by itself, too", "take it out of vary or same")
-        settled[name] = "same"
+        yield name, "same", dotted("same", name)
     for name, choices in document.with_.items():
         for choice, brings in choices.items() if isinstance(choices, dict) else ():
             for other in brings if isinstance(brings, dict) else ():
-                by = settled.setdefault(other, f"with.{name}")
-                if by != f"with.{name}":
-                    place = dotted(dotted(dotted("with", name), choice), other)
-                    said.flaw("SIT009", place, f"{other} is decided by {by}, too", "one of both")
+                yield other, f"with.{name}", dotted(dotted(dotted("with", name), choice), other)
 
 
 def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
     if len(document.goals) > MOST_GOALS:
         said.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
                   "turn the others into requirements")
+    seen = set[str]()
     for k, written in enumerate(document.goals):
         place = dotted("goals", k)
         words = list(written) if isinstance(written, dict) else []
         if len(words) != 1 or words[0] not in ("minimize", "maximize"):
             said.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
-        elif _is_measure(written[words[0]], dotted(place, words[0]), said):
-            if written[words[0]] == "yield":
+        elif _is_measure(name := written[words[0]], dotted(place, words[0]), said):
+            if name == "yield":
                 said.flaw("SIT009", dotted(place, words[0]), "yield is worked out for the designs that are kept",
                           'require it: {yield: ">= 95 %"}')
-            yield Goal(written[words[0]], words[0] == "minimize")
+            if name in seen:
+                said.flaw("SIT009", dotted(place, words[0]), f"{name} is a goal already", "one goal of each measure")
+            seen.add(name)
+            yield Goal(name, words[0] == "minimize")
 
 
 def _is_measure(name: Any, place: str, said: Remarks) -> bool:
@@ -367,16 +395,32 @@ def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, floa
             yield name, 0.01 * float(match[1])
 
 
-def _fixed_goals(document: StudyDocument, goals: tuple[Goal, ...], space: Space, said: Remarks) -> None:
+def _fixed_goals(goals: tuple[Goal, ...], space: Space, said: Remarks) -> None:
     """Note goals that nothing of what is varied can change."""
-    moved = [v.key for v in space.variables] + list(space.same)
-    moved += [other for choices in space.brought.values() for brings in choices.values() for other in brings]
     for k, goal in enumerate(goals):
         keys = MEASURES[goal.measure].decided_by
-        if keys and not any(f"{key}.".startswith(f"{one}.") for key in moved for one in keys):
-            word = "minimize" if goal.is_less_better else "maximize"
-            said.flaw("SIT009", dotted(dotted("goals", k), word), f"{goal.measure} is decided by {' and '.join(keys)}, "
-                      "which nothing here varies: all designs have the same", "vary it, or choose another goal")
+        if keys and not space.moves(keys):
+            said.flaw("SIT009", _place(k, goal), f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
+                      "here varies: all designs have the same", "vary it, or choose another goal")
+
+
+def _never_had(
+    base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, said: Remarks
+) -> None:
+    """Note measures that need what the base has not and nothing of what is varied brings."""
+    places = [(goal.measure, _place(k, goal)) for k, goal in enumerate(goals)]
+    places += [(one.measure, dotted("require", one.measure)) for one in require]
+    for name, place in places:
+        for need in MEASURES[name].needs:
+            if not need.is_had(base.spec) and not space.moves(need.keys):
+                said.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
+                          "varies: no design has it", "give it to the base, or ask for another measure")
+                break
+
+
+def _place(number: int, goal: Goal) -> str:
+    """Where a goal's measure is written."""
+    return dotted(dotted("goals", number), goal.words.partition(" ")[0])
 
 
 STARTED = """\

@@ -12,11 +12,13 @@ from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
+from sitscad.spec.places import cell_placements
 from sitscad.study.evaluation import FULL, SCREEN
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import Felt
     from sitscad.estimates.values import CoilEstimate, StateEstimate
+    from sitscad.spec.sensor import SensorSpec
 
 Figure = tuple[float, float]
 """A value and what it may be off by, both in the measure's unit."""
@@ -31,6 +33,15 @@ class AbsentError(ValueError):
 
 
 @record
+class Need:
+    """Something that a spec may have: how it is called, whether a spec has it, and by which keys it can come."""
+
+    words: str
+    is_had: Callable[[SensorSpec], bool]
+    keys: tuple[str, ...]
+
+
+@record
 class DesignMeasure:
     """One figure of a design: its name, SI unit (empty for shares and counts), meaning, what a spec needs to have it,
     and the levels that give it. `read` takes it from a design in full, and raises `AbsentError` where there is none.
@@ -40,10 +51,15 @@ class DesignMeasure:
     name: str
     unit: str
     meaning: str
-    needs: str
+    needs: tuple[Need, ...]
     read: Reader
     levels: tuple[str, ...] = (SCREEN, FULL)
     decided_by: tuple[str, ...] = ()
+
+    @property
+    def needed(self) -> str:
+        """In words, what a spec needs to have it."""
+        return ", ".join(need.words for need in self.needs)
 
 
 def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
@@ -243,27 +259,43 @@ def _yield(design: Design) -> Figure:
 UNITS = {"inductance": "H", "rp": "ohm", "frequency": "Hz", "amplitude": "V"}
 """Measures of tanks whose scatter estimates carry, and their units."""
 
-NEEDS_PAD = "target and elastomer"
-NEEDS_JAW = "mount.jaw"
+PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
+          Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
+FORCE = Need("requirements.normal_force", lambda spec: spec.requirements.normal_force is not None,
+             ("requirements.normal_force",))
+JAW = Need("mount.jaw", lambda spec: spec.mount is not None and spec.mount.jaw is not None, ("mount",))
+CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
+TWO_COILS = Need("two coils", lambda spec: len(cell_placements(spec)[0]) > 1, ("array", "cells"))
+
+
+def _told_apart(axis: str) -> Need:
+    def is_had(spec: SensorSpec) -> bool:
+        from sitscad.estimates.response.working_range import axes_told_apart
+
+        return axis in axes_told_apart(cell_placements(spec)[0])
+
+    return Need("coils that tell it apart", is_had, ("array", "cells"))
+
+
 BOTH = (SCREEN, FULL)
 
 
 def _rows() -> Iterator[DesignMeasure]:
     from sitscad.checks.performance import NEARLY, NEARLY_TILTED
 
-    yield DesignMeasure("inductance", "H", "least inductance at the contacts, of all coils and states", "",
+    yield DesignMeasure("inductance", "H", "least inductance at the contacts, of all coils and states", (),
                         _of_tank(min, "inductance", 1.0, 0.0))
-    yield DesignMeasure("rp", "ohm", "least parallel resistance of all tanks and states", "",
+    yield DesignMeasure("rp", "ohm", "least parallel resistance of all tanks and states", (),
                         _of_tank(min, "parallel_resistance", 1.0, 1.0))
-    yield DesignMeasure("q", "", "least quality factor of all tanks and states", "",
+    yield DesignMeasure("q", "", "least quality factor of all tanks and states", (),
                         _of_tank(min, "quality_factor", 0.5, 1.0))
-    yield DesignMeasure("frequency", "Hz", "highest frequency of all tanks and states", "",
+    yield DesignMeasure("frequency", "Hz", "highest frequency of all tanks and states", (),
                         _of_tank(max, "frequency", 0.5, 0.0))
-    yield DesignMeasure("amplitude", "V", "least amplitude at the converter, of all tanks and states", "",
+    yield DesignMeasure("amplitude", "V", "least amplitude at the converter, of all tanks and states", (),
                         _of_tank(min, "amplitude", 1.0, 1.0))
     yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
                         "requirements.normal_force, of the coil where it changes least",
-                        f"{NEEDS_PAD}, requirements.normal_force", _signal)
+                        (*PADDED, FORCE), _signal)
     quick = (("resolution", "one sigma of noise on {axis} at the scan rate, the worst of rest, half and full load",
               _by_axis(_resolution, NEARLY), BOTH),
              ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
@@ -275,34 +307,33 @@ def _rows() -> Iterator[DesignMeasure]:
     for name, meaning, read, levels in quick:
         for axis in AXES:
             yield DesignMeasure(f"{name}.{axis}", "N", meaning.format(axis=axis.replace("_", " along ")),
-                                NEEDS_PAD if axis == "normal" else f"{NEEDS_PAD}, coils that tell it apart",
-                                read(axis), levels)
+                                PADDED if axis == "normal" else (*PADDED, _told_apart(axis)), read(axis), levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its own "
-                        "(curved map)", f"{NEEDS_PAD}, two coils", _crosstalk, (FULL,))
+                        "(curved map)", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
-                        "change, at most", "cells", _cell_crosstalk, (FULL,))
+                        "change, at most", (CELLS,), _cell_crosstalk, (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
-                        "unit to unit, tared and not calibrated, on the worst axis", NEEDS_PAD, _by_gap, (FULL,))
-    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", NEEDS_JAW,
+                        "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
+    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),
                         _fit(lambda found: found[CLOSED_PAIR].worst))
-    yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", NEEDS_JAW,
+    yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", (JAW,),
                         _fit(lambda found: min(measure.margin for measure in found.values())))
-    yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", "",
+    yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
                         _layout(lambda design: design.layout.body_size[1]))
-    yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", "",
+    yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
                         _layout(lambda design: design.layout.body_size[0]))
-    yield DesignMeasure("board.area", "m2", "area of the board with its tail", "", _layout(_area))
-    yield DesignMeasure("board.layers", "", "copper layers of the board", "",
+    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _layout(_area))
+    yield DesignMeasure("board.layers", "", "copper layers of the board", (),
                         _layout(lambda design: float(len(design.spec.fpc.stackup.copper))),
                         decided_by=("fpc.stackup",))
-    yield DesignMeasure("rate", "Hz", "complete scans a second", "", _readout("scan_rate"))
-    yield DesignMeasure("supply_current", "A", "of all converters with their drive", "", _readout("supply_current"))
+    yield DesignMeasure("rate", "Hz", "complete scans a second", (), _readout("scan_rate"))
+    yield DesignMeasure("supply_current", "A", "of all converters with their drive", (), _readout("supply_current"))
     for name, field, pick in (("inductance", "inductance", min), ("rp", "parallel_resistance", min),
                               ("frequency", "frequency", max), ("amplitude", "amplitude", min)):
         meaning = f"one sigma of {name} from unit to unit, to first order, where {name} is at its worst"
-        yield DesignMeasure(f"sigma.{name}", UNITS[name], meaning, "", _sigma(pick, field))
+        yield DesignMeasure(f"sigma.{name}", UNITS[name], meaning, (), _sigma(pick, field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
-                        "spreads of manufacture", "", _yield)
+                        "spreads of manufacture", (), _yield)
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}

@@ -10,7 +10,7 @@ import math
 import os
 import pickle
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cache, cached_property, lru_cache
 from itertools import product
@@ -201,6 +201,11 @@ def at_key(data: Any, key: str) -> Any:
     return data
 
 
+def meet(one: str, other: str) -> bool:
+    """Whether two dotted keys are the same, or one is a part of the other."""
+    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+
+
 def apart(one: Any, other: Any) -> Decimal:
     """How far two values of a key lie apart, whatever unit each is written in: 0 where they are the same, without end
     where they cannot be compared.
@@ -211,6 +216,16 @@ def apart(one: Any, other: Any) -> Decimal:
         return abs(_size(one) - _size(other))
     except RangeError:
         return Decimal("Infinity")
+
+
+def same_value(value: Any) -> Hashable:
+    """What values have in common that say the same, whatever unit each is written in."""
+    if isinstance(value, list):
+        return tuple(map(same_value, value))
+    try:
+        return _size(value)
+    except RangeError:
+        return str(value)
 
 
 def _size(value: Any) -> Decimal:
@@ -294,6 +309,12 @@ class Space:
     variables: tuple[Variable, ...]
     same: Mapping[str, str]
     brought: Mapping[str, Mapping[str, Mapping[str, Any]]]
+
+    def moves(self, keys: Iterable[str]) -> bool:
+        """Whether any of these keys, or a part of one, is another one in some designs."""
+        moved = [variable.key for variable in self.variables] + list(self.same)
+        moved += [key for choices in self.brought.values() for brings in choices.values() for key in brings]
+        return any(meet(one, key) for one in moved for key in keys)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -356,7 +356,8 @@ SWEEP_FILES: Mapping[str, Callable[[SweepTable], bytes]] = {
 def measures_text() -> str:
     """One line a measure: name, unit, levels, meaning, what it needs."""
     rows = [
-        [row.name, row.unit or "-", ", ".join(row.levels), row.meaning + (f" (needs {row.needs})" if row.needs else "")]
+        [row.name, row.unit or "-", ", ".join(row.levels),
+         row.meaning + (f" (needs {row.needed})" if row.needs else "")]
         for row in MEASURES.values()
     ]
     table = aligned([["measure", "unit", "levels", "meaning"], *rows])
@@ -366,7 +367,7 @@ def measures_text() -> str:
 def measures_json() -> str:
     """All that is known of every measure."""
     rows = [
-        {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needs}
+        {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needed}
         for row in MEASURES.values()
     ]
     return to_json({"sitscad": __version__, "measures": rows})

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import random
+import re
 import shlex
 import signal
 import subprocess
@@ -26,8 +27,9 @@ from sitscad.spec import templates
 from sitscad.study.answer import bindings, hypervolume, relaxation
 from sitscad.study.answer_text import answer_json, answer_text, breach_words, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
-from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, screen_errors, tidily
+from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
+from sitscad.study.measures import MEASURES
 from sitscad.study.page import answer_files
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
@@ -467,12 +469,20 @@ BAD = {
     "a value that can be none": ("from: 11, to: 13, step: 0.5", "from: -3, to: 13, step: 8", "SIT006", 4),
     "an empty list": ("{from: 11, to: 13, step: 0.5}", "[]", "SIT006", 4),
     "the same value twice": ("{from: 11, to: 13, step: 0.5}", "[11, 11]", "SIT009", 4),
+    "the same value in two units": ("{from: 100 um, to: 130 um, step: 10 um}", '["100 um", "0.1 mm"]', "SIT009", 5),
+    "the same number twice": ("{from: 11, to: 13, step: 0.5}", "[11, 11.0]", "SIT009", 4),
+    "a section and a key of it": ("vary:\n", "vary:\n  coil: [{turns: 3}]\n", "SIT009", 5),
+    "a value that a range has not": ("accept: all", "with: {coil.turns: {11.3: {coil.outer_diameter: 11}}}", "SIT007",
+                                     11),
     "a key that is the same as none": ("coil.trace_spacing: coil.trace_width", "coil.trace_spacing: no", "SIT007", 6),
     "two keys that fight": ("same: {", "same: {coil.trace_width: coil.trace_width, ", "SIT009", 6),
     "a measure that there is not": ("maximize: rp", "maximize: rpp", "SIT007", 8),
     "a goal that is none": ("- maximize: rp", "- enlarge: rp", "SIT004", 8),
     "four goals": ("  - maximize: rp\n", "  - maximize: rp\n  - maximize: q\n  - maximize: inductance\n", "SIT006", 7),
     "a goal that a fixed key decides": ("minimize: board.area", "minimize: board.layers", "SIT009", 9),
+    "a measure that is a goal twice": ("minimize: board.area", "minimize: rp", "SIT009", 9),
+    "a goal that no design has": ("minimize: board.area", "minimize: resolution.normal", "SIT009", 9),
+    "a limit of what no design has": ('inductance: ">= 2.5 uH"', 'fit.spare: ">= 0 mm"', "SIT009", 10),
     "a limit without its unit": (">= 2.5 uH", ">= 2.5", "SIT005", 10),
     "a limit that is none": (">= 2.5 uH", "2.5 uH", "SIT004", 10),
     "a rule that there is not": ("accept: all", "accept: [SIT999]", "SIT007", 11),
@@ -495,6 +505,28 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
     first = refused.value.findings[0]
     assert (first.rule, first.line) == (rule, line) and first.column and first.message
     assert first.message.isprintable() and str(first.key).isprintable()
+
+
+@pytest.mark.parametrize("name", ["single_coil", "bench_7mm", "grasper_3p5mm", "skin_strip_6"])
+def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
+    spec = sitscad.load_text(templates.read(name))
+    quick = [row for row in MEASURES.values() if not row.name.startswith(("range.", "error.tilt."))]
+    values, absent = figures(sitscad.Design(spec), [row.name for row in quick])
+    lacking = {row.name for row in quick if not all(need.is_had(spec) for need in row.needs)}
+    assert lacking <= absent.keys() and values
+
+
+@pytest.mark.parametrize("brings", [{"vary": {"target.thickness": [0.1, 0.2]}},
+                                    {"with": {"coil.turns": {"11": {"elastomer.thickness": 1}}}}])
+def test_a_measure_may_need_what_a_varied_key_brings(brings, folder):
+    base = templates.read("bench_7mm")
+    lacks = "target" if "vary" in brings else "elastomer"
+    (folder / "coil.yaml").write_text(re.sub(rf"(?m)^{lacks}:\n(?:[ #].*\n|\n)*", "", base))
+    asked = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"minimize": "resolution.normal"}]}
+    with pytest.raises(sitscad.SpecError, match=f"needs {lacks}, which the base has not"):
+        sitscad.Study.from_mapping(asked, folder)
+    merged = asked | brings | {"vary": asked["vary"] | brings.get("vary", {})}
+    assert sitscad.Study.from_mapping(merged, folder).asked.goals
 
 
 def _screened(asked, count):
