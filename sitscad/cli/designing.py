@@ -142,7 +142,10 @@ def design(
     if scheduler is not None:
         from sitscad.study.evaluating import cluster
 
-        executor, jobs = cluster(scheduler)
+        try:
+            executor, jobs = cluster(scheduler)
+        except ValueError as error:
+            raise click.BadParameter(str(error), param_hint="--scheduler") from error
 
     def before_yields(said: StudyAnswer) -> None:
         _write(said, folder)

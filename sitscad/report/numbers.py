@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sitscad.estimates.performance.values import largest_lasting
-from sitscad.report.findings import CheckedSpec, finding_json, printable, styled, to_json
+from sitscad.report.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
+from sitscad.report.findings import as_text as as_findings
 from sitscad.report.measures import (
     NONE,
     OTHERS_HEAD,
@@ -40,7 +41,8 @@ def as_text(
 ) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
-        return styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour) + "\n"
+        why = styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour)
+        return f"{as_findings([checked], OutputOptions(colour))}{why}\n"
     from sitscad.estimates.signal import signals  # loads what an unreadable spec does not need
 
     names, pressed = ["", *(coil.name for coil in estimates.coils)], signals(estimates)

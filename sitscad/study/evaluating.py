@@ -42,7 +42,7 @@ from sitscad.spec.format.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
 from sitscad.study.measures import MEASURES, AbsentError
-from sitscad.study.space import Base, Changes
+from sitscad.study.space import Base, Changes, code_version
 
 NO_NEED = frozenset(reason for _, reason in NEEDS.values())
 """Reasons for which a rule is not applied because the spec has not what it is about."""
@@ -411,13 +411,21 @@ class Workers:
 def cluster(address: str) -> tuple[Executor, int]:
     """A client of the Dask scheduler at an address, and how many designs its workers evaluate at once.
 
-    Raises MissingExtra without Dask, OSError where nothing answers. Work of a worker that dies goes to others.
+    Raises MissingExtra without Dask, OSError where nothing answers, ValueError for what is no address and for workers
+    of another version of this program. Work of a worker that dies goes to others.
     """
     try:
         from distributed import Client
     except ImportError as error:
         raise MissingExtra(f"--scheduler needs dask ({error}): pip install 'sitscad[cluster]'") from error
-    client = Client(address, timeout=SECONDS_TO_ANSWER)
+    try:
+        client = Client(address, timeout=SECONDS_TO_ANSWER)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{address!r} is no scheduler's address ({error}): like tcp://host:8786") from error
+    ours, others = code_version(), client.run(code_version, on_error="return")
+    if apart := [f"{worker} has {theirs!s}" for worker, theirs in sorted(others.items()) if theirs != ours]:
+        client.close()
+        raise ValueError(f"workers have another program than {ours}, and could judge otherwise: {', '.join(apart)}")
     return client, max(1, sum(client.nthreads().values()))
 
 

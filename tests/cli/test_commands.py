@@ -109,6 +109,8 @@ def test_estimate_of_an_unreadable_spec_still_prints_json(run):
     assert done.code == 2
     assert document["coils"] == []
     assert document["findings"][0]["key"] == "coil.shape"
+    told = run("estimate", "broken.yaml").out
+    assert re.search(r"^broken.yaml:\d+:\d+ SIT\d+ error .*shape", told, re.M) and "nothing was estimated" in told
 
 
 def test_estimate_takes_a_tolerance_and_a_method(run):

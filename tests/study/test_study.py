@@ -9,6 +9,7 @@ import os
 import random
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -33,7 +34,7 @@ from sitscad.study.measures import MEASURES
 from sitscad.study.page import answer_files
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
-from sitscad.study.space import Space, Variable
+from sitscad.study.space import Space, Variable, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.study.spreads import UnitJudged as Unit
 from sitscad.study.study import study_schema
@@ -368,20 +369,21 @@ def test_a_sweep_killed_at_random_moments_leaves_no_half_file(folder, jobs):
 
 
 @contextlib.contextmanager
-def _dask(folder):
-    """The address of a real scheduler, and its two workers."""
+def _dask(folder, programs=(ROOT, ROOT)):
+    """The address of a real scheduler, and its workers, one by each program."""
     pytest.importorskip("distributed")
     told, processes = folder / "scheduler.json", []
 
-    def started(command, *more):
+    def started(command, *more, program=ROOT):
         asked = [sys.executable, "-m", "dask", command, "--scheduler-file", str(told), "--no-dashboard", *more]
-        processes.append(subprocess.Popen(asked, env=ENV, cwd=folder, stderr=subprocess.DEVNULL))
+        env = {**ENV, "PYTHONPATH": str(program)}
+        processes.append(subprocess.Popen(asked, env=env, cwd=folder, stderr=subprocess.DEVNULL))
 
     try:
         started("scheduler", "--port", "0", "--host", "127.0.0.1")
         _until(told.exists)
-        for _ in range(2):
-            started("worker", "--nthreads", "1", "--no-nanny")
+        for program in programs:
+            started("worker", "--nthreads", "1", "--no-nanny", program=program)
         yield json.loads(told.read_text())["address"], processes[1:]
     finally:
         for one in processes[::-1]:
@@ -402,6 +404,33 @@ def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tm
         assert process.wait(timeout=300) == 0
     assert _command(whole, "1").wait() == 0
     assert _files(folder) == _files(whole) and len(_files(whole)) >= 3
+
+
+@pytest.mark.slow
+def test_workers_of_another_version_are_refused_by_name(folder, capsys):
+    """They would judge by other rules, and their figures go into the archive of this one."""
+    other = folder / "other"
+    shutil.copytree(ROOT / "sitscad", other / "sitscad", ignore=shutil.ignore_patterns("__pycache__"))
+    with (other / "sitscad/units.py").open("a") as stream:
+        stream.write("# changed\n")
+    with _dask(folder, (ROOT, other)) as (address, _):
+        from distributed import Client
+
+        with Client(address) as client:
+            client.wait_for_workers(2, 60)
+            workers = client.run(code_version)
+        assert run(["design", str(folder / "study.yaml"), "--scheduler", address]) == 2
+    said, ours = capsys.readouterr().err, code_version()
+    assert [worker in said for worker in workers] == [theirs != ours for theirs in workers.values()]
+    assert sorted(theirs == ours for theirs in workers.values()) == [False, True]
+    assert f"another program than {ours}" in said
+
+
+@pytest.mark.parametrize("address", ["nonsense", "http://x", "tls://127.0.0.1:5"])
+def test_what_is_no_address_of_a_scheduler_is_a_wrong_use(address, folder, capsys):
+    pytest.importorskip("distributed")
+    assert run(["design", str(folder / "study.yaml"), "--scheduler", address]) == 2
+    assert f"--scheduler: {address!r} is no scheduler's address" in capsys.readouterr().err
 
 
 def _open_in_a_process(path):
@@ -454,6 +483,23 @@ def test_a_folder_of_specs_passes_studies_by(folder, capsys):
     assert "is a study, and is passed by" in said.err and "sitscad_study" not in said.out
     assert run(["check", str(folder / "study.yaml")]) == 2
     assert "sitscad design" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [["response"], ["calibrate"], ["estimate"], ["sweep", "coil.turns=11,12"]])
+def test_every_command_of_a_spec_says_what_takes_a_study(command, folder, capsys):
+    assert run([command[0], str(folder / "study.yaml"), *command[1:]]) == 2
+    said = "".join(capsys.readouterr())
+    assert "study.yaml:1:1 SIT002 error the file is a study" in said and "`sitscad design` takes it" in said
+    assert "did you mean" not in said
+
+
+def test_a_spec_is_no_study_and_no_base_is_one(folder, capsys):
+    assert run(["design", str(folder / "coil.yaml")]) == 2
+    said = capsys.readouterr().err
+    assert "the file is a spec" in said and "`sitscad new --study`" in said and "not ok: 1 error" in said
+    (folder / "study.yaml").write_text(STUDY.replace("coil.yaml", "study.yaml"))
+    assert run(["design", str(folder / "study.yaml")]) == 2
+    assert "study.yaml cannot be read (line 1): the file is a study" in capsys.readouterr().err
 
 
 BAD = {

@@ -57,6 +57,11 @@ class SpecError(ValueError):
         self.source = source
 
 
+KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base` this spec can be"),
+         "sitscad_study": ("study", "`sitscad design` takes it")}
+"""By the key that says what a file is: what it is, and what is done with it where another is wanted."""
+
+
 @record
 class Flaw:
     """Something that does not fit, under a dotted key, with the facts of the finding to be, and the edits that mend it
@@ -138,6 +143,11 @@ def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[F
         found = read_yaml(text)
         if not isinstance(found.data, dict):
             raise TextError("SIT001", "the file is not a mapping of keys to values", f"it begins with `{begins}`")
+        is_other = begins.partition(":")[0] not in found.data
+        for word, (kind, hint) in KINDS.items() if is_other else ():
+            if word in found.data:
+                message = f"the file is a {kind}, where one is wanted that begins with `{begins}`"
+                raise TextError("SIT002", message, hint, found.keys[word])
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
     source = SpecSource(path, text, found.keys, found.values)
