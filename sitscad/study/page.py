@@ -11,7 +11,7 @@ from typing import Any
 
 from sitscad.drawing.pictures.board import picture
 from sitscad.drawing.web_page import figure, page, part, table
-from sitscad.layout import arrange, sketch
+from sitscad.layout import sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
@@ -58,14 +58,17 @@ FEW = 5
 MOST_SKETCHES = 1_000_000
 """Characters of small drawings that the page holds; designs beyond are shown as figures alone."""
 
+MOST_PAGE = 3_000_000
+"""Characters of the page: where it has more, both of these are halved until it has not."""
+
 Values = Mapping[str, float]
 
 
 class StudyPage:
-    """The page of an answer."""
+    """The page of an answer, with a share of the other designs and of the small drawings that it holds at most."""
 
-    def __init__(self, said: StudyAnswer) -> None:
-        self.said, self.asked = said, said.asked
+    def __init__(self, said: StudyAnswer, share: float = 1.0) -> None:
+        self.said, self.asked, self.share = said, said.asked, share
         self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
         self.numbers = {one.point: k for k, one in enumerate(said.kept, 1)}
         self.points = self._points()
@@ -75,7 +78,7 @@ class StudyPage:
         own = [self.said.chosen] if self.said.chosen is not None else []
         front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
         others = [point for point in self.said.found.screened if point not in set(front)]
-        count = min(len(others), MOST_OTHERS)
+        count = min(len(others), int(self.share * MOST_OTHERS))
         return front + [others[k * len(others) // count] for k in range(count)]
 
     @cached_property
@@ -233,10 +236,8 @@ class StudyPage:
         return [shown(name, one.values[name][0]) if name in one.values else "-" for name in self.names]
 
     def _design(self, number: int) -> str:
-        one, base = self.said.kept[number - 1], self.asked.base
-        before = base.values(())
-        spec = base.design(self.asked.space.changes(one.point))
-        layout = arrange(spec)
+        one, layout = self.said.kept[number - 1], self.said.layouts[number - 1]
+        before = self.asked.base.values(())
         x0, y0, x1, y1 = layout.body
         drawn = figure(picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}"),
                        f"Design {number} from the top, its tail cut off")
@@ -359,7 +360,7 @@ class StudyPage:
 
     def _sketches(self) -> Iterator[tuple[str, str]]:
         """Small drawings of the front by number, as far as there is room for them."""
-        room = MOST_SKETCHES
+        room = int(self.share * MOST_SKETCHES)
         for mark in self.marks:
             if mark.kind not in BEST:
                 return
@@ -439,7 +440,10 @@ def _file(path: str) -> str:
 
 def study_page(said: StudyAnswer) -> str:
     """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
-    return StudyPage(said).html()
+    share = 1.0
+    while len(found := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
+        share *= 0.5  # many keys, many measures or large boards
+    return found
 
 
 def page_so_far(study: Study, found: Found, front: Sequence[Point], of: int) -> str:

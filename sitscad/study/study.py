@@ -6,12 +6,14 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from sitscad.checks import all_rules
 from sitscad.finding import Severity
+from sitscad.layout import arrange
+from sitscad.layout.board import Layout
 from sitscad.policy import stands_for
 from sitscad.record import record
 from sitscad.spec.format.reading import (
@@ -63,6 +65,11 @@ class StudyAnswer:
     fallen: int = 0
     chosen: Point | None = None
     slices: tuple[KeySlice, ...] = ()
+
+    @cached_property
+    def layouts(self) -> tuple[Layout, ...]:
+        """The boards of the designs that are kept."""
+        return tuple(arrange(self.asked.base.design(self.asked.space.changes(one.point))) for one in self.kept)
 
     @property
     def is_met(self) -> bool:

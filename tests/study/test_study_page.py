@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import re
 from dataclasses import replace
 
@@ -13,8 +14,12 @@ import sitscad
 from sitscad.layout import sketch
 from sitscad.scene import bodies
 from sitscad.spec import templates
+from sitscad.study.answer import Kept, changed
 from sitscad.study.charts import board_sketch
-from sitscad.study.page import MOST_OTHERS, StudyPage, study_page
+from sitscad.study.evaluation import Evaluation
+from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, study_page
+from sitscad.study.running import Found
+from sitscad.study.search import sobol_set
 
 STUDY = """\
 sitscad_study: 1
@@ -43,7 +48,7 @@ def html(answer):
 def test_the_answer_stands_in_its_order_and_loads_nothing(answer, html):
     titles = re.findall("<h2>(.*?)</h2>", html)
     assert titles[:4] == ["Designs", "Yield", "The front", "All keys and goals"] and titles[-1] == "How it goes on"
-    assert html == study_page(answer) and len(html) < 3_000_000
+    assert html == study_page(answer) and len(html) < MOST_PAGE
     assert "&lt;b&gt;study" in html and "<b>study" not in html
     assert not re.search(r"(src|href)=['\"](?!#)|url\(|@import", html)
 
@@ -78,6 +83,41 @@ def test_of_others_so_many_are_shown_and_no_more(answer):
             del answer.found.screened[each]
     assert len(shown) == len(set(shown)) and set(answer.front) <= set(shown)
     assert len(shown) == MOST_OTHERS + len({*answer.front, *(one.point for one in answer.kept)})
+
+
+WIDE = {
+    "base": "grasper_4layer.yaml", "accept": "all", "keep": 8,
+    "vary": {
+        "coil.outer_diameter": {"from": 3.9, "to": 4.0}, "coil.turns": {"from": 6, "to": 7, "step": 0.25},
+        "coil.trace_width": {"from": "75 um", "to": "100 um"}, "coil.trace_spacing": {"from": "75 um", "to": "100 um"},
+        "array.pitch": {"from": 4.4, "to": 5}, "elastomer.thickness": {"from": 0.4, "to": 0.8},
+        "target.thickness": {"from": 0.1, "to": 0.4}, "target.rotation": {"from": "0 deg", "to": "5 deg"},
+        "target.offset": [[0, 0], [0.1, 0]], "fpc.tail.length": {"from": 25, "to": 40}, "name": ["a", "b"],
+        "fpc.rules": ["generic-fine", "generic-flex"], "readout.capacitance": ["100 pF", "120 pF", "150 pF"],
+        "requirements.normal_force": {"from": "4 N", "to": "8 N"}, "revision": ["A", "B", "C"],
+        "requirements.shear_force": {"from": "0.5 N", "to": "1 N"}},
+    "goals": [{"minimize": "resolution.normal"}, {"minimize": "resolution.shear_x"}, {"minimize": "fit.closed_pair"}],
+    "require": {"rp": ">= 1 ohm", "q": ">= 0.1", "inductance": ">= 1 nH", "frequency": "<= 1000 MHz",
+                "amplitude": ">= 1 mV", "fit.spare": ">= -1 mm", "board.area": "<= 9999 mm2", "rate": ">= 1 Hz",
+                "supply_current": "<= 99 mA"}}
+
+
+def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_path):
+    """Of sixteen keys, twelve measures and a front of 256 it had more than three megabytes."""
+    (tmp_path / "grasper_4layer.yaml").write_text(templates.read("grasper_4layer"))
+    asked = sitscad.Study.from_mapping(WIDE, tmp_path).asked
+    points, chance = sobol_set(asked.space, 2500, 1), random.Random(1)
+    looked = {point: Evaluation({name: (1.0 + chance.random(), 0.0) for name in asked.measures}, {})
+              for point in points}
+    looked[asked.base_point] = looked[points[0]]
+    found = Found(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
+    kept = (Kept(asked.base_point, changed(asked, asked.base_point), looked[points[0]], None),) * 8
+    said = replace(answer, asked=asked, base=looked[points[0]], found=found, bindings=(), front=tuple(points[:256]),
+                   kept=kept, texts=(), chosen=asked.base_point, slices=())
+    html = study_page(said)
+    assert 2_000_000 < len(html) <= MOST_PAGE
+    front = html[html.index("The front as a table") :]
+    assert front[: front.index("</details>")].count("<tr>") == 257
 
 
 @pytest.mark.parametrize("name, targets, arcs", [("round_button_12mm", 1, 200.0), ("skin_strip_6", 6, None)])
