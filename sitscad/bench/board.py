@@ -9,7 +9,6 @@ from sitscad.calibration.unknowns import usual
 from sitscad.design import Design
 from sitscad.estimates.circuit.bands import LEAP, STATUS, bands
 from sitscad.estimates.circuit.settings import devices
-from sitscad.readout import ldc_registers as at
 from sitscad.record import record
 
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
@@ -55,6 +54,7 @@ class Board:
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
+        self.at = design.converter.register_map
         self.places = design.converter.places(len(self.bands))
         self.idle = [0] * len(chips)
         self.past: dict[int, tuple[int, int, int | None]] = {}
@@ -67,7 +67,7 @@ class Board:
 
     def identities(self) -> list[tuple[int, int]]:
         """What every converter calls its maker and itself."""
-        return [(chip.read(at.MANUFACTURER_ID), chip.read(at.DEVICE_ID)) for chip in self.chips]
+        return [(chip.read(self.at.MANUFACTURER_ID), chip.read(self.at.DEVICE_ID)) for chip in self.chips]
 
     def set_up(self) -> list[str]:
         """Reset, write and read back every register, CONFIG last; the names of those that do not keep their value."""
@@ -75,13 +75,13 @@ class Board:
 
     def _set_up(self, number: int) -> list[str]:
         chip, registers = self.chips[number], self.devices[number].registers
-        chip.write(at.RESET_DEV, 1 << 15)
+        chip.write(self.at.RESET_DEV, 1 << 15)
         for register in registers:
             chip.write(register.address, register.value)
         return [
             f"{register.name} of converter {number + 1}"
             for register in registers
-            for kept in [0xF800 if at.DRIVE_CURRENT <= register.address < at.DRIVE_CURRENT + 4 else 0xFFFF]
+            for kept in [0xF800 if self.at.DRIVE_CURRENT <= register.address < self.at.DRIVE_CURRENT + 4 else 0xFFFF]
             if (chip.read(register.address) ^ register.value) & kept
         ]
 
@@ -98,21 +98,29 @@ class Board:
 
     def is_set(self, number: int) -> bool:
         """Whether a converter still has its settings."""
-        return self.chips[number].read(at.CONFIG) == self.devices[number].registers[-1].value
+        return self.chips[number].read(self.at.CONFIG) == self.devices[number].registers[-1].value
 
     def poll(self, time: float) -> dict[int, CoilReading]:
         """The coils that are new, by their place in the design."""
         found = {}
         for number, chip in enumerate(self.chips):
-            status = chip.read(at.STATUS)
+            status = chip.read(self.at.STATUS)
             for coil, place in enumerate(self.places):
-                if place.converter == number and status & at.UNREAD >> place.number:
-                    upper, lower = chip.read(2 * place.number), chip.read(2 * place.number + 1)
-                    counts = (upper & at.DATA_MASK) << 16 | lower
-                    off = bool(upper & at.DATA_FLAGS["ERR_AE"][0])
-                    said = self._believed(coil, counts, self.status(coil, counts, upper))
+                if place.converter == number and status & self.at.UNREAD >> place.number:
+                    flags, counts = self._result(coil, chip)
+                    off = bool(flags & self.at.DATA_FLAGS["ERR_AE"][0])
+                    said = self._believed(coil, counts, self.status(coil, counts, flags))
                     found[coil] = CoilReading(time, counts, said, off)
         return found
+
+    def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
+        """The upper register of a coil's result, where its flags are, and the counts of the whole."""
+        device, offsets = self.conversion.device, self.conversion.offsets
+        upper, *lower = (chip.read(address) for address in device.data_addresses(self.places[coil].number))
+        result = upper & device.result_mask
+        for word in lower:
+            result = result << 16 | word
+        return upper, (result << self.conversion.shift) + (offsets[coil] if offsets else 0)
 
     def _believed(self, coil: int, counts: int, status: str) -> str:
         """The status of a result, stale where it leaps by more than noise and motion explain and the next has yet to
@@ -140,10 +148,10 @@ class Board:
 
     def status(self, coil: int, counts: int, flags: int) -> str:
         """What is said of a result with the flags of its upper register."""
-        flag, most = at.DATA_FLAGS, 2**self.conversion.device.bits - 1
+        flag, (least, most) = self.at.DATA_FLAGS, self.conversion.ends(coil)
         working = self.bands[coil].working
         said = (
-            (flags & flag["ERR_WD"][0], WATCHDOG), (flags & flag["ERR_UR"][0] or not counts, UNDER_RANGE),
+            (flags & flag["ERR_WD"][0], WATCHDOG), (flags & flag["ERR_UR"][0] or counts == least, UNDER_RANGE),
             (flags & flag["ERR_OR"][0] or counts == most, OVER_RANGE),
             (not working.low <= self.frequency(counts) <= working.high, OUT_OF_BAND),
             (flags & flag["ERR_AE"][0], AMPLITUDE),

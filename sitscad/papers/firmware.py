@@ -293,7 +293,7 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
     return [
         "",
         *lines,
-        f"#define {macro}_{upper}_MASK 0x{registers.DATA_MASK:04X}u",
+        f"#define {macro}_{upper}_MASK 0x{converter.result_mask:04X}u",
         *(
             f"#define {macro}_{name} 0x{mask:04X}u /* {meaning} */"
             for name, (mask, meaning) in registers.DATA_FLAGS.items()

@@ -354,6 +354,17 @@ class Converter:
         """The module of this room that has addresses, masks and flags, and packs the registers."""
         return import_module(f"sitscad.readout.{self.source_of('register_map')}")
 
+    @property
+    def result_mask(self) -> int:
+        """The result's bits in its upper or only register; the flags stand above them."""
+        return (1 << self.bits - 16 * (len(self.result_words) - 1)) - 1
+
+    @property
+    def covered_flags(self) -> tuple[str, ...]:
+        """Error flags whose bits the results take: none, or the register map is not that of the family."""
+        flags = self.register_map.DATA_FLAGS.items()
+        return tuple(name for name, (flag, _) in flags if flag & self.result_mask)
+
     def data_addresses(self, channel: int) -> tuple[int, ...]:
         """Addresses of a channel's result, upper register first and to be read in this order."""
         if not 0 <= channel < self.channels:

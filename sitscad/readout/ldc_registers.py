@@ -14,9 +14,6 @@ MANUFACTURER_ID, DEVICE_ID = 0x7E, 0x7F
 MANUFACTURER = 0x5449
 """What MANUFACTURER_ID holds: the letters TI."""
 
-DATA_MASK = 0x0FFF
-"""The result's bits in its upper or only register; above them stand the flags."""
-
 DATA_FLAGS = {
     "ERR_UR": (0x8000, "conversion under-range"),
     "ERR_OR": (0x4000, "conversion over-range"),

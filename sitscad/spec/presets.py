@@ -81,10 +81,14 @@ def chip(name: str) -> Chip:
 
 @cache
 def converter(name: str) -> Converter:
-    """A converter."""
+    """A converter. Raises ValueError where its family's figures and register map contradict each other."""
     row = _table("converters")[name]
     addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
-    return Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
+    found = Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
+    if found.covered_flags:
+        raise ValueError(f"{found.part}: results of {found.bits} bits take the bits of {', '.join(found.covered_flags)}"
+                         f": {found.source_of('register_map')} is not the register map of {found.family}")
+    return found
 
 
 @cache
