@@ -52,8 +52,8 @@ def sweep(
     \b
     Columns:
       the keys       as a spec has them.
-      NAME           the figure, in SI units in files.
-      NAME.error     what it may be off by (in files).
+      NAME           the figure, in SI units in files, and +- what it may be
+                     off by, in files under NAME.error.
       verdict        ok, fails, or unknown where the screen cannot tell.
       refused_by     the rules that find an error.
 

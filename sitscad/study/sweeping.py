@@ -151,15 +151,21 @@ def shown(name: str, value: float, digits: int = 4) -> str:
 
 
 def sweep_text(table: SweepTable) -> str:
-    """One line a design: keys, figures, verdict and rules."""
+    """One line a design: keys, figures with what they may be off by, verdict and rules."""
     head = [*table.keys, *table.values, "verdict", "refused by"]
     rows = [
         [*(str(values[k]) for values in table.keys.values()),
-         *(shown(name, float(values[k])) for name, values in table.values.items()),
+         *(_within(name, float(values[k]), float(table.errors[name][k])) for name, values in table.values.items()),
          table.verdict[k], ", ".join(table.refused_by[k])]
         for k in range(len(table))
     ]
     return aligned([head, *rows])
+
+
+def _within(name: str, value: float, error: float) -> str:
+    """A figure and the share of it that it may be off by: ``1.263 kohm +-11%``."""
+    share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
+    return f"{shown(name, value)} +-{float(f'{share:.2g}'):g}%" if share else shown(name, value)
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:

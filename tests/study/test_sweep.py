@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+from concurrent.futures import Future
 
 import numpy as np
 import pytest
@@ -14,9 +16,10 @@ import sitscad
 from sitscad.cli import run
 from sitscad.spec import templates
 from sitscad.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
+from sitscad.study.evaluation import Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import Base, RangeError, Space, Variable, counted, stepped
-from sitscad.study.sweeping import range_of, sweep_csv, sweep_json, sweep_npz, sweep_svg
+from sitscad.study.sweeping import range_of, sweep_csv, sweep_json, sweep_npz, sweep_svg, sweep_text
 
 CONTRACT = {
     "inductance", "rp", "q", "frequency", "amplitude", "signal.normal", "resolution.normal", "resolution.shear_x",
@@ -201,6 +204,38 @@ def test_any_executor_serves(bench):
         designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
         found = list(workers.evaluations(designs, ("board.area",), "screen"))
     assert len(found) == 3 and executor.chunks >= 2
+
+
+class Timed:
+    """Takes a designs' chunk as done in so many seconds each, and keeps how long each chunk took."""
+
+    def __init__(self, seconds):
+        self.seconds, self.chunks = seconds, []
+
+    def submit(self, work, base, chunk):
+        taken = self.seconds * len(chunk.designs)
+        self.chunks.append(taken)
+        done = Future()
+        done.set_result(([Evaluation({}, {})] * len(chunk.designs), taken))
+        return done
+
+
+@pytest.mark.parametrize("seconds, count, most", [(0.02, 3000, 1.0), (0.7, 40, 0.7), (0.0001, 20_000, 0.05)])
+def test_chunks_hold_a_second_of_work_or_as_many_designs_as_may_be(seconds, count, most, bench):
+    """But for the first ones, whose designs take nobody knows how long, and the last, which are shared out."""
+    executor = Timed(seconds)
+    with Workers(Base.of(bench), 2, executor) as workers:
+        found = list(workers.evaluations([(("coil.turns", 10),)] * count, ("rp",), "screen"))
+    assert len(found) == count and sum(executor.chunks) == approx(seconds * count, rel=1e-9)
+    assert max(executor.chunks) == approx(most, rel=1e-9)
+    middle = executor.chunks[4 : len(executor.chunks) // 2]
+    assert middle and all(taken == approx(most, rel=1e-9) for taken in middle)
+
+
+def test_what_a_figure_may_be_off_by_stands_beside_it_in_the_text(table):
+    first = sweep_text(table).splitlines()[1]
+    share = 100.0 * table.errors["rp"][0] / table.values["rp"][0]
+    assert re.search(rf" kohm \+-{float(f'{share:.2g}'):g}%  ", first) and re.search(r" [\d.]+ mm2 +unknown", first)
 
 
 def test_the_command_prints_and_writes(tmp_path, capsys, monkeypatch):
