@@ -226,7 +226,7 @@ NOTHING_FOR = {
 }
 """Why a stage may have nothing to make."""
 
-KERNELS = ("build123d", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
+KERNELS = ("build123d", "cadquery-ocp", "gmsh", "manifold3d")
 """Packages whose version can change the bytes of solids and meshes."""
 
 FORCED_NOTE = "FORCED.txt"
