@@ -16,8 +16,6 @@ from sitscad.record import record
 from sitscad.scene.state import FREE, REST
 from sitscad.spec.sensor import SensorSpec
 
-FAMILY = "ldc161x"
-
 FAULTS = {
     "open": "a coil's circuit is open: its tank does not oscillate",
     "short": "a coil's contacts are bridged: its tank does not oscillate",
@@ -85,7 +83,7 @@ class SimulatedConverter(Registers):
     ) -> None:
         design = spec if isinstance(spec, Design) else Design(spec)
         device = design.spec.readout.device
-        if device.family != FAMILY:
+        if not device.has_driver:
             raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
         shares = device.shares(len(design.estimates.coils))
         if not 0 <= number < len(shares):

@@ -154,7 +154,7 @@ class Registers:
             self.errors = errors | channel << at.ERROR_CHANNEL
         if is_first or is_finished:
             self._hold()
-        pause = 692 + int(5e9 / self._reference(channel))
+        pause = round(self.device.limit("switch_delay") * 1e9) + int(5e9 / self._reference(channel))
         following = channel if not self.is_scanning else 0 if channel == self.last else channel + 1
         self._begin(following, pause, self.is_scanning)
 

@@ -17,9 +17,6 @@ from sitscad.readout.converter import Channel, Converter
 from sitscad.scene.state import REST
 from sitscad.spec.sensor import SensorSpec
 
-FAMILY = "ldc161x"
-"""The converters that the driver is written for: results of one word each are another driver."""
-
 READ_TIME = 122.5e-6
 """Shortest time (s) that a register takes over I2C at 400 kHz, by which the self-test waits for results."""
 
@@ -39,7 +36,7 @@ def driver_files(
     where the sensor has no band to be tested by.
     """
     conversion = estimates.readout.conversion
-    if spec.readout.device.family != FAMILY or conversion is None:
+    if not spec.readout.device.has_driver or conversion is None:
         return {}
     found = bands(estimates, usual("coil_inductance"))
     folder = FOLDER / "firmware"

@@ -12,7 +12,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import socket_pad
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
-from sitscad.papers.firmware_driver import FAMILY, addr_pin, unlike
+from sitscad.papers.firmware_driver import addr_pin, unlike
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 from sitscad.writer import is_felt
@@ -31,7 +31,7 @@ PINS = (
 def render(layout: Layout, estimates: Estimates, bench: Estimates, forced: str = "") -> dict[str, bytes]:
     """The text; none for a converter of another family, or where it cannot be set up."""
     spec, readout = layout.spec, estimates.readout
-    if spec.readout.device.family != FAMILY or readout.conversion is None:
+    if not spec.readout.device.has_driver or readout.conversion is None:
         return {}
     try:
         found = bands(estimates, usual("coil_inductance"))

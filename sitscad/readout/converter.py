@@ -19,6 +19,9 @@ from sitscad.record import record
 WORDS = "words"
 """In the place of a unit: a row that says or cites something."""
 
+DRIVEN_FAMILY = "ldc161x"
+"""The family that the driver in ``data/firmware`` is written for."""
+
 
 @record
 class Limit:
@@ -112,6 +115,16 @@ class Converter:
     def part(self) -> str:
         """The name as it is printed on the part."""
         return self.name.upper()
+
+    @property
+    def pins(self) -> tuple[tuple[str, str], ...]:
+        """Pins from 1 before those of the coils: names and KiCad's electrical types."""
+        return tuple((name, kind) for name, _, kind in (pin.partition(":") for pin in self.source_of("pins").split()))
+
+    @property
+    def has_driver(self) -> bool:
+        """Whether driver and bench are written for it: results of one word each are another driver."""
+        return self.family == DRIVEN_FAMILY
 
     @property
     def most_coils(self) -> int:
@@ -243,10 +256,9 @@ class Converter:
         """Time (s) of one conversion: (16 RCOUNT + 4) / f_REF (8.1.4)."""
         return (16.0 * rcount + 4.0) / reference_frequency
 
-    @staticmethod
-    def switch_time(reference_frequency: float) -> float:
+    def switch_time(self, reference_frequency: float) -> float:
         """Typical time (s) from one channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4)."""
-        return 692e-9 + 5.0 / reference_frequency
+        return self.limit("switch_delay") + 5.0 / reference_frequency
 
     def dwell_time(self, rcount: int, count: int, reference_frequency: float) -> float:
         """Time (s) spent on one channel of a scan: settling, conversion and switch delay (8.1.4.1)."""

@@ -8,10 +8,12 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.bench.board import GOOD, Board
 from sitscad.data import FOLDER
+from sitscad.formats.kicad.schematic import parts
 from sitscad.papers import firmware
 from sitscad.readout import ldc_registers
 from sitscad.spec import presets
@@ -87,3 +89,17 @@ def test_header_and_bench_take_the_bits_that_the_family_has(add_family, monkeypa
     assert [read[coil].status for coil in (0, 1)] == [GOOD, GOOD]
     for coil, frequency in enumerate(rest):
         assert abs(board.frequency(read[coil].counts) - frequency) <= conversion.resolution
+
+
+def test_pins_and_delay_are_the_family_s_own(add_family):
+    """The schematic drew TI's pins for any family."""
+    pins = "VDD:power_in GND:power_in SDA:bidirectional SCL:input"
+    device = add_family("ldc161x", "other_pins", pins=pins, switch_delay=1e-6)
+    assert device.switch_time(20e6) == approx(1.25e-6, rel=1e-9, abs=0)
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    design = sitscad.Design(replace(spec, readout=replace(spec.readout, device=device)))
+    drawn = next(part for part in parts(design.layout, design.estimates) if part.reference == "U1")
+    assert [(pin.number, pin.name, pin.kind) for pin in drawn.left] == [
+        (1, "VDD", "power_in"), (2, "GND", "power_in"), (3, "SDA", "bidirectional"), (4, "SCL", "input")
+    ]
+    assert [pin.number for pin in drawn.right] == [*range(5, 14)]

@@ -79,8 +79,9 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         found = replace(
             found, message=f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} "
             "the converter was found wanting", severity=Severity.WARNING,
-            detail=joined("that is a figure for 0.25 kohm at 10 MHz; here frequency and parallel resistance keep their "
-                          "limits, and leads and contacts are a good part of so small an inductance", found.detail),
+            detail=joined(f"the figure is of {design.converter.source_of('inductance_min')}; here frequency and "
+                          "parallel resistance keep their limits, and leads and contacts are a good part of so small "
+                          "an inductance", found.detail),
         )
     yield found
 

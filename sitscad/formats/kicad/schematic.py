@@ -25,11 +25,6 @@ MARGIN = 6  # Steps from the paper's edge
 LIBRARY = "wiring"
 BUS = ("SCL", "SDA")
 """Lines of the first I2C bus; those of the second end in 2."""
-PINS = (
-    ("SCL", "input"), ("SDA", "bidirectional"), ("CLKIN", "input"), ("ADDR", "input"), ("INTB", "output"),
-    ("SD", "input"), ("VDD", "power_in"), ("GND", "power_in"),
-)
-"""Pins 1 to 8 of a converter; INxA and INxB follow, then the die pad (SNOSCY9A, 5)."""
 
 FONT = "(effects (font (size 1.27 1.27)))"
 LEFT_FONT = "(effects (font (size 1.27 1.27)) (justify left))"
@@ -148,19 +143,20 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
 
 
 def _converter(layout: Layout, number: int) -> SchematicPart:
+    """A converter: the pins of its family, then INxA and INxB of its channels and the die pad."""
     device = layout.spec.readout.device
     own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
            if at.converter == number]
     names, place = {at.number: name for at, name in own}, own[0][0]
     nets = {"CLKIN": "CLK", "ADDR": ("GND", "VDD")[device.addresses.index(place.address)], "INTB": f"INTB{number + 1}",
             **{line: line + "2" for line in BUS if place.bus}}
-    left = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(PINS, 1))
+    left = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(device.pins, 1))
     right = []
     for channel in range(device.channels):
         coil = names.get(channel)
         right += [(f"IN{channel}{end}", f"{coil}.{end}" if coil else "") for end in "AB"]
     right.append(("DAP", "GND"))
-    pins = tuple(Pin(len(PINS) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
+    pins = tuple(Pin(len(left) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
     return SchematicPart(f"U{number + 1}", device.part, device.part, left, pins, (14, 4 + 24 * number))
 
 
