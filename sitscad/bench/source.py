@@ -18,10 +18,10 @@ from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond
 from sitscad.estimates.circuit.settings import devices
+from sitscad.estimates.performance.values import AXES
 from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
-AXES = ("normal", "shear_x", "shear_y")
 LOAD = re.compile(rf"({'|'.join(AXES)}):(-?\d+\.?\d*)(?::(-?\d+\.?\d*))?")
 RAMP = 33
 """Loads of a ramp that are solved; readings between are straight."""

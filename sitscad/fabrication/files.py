@@ -28,6 +28,7 @@ from sitscad.version import __version__
 FOLDER = "fpc"
 CUTS = "Other,Part_Cuts"
 VENDOR = "sitscad"
+NO_NET = "N/C"  # What X2 and IPC-D-356 call the net of a pad that is on none
 _PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
 
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from sitscad.fabrication.files import fabrication_path, has_coverlay
+from sitscad.fabrication.files import NO_NET, fabrication_path, has_coverlay
 from sitscad.geometry.path import Point, Region
 from sitscad.layout.board import Layout, Pad, Via
 
 NET_NAME_LENGTH = 14
-NO_NET = "N/C"  # What a contact is given for a net that has none
 
 
 def render(layout: Layout) -> dict[str, bytes]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
+from sitscad.estimates.performance.values import AXES
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.spec.places import cell_placements
@@ -24,8 +25,6 @@ Figure = tuple[float, float]
 """A value and what it may be off by, both in the measure's unit."""
 
 Reader = Callable[[Design], Figure]
-
-AXES = ("normal", "shear_x", "shear_y")
 
 
 class AbsentError(ValueError):

@@ -14,6 +14,7 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.response.placed import Cover, tabled
 from sitscad.estimates.states.assembly import metal_behind
+from sitscad.estimates.states.finite_target import LEAST_CONDUCTIVITY
 from sitscad.estimates.states.window import WindowEffect, missing_parts
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil, Layout
@@ -32,9 +33,6 @@ from sitscad.solutions import solved
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
-
-LEAST_CONDUCTIVITY = 1e-3
-"""Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""
 
 IMAGED = 0.35
 """Error of a change over that difference: at most 0.3, over steels and ferrite behind endless sheets."""

@@ -406,7 +406,7 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
 
 
 LEAST_CONDUCTIVITY = 1e-3
-"""Conductivity (S/m) below which a target does not conduct: its skin depth is then metres, and its effect nothing."""
+"""Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""
 
 
 def _skin_depth(target: Target) -> float:

@@ -19,6 +19,7 @@ from itertools import groupby
 from sitscad.drawing.frame import symbol
 from sitscad.drawing.sheet import strokes
 from sitscad.fabrication.files import (
+    NO_NET,
     UNIT,
     DrilledHole,
     FabricationFile,
@@ -82,7 +83,6 @@ def document(
 # Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
 
 CONTACTS = "J1"  # What the contacts of the tail are called; other pads are a capacitor's
-NO_NET = "N/C"  # What X2 calls the net of a pad that is on none
 
 Object = Trace | Via | Pad
 Aperture = tuple[str, str]
