@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shlex
@@ -17,8 +18,8 @@ from sitscad.cli.terminal import Example, print_result, progress_of, row_of, say
 from sitscad.units import counted
 
 if TYPE_CHECKING:
+    from sitscad.study.running import Found, StudyState
     from sitscad.study.running import Progress as StudyProgress
-    from sitscad.study.running import StudyState
     from sitscad.study.study import StudyAnswer
 
 
@@ -155,9 +156,17 @@ def design(
         say(f"wrote {folder}; now the yield of {counted(len(said.kept), 'design')}, {DRAWS} units each (--no-yield "
             "leaves it out)")
 
+    def interrupted(found: Found) -> None:
+        from sitscad.package import write_file
+        from sitscad.study.page import page_so_far
+
+        of = min(found.asked.evaluations, found.asked.space.size)
+        write_file(os.path.join(folder, SO_FAR), page_so_far(asked, found, of).encode("utf-8"))
+        say(f"wrote {os.path.join(folder, SO_FAR)}: {counted(len(found.screened), 'design')} that were looked at")
+
     try:
         answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
-                           draws=0 if no_yield else DRAWS, before_yields=before_yields)
+                           draws=0 if no_yield else DRAWS, before_yields=before_yields, interrupted=interrupted)
     except KeyboardInterrupt:
         options = {"-o": output, "--scheduler": scheduler, "--jobs": jobs if scheduler is None else None,
                    "--format": format_name if format_name != "text" else None}
@@ -185,10 +194,15 @@ def _write(answer: StudyAnswer, folder: str) -> None:
     files = answer_files(answer)
     for name in files:
         write_file(os.path.join(folder, name), files[name])
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(os.path.join(folder, SO_FAR))
     for name in os.listdir(os.path.join(folder, "designs")):
         if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
             os.unlink(os.path.join(folder, "designs", name))  # that an earlier answer kept and this one does not
 
+
+SO_FAR = "so-far.html"
+"""The page of a search that was interrupted, until one is through."""
 
 TOLD_EVERY = 30.0
 """Seconds between two lines that say how far a study is, where no terminal shows it on one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from html import escape
 from importlib.resources import files
@@ -15,7 +16,7 @@ from sitscad.layout import sketch
 from sitscad.report.moving import embedded
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
-from sitscad.study.answer import Agreement, KeySlice, bindings, relaxation
+from sitscad.study.answer import Agreement, KeySlice, best_of, bindings, relaxation
 from sitscad.study.answer_text import (
     answer_json,
     base_value,
@@ -446,13 +447,13 @@ def study_page(said: StudyAnswer) -> str:
     return found
 
 
-def page_so_far(study: Study, found: Found, front: Sequence[Point], of: int) -> str:
-    """The page of a study of which so many of `of` designs were looked at by the screen."""
-    asked = study.asked
+def page_so_far(study: Study, found: Found, of: int) -> str:
+    """The page of a study of which so many of `of` designs were looked at: what the screen says of them."""
+    asked, found = study.asked, replace(found, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screened([asked.base.spec], asked.measures)[0]
     said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)), relaxation(asked, found), nothing,
-                       (), tuple(front), (), ())
+                       (), tuple(best_of(asked, found.screened)), (), ())
     return StudyPage(said).so_far(of)
 
 

@@ -115,11 +115,13 @@ class Study:
         progress: Progress | None = None,
         draws: int = DRAWS,
         before_yields: Callable[[StudyAnswer], None] | None = None,
+        interrupted: Callable[[Found], None] | None = None,
     ) -> StudyAnswer:
         """Evaluate designs and answer: by `executor`, whatever has `submit`, else by `jobs` processes (all processors
         if None). With a `folder` what was evaluated is kept in its archive, and taken from there where it still fits,
         unless `again`. `draws` are the units of every kept design: a power of two, 0 for no yield. `before_yields` is
-        told the answer before they are worked out, which takes minutes.
+        told the answer before they are worked out, which takes minutes; `interrupted`, where Ctrl-C ends the search,
+        the designs of the generations before.
 
         The answer depends on study, seed and version alone.
         """
@@ -127,7 +129,12 @@ class Study:
         path = None if folder is None else Path(folder) / ARCHIVE
         with Archive(path, again) as archive, Workers(asked.base, jobs, executor) as workers:
             run = StudyRun(asked, workers, archive, progress)
-            run.search()
+            try:
+                run.search()
+            except KeyboardInterrupt:
+                if interrupted is not None and run.found.screened:
+                    interrupted(run.found)
+                raise
             said = _keeping(self._found(run.found), run, answer.kept_points(asked, run.found), {})
             if not said.kept or not draws:
                 return said

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from sitscad.study.answer import best_of, passing
+from sitscad.study.answer import passing
 from sitscad.study.answer_text import keys_words
 from sitscad.study.evaluating import Workers
 from sitscad.study.evaluation import SCREEN, Evaluation
@@ -56,4 +56,4 @@ def numbers(found: Found, of: int) -> dict[str, Any]:
 def _page(study: Study, found: Found, of: int) -> bytes:
     from sitscad.study.page import page_so_far
 
-    return page_so_far(study, found, best_of(study.asked, found.screened), of).encode()
+    return page_so_far(study, found, of).encode()

@@ -233,6 +233,33 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
     assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
+def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder, capsys, monkeypatch):
+    """It left archive.jsonl alone, which nobody reads."""
+    from sitscad.study.running import StudyRun
+
+    evaluate, generations = StudyRun._costs_of, []
+
+    def interrupted(run, points):
+        if generations:
+            raise KeyboardInterrupt
+        generations.append(points)
+        return evaluate(run, points)
+
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr("sitscad.study.search.GENERATION", 8)
+    with monkeypatch.context() as patch:
+        patch.setattr(StudyRun, "_costs_of", interrupted)
+        assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 130
+    page, said = folder / "outputs/study/so-far.html", capsys.readouterr().err
+    looked = f"{len(generations[0])} of 20 designs looked at by the screen"
+    assert looked in page.read_text() and "so-far.html" in said and "goes on from there" in said
+    assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 0
+    assert not page.exists() and (folder / "outputs/study/study.html").exists()
+    again = _files(folder / "outputs", "study")
+    assert run(["design", "study.yaml", "--jobs", "1", "--no-yield", "-o", "whole"]) == 0
+    assert again == _files(folder, "whole")
+
+
 def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so(folder, monkeypatch):
     from sitscad.study import evaluating
 
@@ -286,8 +313,9 @@ def _command(folder, jobs):
     return subprocess.Popen([sys.executable, "-c", RUN, jobs], cwd=folder, env=ENV)
 
 
-def _files(folder):
-    found = {path.relative_to(folder): path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()}
+def _files(folder, name="out"):
+    own = folder / name
+    found = {path.relative_to(own): path.read_bytes() for path in own.rglob("*") if path.is_file()}
     return {path: content for path, content in found.items() if path.name != ARCHIVE}
 
 
