@@ -71,7 +71,7 @@ def mended(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Findi
     """The findings of a refused spec. Those about room name what gives it, leads and vias included, where trying finds
     that, and which of all `rules` the mended design then breaks; as far as the budget of these hints goes.
     """
-    spec = error.cramped
+    spec = error.lacking_room
     if spec is None or len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return error.findings
     search = _EasierSearch(spec, rules, Budget.of(hints, spec, is_checked=False))

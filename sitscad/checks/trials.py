@@ -112,12 +112,12 @@ class Trials:
         """The largest share of its reading by which a coil of a changed design changes over the required force, of
         cells in the one that reads least; None where it was not tried, or feels nothing.
         """
-        from sitscad.estimates.signal import signals, telling  # loads nothing that the rules have not loaded
+        from sitscad.estimates.signal import signals, strongest_signal  # loads nothing that the rules have not loaded
 
         is_own = changed == self._design.spec
         design = self._design if is_own else self.drawn(changed) if self._tried(changed) is not None else None
         found = () if design is None else signals(design.estimates)
-        return abs(telling(found, changed).share) if found else None
+        return abs(strongest_signal(found, changed).share) if found else None
 
     def drawn(self, changed: SensorSpec) -> Design | None:
         """A changed design, laid out once; None where the budget does not reach so far."""
@@ -149,11 +149,11 @@ class Trials:
         design, tried = self.drawn(changed), None
         if design is not None:
             # no further than the first rule with new errors; rules that ask for estimates come last
-            tried, asking = self._looked(design)
+            tried, undecided_rules = self._looked(design)
             spec, same = design.spec, self._design.has_board_of(design.spec)
-            if asking and not self.budget.spend(estimate_work(spec, same, self._design.estimates.is_solved)):
-                tried, asking = None, []
-            for rule in asking:
+            if undecided_rules and not self.budget.spend(estimate_work(spec, same, self._design.estimates.is_solved)):
+                tried, undecided_rules = None, []
+            for rule in undecided_rules:
                 if tried is None or tried.has_new_errors(*outcomes(rule, design, least=None)):
                     break
         self._known.append((changed, tried))
@@ -164,16 +164,16 @@ class Trials:
         # to refuse it.
         tried = _TriedDesign(self._errors, _complaints(self._said))
         unestimated = _Unestimated(design.spec, design.layout, of_board=design.of_board)
-        asking = []
+        undecided_rules = []
         for rule in self._rules:
             try:
                 said = outcomes(rule, unestimated, least=None)
             except _NeedsEstimates:
-                asking.append(rule)
+                undecided_rules.append(rule)
                 continue
             if tried.has_new_errors(*said):
                 return tried, []
-        return tried, asking
+        return tried, undecided_rules
 
 
 class _NeedsEstimates(Exception):

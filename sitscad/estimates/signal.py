@@ -44,7 +44,7 @@ def signals(estimates: Estimates) -> tuple[Signal, ...]:
     return tuple(signal for signal in found if signal is not None)
 
 
-def telling(found: Sequence[Signal], spec: SensorSpec) -> Signal:
+def strongest_signal(found: Sequence[Signal], spec: SensorSpec) -> Signal:
     """The signal of the coil whose reading changes most; of cells that of the cell in which it does so least."""
     count = len(spec.array.placements) if spec.cells is None else spec.cells.coils
     cells: dict[int, list[Signal]] = {}

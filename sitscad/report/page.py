@@ -56,7 +56,7 @@ def render(
         part("Contacts", _table(head(spec.readout.device.part), [contact.cells for contact in wiring], title)),
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates, most)),
-        part("What it feels", _feeling(felt or {})),
+        part("What it feels", _performance_section(felt or {})),
         part("Readout settings", _table(["setting", "value"], settings, estimates.readout.device.part)),
         part("Stack", _stack(spec, estimates)),
         part("Fit", _fit(checked)),
@@ -294,7 +294,7 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
     return _table(*numbers.incoming_table(bench)) + drive
 
 
-def _feeling(sheet: Document) -> str:
+def _performance_section(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between, cells = sheet.get("performance", ()), sheet.get("unit_to_unit", {}), sheet.get("cells", {})
     told, *each = cells.get("in_words", [()])

@@ -161,14 +161,14 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     if event.data.get("unreadable"):
         found["gone"] = []  # nobody knows
     lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
-    return [*head, *(lines if verbose else _few(found, width)), *([verdict(event.data)] if ends else [])]
+    return [*head, *(lines if verbose else _gravest(found, width)), *([verdict(event.data)] if ends else [])]
 
 
 ROWS = 5
 """Rows of a terminal that findings of a save take, beside one that counts the rest and one for those that moved."""
 
 
-def _few(found: Mapping[str, Any], width: int) -> list[str]:
+def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
     """New findings, the gravest first and errors in two rows, then those that are gone: one that says something else
     than before of the same key is another (~), not new and gone.
     """

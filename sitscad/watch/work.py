@@ -92,13 +92,14 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
     yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
     made_of = design.bare.spec, contents.checked.is_orderable
-    feeling = _kept(before, "feeling", made_of, spec.name, lambda: _feeling(design.bare))
+    feeling = _kept(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))
     files |= feeling
     if feeling:
         points = json.loads(feeling[DATA_SHEET])["performance"]
         yield event("feeling", {"numbers": _felt(points[-1])})
     if serves and feeling:
-        files |= _kept(before, "pushed", made_of, spec.name, lambda: _feeling(design.bare, design.bare.one.response))
+        files |= _kept(before, "pushed", made_of, spec.name,
+                       lambda: _performance_figures(design.bare, design.bare.one.response))
         yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
@@ -141,7 +142,7 @@ def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -
     return before.files[name][1]
 
 
-def _feeling(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
+def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
     """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
     from sitscad.papers.datasheet import figures_for_programs
 

@@ -87,7 +87,7 @@ def test_other_faults_leave_the_findings_as_they_are():
     document = sensor("circle", 40, {"pattern": "line", "count": 2, "pitch": 6.02})
     document["fpc"]["tail"]["connector"] = "none-such"
     error = refused(document)
-    assert error.cramped is None and mended(error) == error.findings
+    assert error.lacking_room is None and mended(error) == error.findings
     same_place = sensor("circle", 9, {"pattern": "explicit", "centres": [[0, 0], [0, 0]]})
     assert mended(refused(same_place)) == refused(same_place).findings
     many = sensor("circle", 9, {"pattern": "grid", "count": [4, 4], "pitch": 6.02})

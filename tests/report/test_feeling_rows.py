@@ -8,7 +8,7 @@ import pytest
 
 from sitscad.estimates.performance.values import largest_lasting, of_full_scale
 from sitscad.report.numbers import felt_rows, whole_rows
-from sitscad.report.page import _feeling
+from sitscad.report.page import _performance_section
 
 AXIS = {
     "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
@@ -40,9 +40,9 @@ def test_errors_are_told_beside_full_scale(error, words):
 def test_the_page_has_the_words_of_the_data_sheet():
     """Shares were of another full scale than the map's, and rounded again: 76 % beside the data sheet's 75 %."""
     said = [["error over all loads, of", "normal, of 2 N"], ["any unit, read without a tare", "1.5 N (75 %)"]]
-    page = _feeling({"unit_to_unit": {"errors_are": "One sigma.", "in_words": said}})
+    page = _performance_section({"unit_to_unit": {"errors_are": "One sigma.", "in_words": said}})
     assert all(cell in page for row in said for cell in row)
-    assert "unit" not in _feeling({"performance": ()})
+    assert "unit" not in _performance_section({"performance": ()})
 
 
 @pytest.mark.parametrize("free", [None, 88.5])

@@ -15,13 +15,13 @@ from sitscad.checks.assembly.fit import GRAIN, ROUNDING
 from sitscad.checks.assembly.plates import (
     MOST_MARGIN,
     PROPORTIONS,
-    carried,
     cut_to_board,
     grown,
+    larger_pad,
     lies,
     lowest,
     more_margin,
-    moved,
+    pad_under_target,
     pair,
 )
 from sitscad.checks.rules import Rule, Verdict, Violation, apply_rule, rule_of
@@ -112,7 +112,7 @@ def _remedy(design: Design, left: Left | None) -> str:
     # does, what comes nearest, and what else then complains; in words.
     before, body, key = _other_complaints(design), ground(design.layout), design.spec.fpc.body_key
     larger, aside, cut = ([c for c in way if lies(c.spec, body)] for way in
-                          (carried(design.spec), moved(design.spec), cut_to_board(design.spec, body)))
+                          (larger_pad(design.spec), pad_under_target(design.spec), cut_to_board(design.spec, body)))
     found: list[str] = []
     broken: list[tuple[tuple[str, ...], Fix]] = []
     for way in (larger, aside, [] if larger or left is None else list(_widened(design, left)), [] if larger else cut):
@@ -142,7 +142,7 @@ def _remedy(design: Design, left: Left | None) -> str:
 
 def _widened(design: Design, left: Left) -> Iterator[Fix]:
     """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
-    first = next(carried(design.spec), Fix((), design.spec))
+    first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
     layout, low = design.layout, lowest(changed)
     if changed.fpc.body is not None and low is not None:

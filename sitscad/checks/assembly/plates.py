@@ -49,7 +49,7 @@ def lies(spec: SensorSpec, body: Path) -> bool:
     return all(low is None or low.footprint.hangs_over(body) + film <= ROUNDING for low in lows)
 
 
-def carried(spec: SensorSpec) -> Iterator[Fix]:
+def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
     """The elastomer made as large as it must be to carry the whole target."""
     pad, plate = elastomer(spec), target(spec)
     if spec.elastomer is None or pad is None or plate is None or plate.footprint.hangs_over(pad.outline()) <= ROUNDING:
@@ -59,7 +59,7 @@ def carried(spec: SensorSpec) -> Iterator[Fix]:
             yield Fix(edits, replace(spec, elastomer=larger))
 
 
-def moved(spec: SensorSpec) -> Iterator[Fix]:
+def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
     """The elastomer moved under the target, then both back to the mean of the coils' centres."""
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
@@ -101,7 +101,7 @@ def cut_to_board(spec: SensorSpec, body: Path) -> Iterator[Fix]:
 
 
 def _cut(spec: SensorSpec, now: ElastomerPad, body: Path, grain: float) -> Iterator[Fix]:
-    for pad in (*(c.spec.elastomer for c in carried(spec) if c.spec.elastomer), now):
+    for pad in (*(c.spec.elastomer for c in larger_pad(spec) if c.spec.elastomer), now):
         for below, smaller in _fitting("elastomer", spec, pad, body, film_thickness(spec.encapsulation), grain):
             if smaller == now:
                 below = ()

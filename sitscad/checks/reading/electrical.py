@@ -254,10 +254,10 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         parallel = free.inductance / (free.inductance - linked) * (1.0 - resistance / free.resistance) - 1.0
         moves = f" and moves Rp by about {100.0 * parallel:+.1f} %"
     beyond, is_warned = abs(turns) - abs(least_closing(spec.coil)), -share >= WARNED
-    cramped = f" ({beyond:.2f} of them for want of room beside the coils)" if beyond > TOGETHER else ""
+    no_room = f" ({beyond:.2f} of them for want of room beside the coils)" if beyond > TOGETHER else ""
     way, does = ("on", "adds") if turns > 0.0 else ("back", "takes away")
     yield Violation(
-        f"a lead of {coil.name} runs {abs(turns):.2f} turns {way} round the coil by itself{cramped}: that {does} "
+        f"a lead of {coil.name} runs {abs(turns):.2f} turns {way} round the coil by itself{no_room}: that {does} "
         f"{show(abs(linked), 'H', 3)}, {100.0 * abs(share):.1f} % of the winding's inductance,{moves}", WHOLE_TURNS,
         "coil.turns", abs(share), WARNED if is_warned else NAMED,
         severity=Severity.WARNING if is_warned else Severity.NOTE,
@@ -265,11 +265,11 @@ def leads_round(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _other_way(spec: SensorSpec, is_cramped: bool, left: Left, is_warned: bool) -> str:
+def _other_way(spec: SensorSpec, lacks_room: bool, left: Left, is_warned: bool) -> str:
     # The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
     # checked, too, where the design is warned of them.
-    changes = [*(islice(other_start_angles(spec), TRIED) if is_cramped else ()), *whole_turns(spec)]
-    fit = (change for change in changes if _runs_together(left, change, is_cramped))
+    changes = [*(islice(other_start_angles(spec), TRIED) if lacks_room else ()), *whole_turns(spec)]
+    fit = (change for change in changes if _runs_together(left, change, lacks_room))
     found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
     if found is not None:
         left.mends(found)
@@ -278,10 +278,10 @@ def _other_way(spec: SensorSpec, is_cramped: bool, left: Left, is_warned: bool) 
     return "" if left.is_cut_short else f"{WHOLE_TURNS}, where there is room for them{vain}"
 
 
-def _runs_together(left: Left, change: Fix, is_cramped: bool) -> bool:
+def _runs_together(left: Left, change: Fix, lacks_room: bool) -> bool:
     """Whether with a change both leads of every coil run side by side, as far as its layers let them."""
     drawn = left.drawn(change.spec)
-    most = TOGETHER + (abs(least_closing(change.spec.coil)) if is_cramped else 0.0)
+    most = TOGETHER + (abs(least_closing(change.spec.coil)) if lacks_room else 0.0)
     return drawn is not None and not drawn.shortfalls and all(
         abs(drawn_closing(change.spec.coil, coil)) <= most for coil in drawn.coils)
 

@@ -208,14 +208,14 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     """How much of its reading the best coil's signal is (of cells the one's that reads least), against what a little
     warmth does to that reading.
     """
-    from sitscad.estimates.signal import signals, telling  # needs nothing that the estimates have not loaded
+    from sitscad.estimates.signal import signals, strongest_signal  # needs nothing that the estimates have not loaded
 
     found = signals(design.estimates)
     yield from failed_states(design, "signal over the required force")
     if not found:
         yield Undecided("no signal from rest to pressed was estimated")
         return
-    best, least = telling(found, design.spec), own_limits()["least_signal"]
+    best, least = strongest_signal(found, design.spec), own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)

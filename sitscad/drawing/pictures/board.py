@@ -126,7 +126,7 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     ]
 
 
-def in_a_row(words: Iterable[str]) -> int:
+def key_columns(words: Iterable[str]) -> int:
     """How many keys stand beside each other, so that words end before the next sign in the widest of usual fonts."""
     longest = max((text_width(text, LETTERS) for text in words), default=0.0)
     return min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
@@ -192,7 +192,7 @@ def picture(
     view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
     pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
     keys = legend_keys(layout, shown, view, pointed_at)
-    columns = in_a_row([text for _, text in keys])
+    columns = key_columns([text for _, text in keys])
     low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
     view = View(view.scale, (view.origin[0], view.origin[1] + low))
     words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"

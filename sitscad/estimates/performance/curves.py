@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.estimates.performance.manufacture import manufacturing_scatter, readings_of, together
+from sitscad.estimates.performance.manufacture import manufacturing_scatter, readings_of, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import Felt
 from sitscad.estimates.performance.values import along
 from sitscad.estimates.response.working_range import held_shear
@@ -61,7 +61,7 @@ def _curve(felt: Felt, quick: Felt | None, axis: str, normal: float) -> Curve:
     inductance, sigma = _inductance(felt.estimates, felt.working.read(loads)), np.zeros(1)
     if quick is not None:  # of the readings, by manufacture
         nominal = quick.bench.readings(quick.bench.poses(loads))
-        sigma = together([
+        sigma = root_sum_of_mean_squares([
             [one - nominal for one in ways]
             for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
             for ways in readings_of(quick.bench, cause, loads)

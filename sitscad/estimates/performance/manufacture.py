@@ -171,12 +171,12 @@ def units_of(working: SolvedRange, causes: tuple[Scatter, ...]) -> Units:
     for cause in causes:
         ways = [[working.map(reading) - true for reading in each] for each in readings_of(bench, cause, loads)]
         if ways:
-            before[cause.name] = together(ways)
-            after[cause.name] = together([[calibrated(error) for error in each] for each in ways])
+            before[cause.name] = root_sum_of_mean_squares(ways)
+            after[cause.name] = root_sum_of_mean_squares([[calibrated(error) for error in each] for each in ways])
     return Units(loads, before, after)
 
 
-def together(ways: Sequence[Sequence[Array]]) -> Array:
+def root_sum_of_mean_squares(ways: Sequence[Sequence[Array]]) -> Array:
     """One sigma of what differs independently (outer), each one way or the other (inner)."""
     return np.asarray(np.sqrt(sum(np.mean(np.square(each), axis=0) for each in ways)))
 

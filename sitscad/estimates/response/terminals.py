@@ -48,7 +48,7 @@ class Terminals:
     parallel_resistance: Array
 
 
-def seen(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
+def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
     """Inductance (H) and resistance (ohm) of one coil of (n, coils, coils) inductance matrices, the others idle, their
     contacts closed by (n,) loads (ohm).
     """
@@ -65,7 +65,8 @@ def seen(active: int, impedances: ComplexArray, frequencies: Array, load: Comple
 def at_frequencies(impedances: Impedances, frequencies: Array, tank: Tank) -> tuple[Array, Array]:
     """Inductance (H) and resistance (ohm) at the contacts, (n, coils), each coil at its own (n, coils) frequency."""
     found = [
-        seen(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout)) for k, at in enumerate(frequencies.T)
+        at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
+        for k, at in enumerate(frequencies.T)
     ]
     inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
     return inductance, resistance

@@ -117,11 +117,11 @@ def working_range(spec: SensorSpec) -> WorkingRange:
             notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
         shear = min(shear, most)
     if found.is_round:
-        notes.append(together(shear))
+        notes.append(shared_shear_limit(shear))
     return WorkingRange(found.axes, found.normal, shear, tuple(notes))
 
 
-def together(shear: float) -> str:
+def shared_shear_limit(shear: float) -> str:
     """What is said of two shears that share one limit (N)."""
     return (
         f"the calibration's map is made for shear up to {shear:.3g} N in any direction: along x and y together, the "

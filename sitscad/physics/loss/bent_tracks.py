@@ -70,7 +70,7 @@ class BentTrack:
 @record(eq=False)
 class _Sides:
     # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
-    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides. `few` are the same
+    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides. `chords` are the same
     # with a third of the chords; `middle` (blocks, 2) and `reach` (blocks; m) say where blocks lie and how long they
     # are.
     start: Array
@@ -81,7 +81,7 @@ class _Sides:
     key: Index
     heading: list[float]
     block: Index
-    few: _Chords
+    chords: _Chords
     middle: Array
     reach: Array
 
@@ -322,8 +322,8 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
     # are the cut's own.
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
-    many, few = near[sides.block], ~near[sides.few.block]
-    rest = sides.few
+    many, few = near[sides.block], ~near[sides.chords.block]
+    rest = sides.chords
     return _Chords(*(np.concatenate([one[many], other[few]]) for one, other in (
         (sides.start, rest.start), (sides.end, rest.end), (sides.section[:, 0], rest.height),
         (sides.section[:, 1], rest.width), (sides.block, rest.block),

@@ -41,19 +41,19 @@ ROOM_RULES = ("SIT014", "SIT016")
 class SpecError(ValueError):
     """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
 
-    ``texts`` are the texts of other files that findings point into, by path. ``cramped`` is the spec as it was read
-    where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
+    ``texts`` are the texts of other files that findings point into, by path. ``lacking_room`` is the spec as it was
+    read where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
     ``source`` is the text that was read, None where none could be.
     """
 
     def __init__(
-        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None, cramped: SensorSpec | None = None,
-        source: SpecSource | None = None,
+        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None,
+        lacking_room: SensorSpec | None = None, source: SpecSource | None = None,
     ) -> None:
         super().__init__("; ".join(finding.message for finding in findings))
         self.findings = findings
         self.texts = dict(texts or {})
-        self.cramped = cramped
+        self.lacking_room = lacking_room
         self.source = source
 
 
