@@ -90,7 +90,7 @@ _WORDS_OF_ONE = {
     Missing.INNER_ROOM: "no room for the via and the stubs to it inside the innermost turn, where {clear:.3f} mm are "
     "clear",
 }
-"""The same of a single one."""
+"""The words of a need where it is of a single coil."""
 
 _WORDS_OF_NEED = {
     Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track",

@@ -267,7 +267,7 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
         """Draws on any sheet, later."""
 
         def get_canvas_width_height(self) -> tuple[float, float]:
-            """Of the box (points)."""
+            """Width and height of the box (points)."""
             return size[0] / POINT, size[1] / POINT
 
         def points_to_pixels(self, points: Any) -> Any:
@@ -279,7 +279,7 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
             return False
 
         def get_text_width_height_descent(self, s: str, prop: Any, ismath: Any) -> tuple[float, float, float]:
-            """Of a text in Helvetica (points)."""
+            """Width, height and descent of a text in Helvetica (points)."""
             letters = prop.get_size_in_points()
             return text_width(s, letters), (RISE + DROP) * letters, DROP * letters
 

@@ -237,7 +237,7 @@ WORST = " (worst)"
 
 
 def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
-    """By coil, what it reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
+    """What each coil reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
     roughly in proportion to how far these give way. The frequency (Hz) is one near all coils' own.
     """
     spec, pad = layout.spec, layout.spec.elastomer
@@ -262,7 +262,7 @@ def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
 
 
 def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
-    """By cell, what part of its coils' inductance is beside their leads, over how much webs stiffen its pad: signals
+    """What part, by cell, of its coils' inductance is beside their leads, over how much webs stiffen its pad: signals
     are in proportion to it, to first order.
     """
     assert spec.cells is not None

@@ -98,8 +98,8 @@ def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
 
 
 def thickest_copper(spec: SensorSpec) -> float:
-    """By what part the coil's copper is thicker, as its resistance has it, where foil and plating are both at the thick
-    end of what is delivered.
+    """The part by which the coil's copper is thicker, as its resistance has it, where foil and plating are both at the
+    thick end of what is delivered.
     """
     return sum(_copper_bands(spec))
 
@@ -295,9 +295,9 @@ def moved_by_surroundings(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
-    """By how much (H, ohm) one sigma of each cause around a coil moves each state: half of one sigma less against one
-    more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal above and below
-    does once the copper lies `deeper` (`depths_moved`).
+    """Differences (H, ohm) by which one sigma of each cause around a coil moves each state: half of one sigma less
+    against one more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal
+    above and below does once the copper lies `deeper` (`depths_moved`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
@@ -321,8 +321,8 @@ def moved_by_surroundings(
 
 
 def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """By how much (m) one sigma of the copper's thickness and of the layers' distance moves metal above and below a
-    coil away from the mean of its layers' middles: what lies over and under them is thicker.
+    """Distances (m) by which one sigma of the copper's thickness and of the layers' distance moves metal above and
+    below a coil away from the mean of its layers' middles: what lies over and under them is thicker.
     """
     found, numbers = {}, {winding.layer for winding in coil.windings}
     for name, kind in ((THICKNESS, LayerKind.COPPER), (DISTANCE, LayerKind.DIELECTRIC)):
@@ -389,7 +389,7 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
     def between(
         _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
     ) -> tuple[float, float]:
-        """As `_between`."""
+        """Differences (H, ohm) as of `_between`, by the slopes of the state that the pair is of."""
         stated = next(around for around in assembly.states if around.name == pair[0].name)
         moved = [
             0.0 if one is None or other is None else one.distance - other.distance

@@ -321,7 +321,7 @@ class Estimates:
         return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)
 
     def part(self, first: int, last: int) -> Estimates:
-        """Of the coils from one number up to before another (from 0): converters are set as for all."""
+        """Estimates of the coils from one number up to before another (from 0): converters are set as for all."""
         own, readout = slice(first, last), self.readout
         matrices = self.inductance_matrix, self.inductance_matrix_error
         matrix, errors = (tuple(row[own] for row in each[own]) for each in matrices)

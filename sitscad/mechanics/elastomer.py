@@ -110,9 +110,9 @@ EVEN = 0.2
 
 
 def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float) -> float | None:
-    """By how much (m) a pad reaches beyond a face whose middle lies `aside` (m; x, y) from its own; None where that is
-    not nearly the same on all sides, so that no law was held against it. Rims wider than the thickness count as alike:
-    what is beyond it counts, and comes in without a step, as the narrowest rim nears the thickness.
+    """Width (m) by which a pad reaches beyond a face whose middle lies `aside` (m; x, y) from its own; None where that
+    is not nearly the same on all sides, so that no law was held against it. Rims wider than the thickness count as
+    alike: what is beyond it counts, and comes in without a step, as the narrowest rim nears the thickness.
     """
     spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
     rooms = [max(0.0, room + way * off) for room, off in zip(spare, aside, strict=True) for way in (-1, 1)]

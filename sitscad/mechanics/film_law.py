@@ -149,7 +149,9 @@ def _rows(names: tuple[str, ...]) -> Array:
 
 @cache
 def table() -> dict[str, dict[str, tuple[float, ...]]]:
-    """By course and term, no unit: of the logarithm at rest, and of the four parts of the course by strain."""
+    """Coefficients by course and term, no unit: of the logarithm at rest, and of the four parts of the course by
+    strain.
+    """
     found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     with DATA.open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):

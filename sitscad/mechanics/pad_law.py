@@ -94,8 +94,9 @@ square, faces of three to one within 3.2 %. It stays so beyond: a square of ten 
 of third degree."""
 
 RIM_SIGMA, FILM_SIGMA = 0.03, 0.08
-"""The same, beside it: for a pad that reaches beyond its target, and of what a film carries. Elements of third degree,
-to which films were fitted, bear up to 8 % more than those of fourth where a thin stiff film has buckled."""
+"""Relative sigma beside that one, no unit: for a pad that reaches beyond its target, and of what a film carries.
+Elements of third degree, to which films were fitted, bear up to 8 % more than those of fourth where a thin stiff film
+has buckled."""
 
 RIM_COUNTS = 0.1
 """Thicknesses of rim within which its sigma sets in: the narrowest that was held, 0.25, has nearly all of it."""
@@ -175,7 +176,7 @@ class Block:
 
     @property
     def oblongness(self) -> float:
-        """From -1, all across, to 1, all along; no unit."""
+        """Oblongness from -1, all across, to 1, all along; no unit."""
         return (self.along - self.across) / (self.along + self.across)
 
 

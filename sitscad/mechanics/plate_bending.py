@@ -33,7 +33,7 @@ def rigidity(young_modulus: float, thickness: float) -> float:
 
 
 def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
-    """By how much more the middle of plates goes down than their outermost place, over what a rigid one does: (n,).
+    """How much more the middle of plates goes down than their outermost place, over what a rigid one does: (n,).
 
     `size` and `pressed` are the sides (m) of the plates and of the part of their middle that is pressed evenly,
     ellipses where `is_round`; `stiffness` (n,) is the rigidity over the springs' stiffness per area (m4). By Ritz's

@@ -1,4 +1,4 @@
-"""Register settings for the converter: a C header with every word explained, and the same as JSON."""
+"""Register settings for the converter: a C header with every word explained, and a JSON of the same settings."""
 
 from __future__ import annotations
 

@@ -91,6 +91,8 @@ def oscillate(
     plain = resonance_frequency(in_tank, whole)
     omega = 2.0 * math.pi * (plain if start is None else start)
 
+    # On the phase, which is what the drive's delay is compared with; by secants, for over a cable it has no short
+    # derivative; by steps of a tenth at most, so that they pass over no crossing of the several that a cable makes.
     def phase(at: float) -> float:
         found, _ = network.admittance(at, inductance, resistance)
         if not delay:

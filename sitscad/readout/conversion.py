@@ -54,7 +54,7 @@ class Conversion:
         return max(self.resolution, self.device.count_step(frequency, self.rcount))
 
     def steps(self, frequency: float, other: float) -> float:
-        """By how many steps readings of two frequencies (Hz) differ."""
+        """Number of steps by which readings of two frequencies (Hz) differ."""
         return abs(other - frequency) / self.quantum(frequency)
 
     def inductance_step(self, inductance: float, frequency: float) -> float:

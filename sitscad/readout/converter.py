@@ -324,7 +324,7 @@ class Converter:
 
     @property
     def gains(self) -> tuple[int, ...]:
-        """By how many bits a result is shifted to the left before its upper bits are dropped, by the gain's code."""
+        """Bits by which a result is shifted to the left before its upper bits are dropped, by the gain's code."""
         return tuple(map(int, _numbers(self.family, "output_gains")))
 
     @property

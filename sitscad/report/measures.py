@@ -97,7 +97,7 @@ MEASURE = {
 """What JSON says of a measure beside its parts, and the fields of `Measure` that it stands for (the margin follows)."""
 
 SHARE = {"part": "part", "nominal_m": "nominal", "tolerance_m": "tolerance", "source": "source"}
-"""The same of a part and `Share`."""
+"""What JSON says of a part, and the fields of `Share` that it stands for."""
 
 
 def fit_json(measure: Measure) -> dict[str, Any]:

@@ -178,7 +178,7 @@ def placement(assembly: Assembly) -> SizeTolerance:
 
 
 def outline_tolerance(spec: SensorSpec) -> SizeTolerance:
-    """Of the board's length and width."""
+    """Tolerance of the board's length and width."""
     written, rules = spec.assembly.tolerance("outline"), spec.fpc.rules
     if written is not None:
         return SizeTolerance(written, WRITTEN)
@@ -191,18 +191,18 @@ def process_of(mount: Mount | None) -> str:
 
 
 def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
-    """Of each printed or milled piece."""
+    """Tolerance of each printed or milled piece."""
     size = spec.mount.standoff if spec.mount is not None else 0.0
     return _tolerance(spec.assembly, "mount", "mount", process_of(spec.mount), size)
 
 
 def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
-    """Of a jaw's size (m)."""
+    """Tolerance of a jaw's size (m)."""
     return _tolerance(assembly, "jaw", "jaw", "machined", size)
 
 
 def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
-    """Of the sides of the elastomer or the target."""
+    """Tolerance of the sides of the elastomer or the target, of a size (m)."""
     if name == "target":
         return _tolerance(assembly, "target_size", "edge", "cut", size)
     return _of_elastomer(assembly, "elastomer_size", "elastomer size")

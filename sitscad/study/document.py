@@ -106,7 +106,7 @@ class Goal:
 
     @property
     def words(self) -> str:
-        """As it is written."""
+        """The goal as it is written."""
         return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
 
 

@@ -340,7 +340,7 @@ def _complaint(
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
-    """What of a stack-up the fabricator does not offer: the field, what it is, its figure, and the same in words."""
+    """What of a stack-up the fabricator does not offer: the field, what it is, its figure, and that in words."""
     count = len(stackup.copper)
     if rules.layer_counts is not None and count not in rules.layer_counts:
         yield "layer_counts", "copper layers", float(count), str(count)

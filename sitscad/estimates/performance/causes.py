@@ -147,7 +147,7 @@ class Disturbed:
 
     @property
     def hysteresis(self) -> Array:
-        """By how much (N) either branch of the loop is off on every axis, of its full scale."""
+        """Force (N) by which either branch of the loop is off on every axis, of its full scale."""
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, names = pad.material, self.bench.range.axes

@@ -23,8 +23,8 @@ APART, SAME = 0.1, 1e-3
 """Loads so far apart (in full scales) count as two; readings so near to each other (in their span) as one."""
 
 ALIKE, DOUBTED, NEARBY = 3e-3, 1e-2, 1e-2
-"""The same of what the response itself says of two loads, and of what a chart says that errs by a few per cent of the
-span; by how much (in full scales) a load is moved to see how its reading changes."""
+"""Loads and readings as near, of what the response itself says of two loads, and of what a chart says that errs by a
+few per cent of the span; by how much (in full scales) a load is moved to see how its reading changes."""
 
 DRAWN = 3e-3  # What readings may be off by (rms), of their span, where loads are drawn: less than the width of a line
 
@@ -84,7 +84,7 @@ def fitted(points: Array, values: Array, degree: int) -> Polynomial:
 
 
 def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:
-    """Of the polynomials up to a degree, the one that errs least (rms over the values' spread) at points held out."""
+    """The one of the polynomials up to a degree that errs least (rms over the values' spread) at points held out."""
     found, apart = None, np.inf
     spread = np.maximum(np.ptp(values, axis=0), 1e-300)
     for degree in range(1, most + 1):
@@ -234,8 +234,8 @@ def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator
 
 
 def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
-    """By the curved map and by a `straight` one (N per reading; axes, coils): how far (of its full scale) every axis
-    errs while another goes to both ends of its full scale, from a working point's `load` (3; N).
+    """Crosstalk by the curved map and by a `straight` one (N per reading; axes, coils): how far (of its full scale)
+    every axis errs while another goes to both ends of its full scale, from a working point's `load` (3; N).
     """
     bench, names = working.bench, working.bench.range.axes
     found: tuple[dict[str, dict[str, float]], ...] = ({a: {} for a in names}, {a: {} for a in names})

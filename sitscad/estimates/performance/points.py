@@ -97,7 +97,7 @@ class Felt:
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
-        """At which of the points the pad holds the target: where it gives way, their figures mean nothing."""
+        """Points at which the pad holds the target: where it gives way, their figures mean nothing."""
         return tuple(map(bool, self.bench.is_held(working_loads(self.bench))))
 
     @cached_property
@@ -135,8 +135,8 @@ def solved_performance(model: ResponseModel) -> Felt:
 def performance(
     felt: Felt, model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]
 ) -> tuple[Performance, ...]:
-    """At rest, half and full load; nothing where target, elastomer or tank are missing, or where the pad gives way
-    under full load. `twins` gives two loads of one reading (`Design.twins`).
+    """Performance at rest, half and full load; nothing where target, elastomer or tank are missing, or where the pad
+    gives way under full load. `twins` gives two loads of one reading (`Design.twins`).
     """
     if not can_feel(model.spec, model.estimates) or not all(felt.held):
         return ()

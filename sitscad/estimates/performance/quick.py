@@ -1,4 +1,4 @@
-"""The same at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
+"""Performance at a small part of the cost, for checks: a chart of what the states' own shares of an endless plate say.
 
 Where the states have the target solved, so has the chart, its loss included. Slopes by x, y, z are within a few per
 cent of the response's (tests/estimates/test_quick.py). A target that tilts
@@ -57,7 +57,9 @@ class TankLaw:
     delay: float
 
     def logarithms(self, change: ComplexArray) -> Array:
-        """Of frequencies over those at rest, by changes of the inductances since then (H, complex; (..., coils))."""
+        """Logarithms of frequencies over those at rest, by changes of the inductances since then (H, complex; (...,
+        coils)).
+        """
         start = 2.0 * np.pi * self.frequency
         inductance = np.maximum(self.inductance + change.real, 0.1 * self.inductance)
         resistance = np.maximum(self.resistance - start * change.imag, 0.0)
@@ -80,8 +82,8 @@ def tank_law(device: Converter, estimates: Estimates) -> TankLaw:
 
 
 def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
-    """By what factor (coils,) the coils' inductances (complex) change from the state at rest to that pressed, over what
-    is `said` (H): crowding and neighbours are in those. Ones where there is no such state.
+    """Factor (coils,) by which the coils' inductances (complex) change from the state at rest to that pressed, over
+    what is `said` (H): crowding and neighbours are in those. Ones where there is no such state.
     """
     found = np.ones(len(estimates.coils), dtype=complex)
     for k, coil in enumerate(estimates.coils):

@@ -45,7 +45,7 @@ class AxisPerformance:
     errors: Mapping[str, float] = field(default_factory=dict)
 
     def document(self) -> dict[str, object]:
-        """As the contract's JSON has it."""
+        """The figures as the contract's JSON has them."""
         return {
             "range_N": self.range,
             "limited_by": self.limited_by,
@@ -101,7 +101,7 @@ class Performance:
     notes: tuple[str, ...] = ()
 
     def document(self) -> dict[str, object]:
-        """As the contract's JSON has it."""
+        """The figures as the contract's JSON has them."""
 
         def by_axis(load: Loads) -> dict[str, float]:
             return dict(zip(AXES, load, strict=True))

@@ -137,7 +137,7 @@ class Placed:
         return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
 
     def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> Cover:
-        """For which poses a target is solved that serves these, in steps, so that one solution serves many."""
+        """Poses for which a target is solved that serves these, in steps, so that one solution serves many."""
         assert spec.target is not None
         is_magnetic = spec.target.material.relative_permeability > 1.1
         top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)

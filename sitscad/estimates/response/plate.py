@@ -71,7 +71,7 @@ class Detail:
 
     @property
     def length(self) -> float:
-        """Over which the coils' field at the target varies (m): their images leave little of longer waves."""
+        """Length (m) over which the coils' field at the target varies: their images leave little of longer waves."""
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
     def points(self, length: float) -> int:
@@ -156,7 +156,7 @@ class Solving:
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
-        """Of all coils; after them what comes back out of phase, in the same order, where that counts."""
+        """Potentials of all coils; after them what comes back out of phase, in the same order, where that counts."""
         return _potentials(self.seen, self.behind, None if self.behind is None else self.middle, self.is_lossy)
 
     @cached_property
@@ -212,9 +212,9 @@ class TargetPlate:
         return mirror is not None and (self.solving.is_lossy or abs(mirror.strength - 1.0) > 0.02)
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """Of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils): all of
-        it, and what it would be with a mirror that does not lose, whose loss is the target's own. `once` where no other
-        poses follow.
+        """Changes of the coils' inductance matrix (H, complex) at every frequency, (frequencies, poses, coils, coils):
+        all of it, and what it would be with a mirror that does not lose, whose loss is the target's own. `once` where
+        no other poses follow.
         """
         found = solved(
             lambda: (self.solving.said, turns.tobytes(), places.tobytes(), once),
@@ -230,7 +230,7 @@ class WindowedPlate(TargetPlate):
     missing: tuple[WindowEffect, ...] = ()
 
     def changes(self, turns: Array, places: Array, once: bool = False) -> tuple[ComplexArray, ComplexArray]:
-        """As of `Plate`."""
+        """Changes as of `TargetPlate`, grown by what the jaw lacks behind each coil."""
         found = super().changes(turns, places, once)
         own = np.einsum("fpcc->cfp", found[0].real)
         more = np.stack([one.factor(change) for one, change in zip(self.missing, own, strict=True)], axis=-1)
@@ -304,7 +304,7 @@ DISCS = 100.0
 
 
 def skin_depth(target: Target, frequency: float) -> float:
-    """Of its metal (m)."""
+    """Skin depth (m) of a target's metal at a frequency (Hz)."""
     return constants.skin_depth(frequency, _conductivity(target), target.material.relative_permeability)
 
 
@@ -365,7 +365,7 @@ class _Coils:
     def potentials(
         self, floor: float = -math.inf, returned: Returned | None = None, direct: bool = True
     ) -> tuple[CoilPotential, ...]:
-        """Of every coil; those that are not turned against each other have one in common."""
+        """The potential of every coil; those that are not turned against each other have one in common."""
         known: dict[float, CoilPotential] = {}
         for coil in self.coils:
             turn = coil.placement.rotation

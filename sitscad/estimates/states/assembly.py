@@ -340,7 +340,7 @@ class SolvedReflection(Reflection):
         self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
-        """As of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
+        """Shares of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
         first, last = self._ends / self._like(self._solved_at)
         like = self._like(frequencies) / self._of_target(frequencies)[:, 0]
         return np.asarray(like * (first + self._part(frequencies) * (last - first)))

@@ -22,7 +22,7 @@ from sitscad.spec.places import gathered
 def moved_changes(
     layout: Layout, moves: Sequence[Move], frequency: float, is_solved: bool = False
 ) -> Mapping[str, tuple[float, ...]]:
-    """By coil, the change of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest, by
+    """Changes, by coil, of inductance (H) at a frequency (Hz) for every move (x, y) of the target (m) from rest, by
     `target_effects`; none without a target.
     """
     if at_rest(layout.spec) is None:

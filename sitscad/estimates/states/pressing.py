@@ -126,7 +126,7 @@ def formula_sigma(spec: SensorSpec) -> float:
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
-    """By cell, by what factor webs make its pad stiffer against a press."""
+    """Factor, by cell, by which webs make its pad stiffer against a press."""
     assert spec.elastomer is not None
     face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or Surround()
     return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]

@@ -74,7 +74,7 @@ class WindowEffect:
     moving: float = 0.0
 
     def factor(self, change: Array) -> Array:
-        """By what a target's change of a coil's inductance (H) before the whole jaw grows for the window."""
+        """Factor by which a target's change of a coil's inductance (H) before the whole jaw grows for the window."""
         return np.asarray(1.0 + self.growth[0] + self.growth[1] * np.clip(change / self.scale, 0.0, FARTHEST))
 
 

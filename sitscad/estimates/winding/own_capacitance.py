@@ -32,7 +32,7 @@ times as many (1.5 to 30 turns, one to eight layers)."""
 
 
 ROUGH_PLACES, ROUGH_GRAIN = (6, 2), 10e-6
-"""The same for screening, within 2 %; and how fine (m) widths and pitches are told apart there, within 4 %."""
+"""Places for screening, within 2 %; and how fine (m) widths and pitches are told apart there, within 4 %."""
 
 
 def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> float:

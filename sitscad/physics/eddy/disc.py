@@ -90,7 +90,7 @@ class Meridian:
 
     @property
     def lengths(self) -> Array:
-        """Of the pieces (m)."""
+        """Lengths of the pieces (m)."""
         return np.asarray(np.hypot(*(self.ends - self.starts).T))
 
 
@@ -185,7 +185,9 @@ class Disc:
 
     @property
     def mirrored(self) -> None:
-        """No planes: orders and phases part its currents farther than those do (see `Surface`)."""
+        """None, no unit: it has no such planes, for orders and phases part its currents farther than those do (see
+        `Surface`).
+        """
         return None
 
     @cached_property

@@ -78,7 +78,9 @@ EQUAL = 1e-12
 
 @record(eq=False)
 class LineIntegrals:
-    """For every Gaussian: of two functions, of two slopes (scales, n, n), and of a slope against the upper end."""
+    """Integrals for every Gaussian: of two functions, of two slopes (scales, n, n), and of a slope against the upper
+    end.
+    """
 
     mass: Array
     slope: Array

@@ -46,7 +46,9 @@ class Folding:
 
 
 def folding(surface: Surface) -> Folding | None:
-    """The folding of a surface; None of one without such planes, or whose currents are parted otherwise."""
+    """The folding (shares, no unit) of a surface; None of one without such planes, or whose currents are parted
+    otherwise.
+    """
     mirrored = surface.mirrored
     if mirrored is None:
         return None
@@ -58,9 +60,9 @@ def folding(surface: Surface) -> Folding | None:
 
 
 def signs(parity: tuple[int, int]) -> Array:
-    """Of currents whose stream function has a parity along x and y: each component at a point's mirrored ones, in parts
-    of that at the point, (4, 3). Currents are at right angles to how the stream function climbs: along x they are like
-    it across x = 0 and unlike it across y = 0.
+    """Signs of currents whose stream function has a parity along x and y: each component at a point's mirrored ones, in
+    parts of that at the point, (4, 3). Currents are at right angles to how the stream function climbs: along x they are
+    like it across x = 0 and unlike it across y = 0.
     """
     x, y = parity
     across_x, across_y = np.array([x, -x, -x], dtype=float), np.array([-y, y, -y], dtype=float)
@@ -68,7 +70,7 @@ def signs(parity: tuple[int, int]) -> Array:
 
 
 def by_axis(kernels: Array, parity: tuple[int, int]) -> Sequence[Array]:
-    """Of the `Folding.kernels` the sums (1/m) for the x, y and z components of currents of a parity: (n, n) each."""
+    """Sums (1/m) of the `Folding.kernels` for the x, y and z components of currents of a parity: (n, n) each."""
     return list(np.tensordot(signs(parity).T, kernels, axes=1))
 
 

@@ -87,7 +87,7 @@ class CurrentClass(Protocol):
         """Flux linkages (n, fields) in Wb of vector potentials (points, 3, fields) in Wb/m at the surface's points."""
 
     def spread(self, functions: Array) -> Array:
-        """Of combinations (n, m) of the functions: what their linkages make of every potential, (points, 3, m) in m. It
+        """What linkages of combinations (n, m) of the functions make of every potential, (points, 3, m) in m. It
         is also the current (A m) at every point that stands for a combination seen from afar.
         """
 
@@ -112,8 +112,8 @@ class Surface(Protocol):
 
     @property
     def mirrored(self) -> tuple[Index, Index] | None:
-        """The numbers of the points mirrored across x = 0 and across y = 0, where every class is even or odd across
-        both: its `in_plane` is then the two parities (1 or -1) of its stream functions. None where they are not.
+        """The numbers (no unit) of the points mirrored across x = 0 and across y = 0, where every class is even or odd
+        across both: its `in_plane` is then the two parities (1 or -1) of its stream functions. None where they are not.
         """
 
 

@@ -276,7 +276,9 @@ class _TurnedTangents:
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """From the nearest azimuth to an edge, of tangents' product over distance; points graded by `scale` (rad)."""
+        """Integral from the nearest azimuth to an edge, of tangents' product over distance; points graded by `scale`
+        (rad).
+        """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)
         v = scale * np.sinh(0.5 * reach * (1.0 + nodes))

@@ -25,7 +25,7 @@ MOST = 60
 
 
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
-    """For every layer, the radii (m) at which its centre line meets the half-plane of an azimuth (rad)."""
+    """Radii (m), for every layer, at which its centre line meets the half-plane of an azimuth (rad)."""
     found = []
     for layer in layers:
         first = (layer.sense * (azimuth - layer.angle)) % (2.0 * math.pi)

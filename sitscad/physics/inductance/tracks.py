@@ -274,7 +274,7 @@ class _Stack:
         return len(self.whole.arcs) > 0
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
-        """For every relation all pieces (m) at the heights of its layers, and their strands."""
+        """All pieces (m) of every relation, at the heights of its layers, and their strands."""
         for one, other in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:

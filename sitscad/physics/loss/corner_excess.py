@@ -148,8 +148,8 @@ def gentle_inductance(turn: float, width: float, thickness: float, radius: float
 
 
 def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
-    """Of such a bend, the inductance (H) that it loses to alternating current and the relaxation time (s) with which it
-    does: L falls by the one times w2 tau2 / (1 + w2 tau2). Turn in rad, metres, radius over the width, S/m.
+    """The inductance (H) that such a bend loses to alternating current, and the relaxation time (s) with which it does:
+    L falls by the one times w2 tau2 / (1 + w2 tau2). Turn in rad, metres, radius over the width, S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]

@@ -28,7 +28,7 @@ SAME = 1e-9
 """How far corners (m), and directions (rad), may be from an image's to be its: rounding alone."""
 
 SAME_MOMENT = 1e-6
-"""The same of what loops make of a wave, of all their moments."""
+"""How far what loops make of a wave may be from an image's, in parts of all their moments."""
 
 PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -31.7), (61.1, 53.9)]).T
 """Waves (2, n; rad over the loops' extent) by which two sets of loops are known to be the same."""
@@ -46,8 +46,8 @@ class TrackImage:
     sense: float
 
     def directions(self, angle: Array) -> tuple[Index, Flags] | None:
-        """For directions (rows, n; rad) over half a turn: where among them those are that the other track has to be
-        seen from, and which of these are opposite to one of them. None where they are not among them.
+        """Places of directions (rows, n; rad) over half a turn: where among them those are that the other track has to
+        be seen from, and which of these are opposite to one of them. None where they are not among them.
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
@@ -71,7 +71,7 @@ class TrackImage:
 
 
 def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
-    """For each track the first one before it whose image about the centre (m) it is, with its loops where there are
+    """The first track before each whose image about the centre (m) it is, with its loops where there are
     any; None for those that are nobody's.
     """
     found: list[TrackImage | None] = []
