@@ -25,14 +25,12 @@ from sitscad.checks.rules import NEEDS, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.estimates import Estimates, estimated
-from sitscad.estimates.performance.quick import LIFTED
 from sitscad.estimates.values import CoilEstimate, StateEstimate
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.inspection import as_configured
 from sitscad.layout import sketch
 from sitscad.layout.routes import in_line
-from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.opening import policy_for, processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.policy import Policy
@@ -128,8 +126,7 @@ LEAST_CONDUCTIVITY = 5e6
 """S/m: the screen shares out what a plate keeps out like a sheet. Brass (16 MS/m) is held; of stainless steel (1.4) the
 resolution was up to 25 % off the full level, of titanium (0.6) 46 %."""
 
-NO_SCREEN = ("the screen has models of round coils, targets of a good conductor, jaws without a window and pads that "
-             "full load presses by less than 40 % alone")
+NO_SCREEN = "the screen has models of round coils, targets of a good conductor and jaws without a window alone"
 """Why others are judged in full at once."""
 
 
@@ -155,8 +152,6 @@ def screen_errors(has_body: bool = False) -> Mapping[str, float]:
 def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
     layout = sketch(spec)
     design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
-    if _is_beyond_chart(design):
-        return judged(spec, measures)
     wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
     values, absent = figures(design, wanted)
     absent |= {name: IN_FULL for name in measures if name not in wanted}
@@ -174,12 +169,6 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
         absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
-
-
-def _is_beyond_chart(design: Design) -> bool:
-    """Whether full load presses the pad farther than the screen's chart goes: there every load reads alike."""
-    pad, felt = design.spec.elastomer, design.felt
-    return pad is not None and felt is not None and felt.points[-1].pose[2] < -(VALID_STRAIN + LIFTED) * pad.thickness
 
 
 def _decided(design: Design) -> tuple[list[Finding], set[str]]:

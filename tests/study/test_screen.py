@@ -111,12 +111,15 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     assert screened([spec], ["rp"])[0].level == level
 
 
-def test_a_pad_that_full_load_presses_beyond_the_chart_is_judged_in_full():
-    """The screen said of it that no reading tells the normal force, and refused it where that is a goal."""
-    spec = sitscad.load_text(templates.read("grasper_3p5mm"))
-    assert screened([spec], ["resolution.normal"])[0] == judged(spec, ["resolution.normal"])
-    thin = screened([spec.replace("elastomer.thickness", 1.0)], ["resolution.normal"])[0]
-    assert thin.level == SCREEN and "resolution.normal" in thin.values
+@pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
+def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
+    """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""
+    spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", thickness)
+    names = ["resolution.normal", "resolution.shear_x"]
+    found, whole = screened([spec], names)[0], judged(spec, names)
+    assert found.level == SCREEN
+    for name in names:
+        assert found.values[name][0] == approx(whole.values[name][0], abs=found.values[name][1])
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])

@@ -96,9 +96,10 @@ def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
     return found
 
 
-HEIGHTS, PLACES, FARTHER = 5, 6, 4
-"""Chebyshev points of the chart: heights, places along each axis, and how many more of these a thickness of the pad
-farther."""
+HEIGHTS, DEEPER, PLACES, FARTHER = 5, 10, 7, 2
+"""Chebyshev points of the chart: heights, and how many more a thickness of the pad deeper; places along each axis, one
+of them in the middle (where six of them missed a small target by 7 %), and how many more a thickness farther either
+way."""
 
 ROUGH, ROUGH_REACH = (4, 3), 0.25
 """Heights and places of a chart for screening, and how far aside it goes (in thicknesses of the pad)."""
@@ -111,6 +112,8 @@ AMPLY, FARTHEST = 1.02, 2.0
 
 LIFTED = 0.1  # How far above rest the chart reaches, in thicknesses of the pad: for ends that a tilt lifts
 
+DEPTH = VALID_STRAIN + LIFTED  # How far below rest it reaches at least, in thicknesses of the pad
+
 
 def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses, of a design with a target on its pad and a state at
@@ -120,10 +123,12 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     pad = spec.elastomer
     assert pad is not None
     if estimates.is_rough:  # slopes on the axis alone are asked for
-        (reach, depth), (count, places) = (ROUGH_REACH, VALID_STRAIN + LIFTED), ROUGH
+        depth = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness)
+        reach, (count, places) = ROUGH_REACH, ROUGH
     else:
         (reach, depth), count = _reach(spec), HEIGHTS
-        places = PLACES + math.ceil(FARTHER * (reach - TRAVEL))
+        places = PLACES + 2 * math.ceil(FARTHER * (reach - TRAVEL))
+    count += math.ceil(DEEPER * (depth - DEPTH))
     low, high, aside = -depth * pad.thickness, LIFTED * pad.thickness, reach * pad.thickness
     heights, sides = chebyshev_points(low, high, count), chebyshev_points(-aside, aside, places)
     # of a rough chart nothing is asked that lies aside of both axes: what both make is added there
@@ -167,7 +172,7 @@ def _reach(spec: SensorSpec) -> tuple[float, float]:
     pad = soft_pad(spec)
     moved = pad.pose(loads, is_held=True)[:, :3] / pad.thickness
     aside, down = np.nan_to_num(np.abs(moved[:, :2])).max(), np.nan_to_num(-moved[:, 2]).max()
-    return min(max(TRAVEL, AMPLY * float(aside)), FARTHEST), max(VALID_STRAIN + LIFTED, AMPLY * float(down))
+    return min(max(TRAVEL, AMPLY * float(aside)), FARTHEST), max(DEPTH, AMPLY * float(down))
 
 
 def _pull(estimates: Estimates) -> Array:
