@@ -37,6 +37,7 @@ from sitscad.policy import Policy
 from sitscad.record import record, replace
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.format.reading import SpecError
+from sitscad.spec.places import footprint, gathered
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
 from sitscad.study.measures import MEASURES, AbsentError
@@ -97,7 +98,7 @@ BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT304", "SIT305",
 """Rules that ask for figures of the spec and of its parts alone."""
 
 BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
-"""Those that ask how large the board is, which is known of coils in line."""
+"""Those that ask how large the board is, which is known of one coil and of two in line."""
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
            "SIT213", "SIT214", "SIT215", "SIT217")
@@ -126,17 +127,36 @@ LEAST_CONDUCTIVITY = 5e6
 """S/m: the screen shares out what a plate keeps out like a sheet. Brass (16 MS/m) is held; of stainless steel (1.4) the
 resolution was up to 25 % off the full level, of titanium (0.6) 46 %."""
 
-NO_SCREEN = "the screen has models of round coils, targets of a good conductor and jaws without a window alone"
+RIMS = (-0.3, 1.2)
+"""From where to where the screen holds, radii of a coil from its middle to the nearest rim of the target that it shares
+with others. Farther out all of them read alike, shear shows in small differences (the resolution was seven times off);
+farther in the target hardly reaches the coil (half off)."""
+
+NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
+             "them, jaws without a window and shields of a good conductor before a jaw alone")
 """Why others are judged in full at once."""
 
 
 def can_screen(spec: SensorSpec) -> bool:
-    """Whether the quick level has a model of a design: of round coils, whole jaws, targets of a good conductor."""
+    """Whether the quick level has a model of a design: of round coils, whole jaws, targets and shields of a good
+    conductor, rims of a shared target that lie over the coils.
+    """
     jaw = spec.mount.jaw if spec.mount is not None else None
     is_whole = jaw is None or jaw.fenestration is None
-    metal = spec.target.material if spec.target is not None else None
-    is_plain = metal is None or (metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY)
-    return spec.coil.outline.is_round and is_whole and is_plain
+    sheets = [sheet.material for sheet in (spec.target, spec.shield) if sheet is not None]
+    is_plain = all(metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY for metal in sheets)
+    is_backed = spec.shield is None or (jaw is not None and spec.cells is None)
+    return spec.coil.outline.is_round and is_whole and is_plain and is_backed and _ends_over_coils(spec)
+
+
+def _ends_over_coils(spec: SensorSpec) -> bool:
+    """Whether the nearest rim of a target that several coils share lies where the screen holds."""
+    places = {place.centre for place in gathered(spec).array.placements}
+    if spec.target is None or len(places) < 2:
+        return True
+    left, low, right, high = footprint(spec, spec.target).box
+    nearest = min(min(x - left, right - x, y - low, high - y) for x, y in places)
+    return RIMS[0] < nearest / (0.5 * spec.coil.outer_diameter) < RIMS[1]
 
 
 @cache
@@ -155,7 +175,7 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
     values, absent = figures(design, wanted)
     absent |= {name: IN_FULL for name in measures if name not in wanted}
-    if not in_line(spec):
+    if not _is_sized(spec):
         wide = {"fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area"} & values.keys()
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
@@ -169,6 +189,11 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
         absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
+
+
+def _is_sized(spec: SensorSpec) -> bool:
+    """Whether the board is as large as its sketch: one coil, or two in line. Leads of six in line widened it by 4 %."""
+    return in_line(spec) and len(spec.array.placements) <= 2
 
 
 def _decided(design: Design) -> tuple[list[Finding], set[str]]:
@@ -187,7 +212,7 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
 
 def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding] | None:
     """What a rule finds; None where that is not known."""
-    if rule.id not in ASKED and not (rule.id in BY_BODY and in_line(design.spec)):
+    if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
         return None
     found, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):

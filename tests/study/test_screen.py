@@ -9,7 +9,7 @@ import sitscad
 from sitscad.layout import sketch
 from sitscad.spec import templates
 from sitscad.study.evaluating import IN_FULL, judged, screened
-from sitscad.study.evaluation import FAILS, SCREEN, UNKNOWN, Evaluation
+from sitscad.study.evaluation import FAILS, FULL, SCREEN, UNKNOWN, Evaluation
 from sitscad.study.measures import MEASURES
 
 NAMES = tuple(
@@ -109,6 +109,27 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     """Of titanium 0.15 mm thick the screen said 37 mN where 68 are right, known to 10 %."""
     spec = sitscad.load_text(templates.read("grasper_4layer")).replace("target.material", metal)
     assert screened([spec], ["rp"])[0].level == level
+
+
+@pytest.mark.parametrize(("template", "changes"), [
+    ("three_axis_triangle", {"target.size": 14}),  # 14.1 mN of normal force for 6.0
+    ("three_axis_triangle", {"target.size": 17.5}),  # refused by SIT401 where 20 mN were asked, which full passes
+    ("bench_7mm", {"array.pitch": 12}),  # 46 mN for 28
+    ("skin_grid_3x3", {"mount": None, "shield": {"material": "copper", "thickness": 0.2, "gap": 0.363}}),
+    ("three_axis_pad", {"mount": None, "shield": {"material": "ferrite", "thickness": 0.2, "gap": 0.461}}),
+])
+def test_shapes_without_a_model_are_judged_in_full(template, changes):
+    spec = sitscad.load_text(templates.read(template))
+    assert screened([spec], [])[0].level == SCREEN
+    assert screened([spec.replace(changes)], [])[0].level == FULL
+
+
+def test_sizes_of_six_coils_in_line_take_the_full_level():
+    """Leads made the board wider than its sketch, of which an error of 0 was stated."""
+    spec = sitscad.load_text(templates.read("skin_strip_6"))
+    narrow = spec.replace({"coil.layers": 2, "fpc.stackup": "flex-2l-18um"})
+    found = screened([narrow], ["fit.width", "board.area", "rp"])[0]
+    assert found.level == SCREEN and found.absent.keys() == {"fit.width", "board.area"} and "SIT307" in found.unknown
 
 
 @pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
