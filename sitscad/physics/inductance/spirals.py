@@ -8,6 +8,7 @@ per turn, growing linearly with the turns, instead of the square of the number o
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -147,24 +148,38 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
     weight = (weight * 0.5 * (end - start))[..., None] * along
     extra = level + clearance[owner][:, None, None]
-    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
-    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     step = (rb - ra - b * u)[..., None]
     r1 = ra - b * theta
     r2 = r1 + step
-    weight = weight * ((b * b + r1 * r2) * cosine + b * step * sine)
+    weight = weight * ((b * b + r1 * r2) * np.cos(v)[..., None] + b * step * np.sin(v)[..., None])
     one, other = _beside(r1, b, first.width / unit, strands), _beside(r2, b, second.width / unit, strands)
+    return _over_strands(one, other, v, step, 1.0, extra, weight, levels_apart)
+
+
+Strand = tuple[float, Array, Array, Array, Array]
+
+
+def _over_strands(
+    one: Sequence[Strand], other: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
+    levels_apart: float,
+) -> float:
+    # The sum over all pairs of strands (`_beside`) of `weight` over their distance. The other's centre line lies `step`
+    # farther out at an azimuth that is `v` (rad) further, and winds like the one's (`sense` 1) or against it (-1);
+    # `extra` is what heights and sections add to the square of the distance. Near each other radii are nearly equal:
+    # their difference is taken from the step.
+    half, sine = (2.0 * np.sin(0.5 * v) ** 2)[..., None], np.sin(v)[..., None]
     total = 0.0
     for share, p, a, x1, stretch in one:
-        for other_share, q, c, x2, other_stretch in other:
+        for other_share, q, ahead, x2, other_stretch in other:
+            c = sense * ahead
             squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
-            squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * sine)
+            squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * (sense * sine))
             inverse = _inverse_distance(squared, levels_apart)
             total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
 
 
-def _beside(radius: Array, b: float, width: float, count: int) -> list[tuple[float, Array, Array, Array, Array]]:
+def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
     # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
     # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
     speed = np.sqrt(radius**2 + b * b)
@@ -220,20 +235,11 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     shape = (*width.shape, 2 * resolution.along)
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
     extra = level + np.interp(np.abs(gap), *table)
-    cosine, sine = np.cos(v)[..., None], np.sin(v)[..., None]
-    half = (2.0 * np.sin(0.5 * v) ** 2)[..., None]
     both = (ra + rb - b * total_angle)[..., None]
     r1, r2 = 0.5 * (both + gap), 0.5 * (both - gap)
-    weight = weight * ((b * b - r1 * r2) * cosine + b * both * sine)
+    weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * both * np.sin(v)[..., None])
     one, other = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
-    total = 0.0
-    for share, p, a, _, stretch in one:
-        for other_share, q, c, _, other_stretch in other:
-            squared = (p - q) ** 2 + (a + c) ** 2 + extra
-            squared += 2.0 * ((p * q - a * c) * half + (p * c + a * q) * sine)
-            inverse = _inverse_distance(squared, levels_apart)
-            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
-    return total
+    return _over_strands(one, other, v, -gap, -1.0, extra, weight, levels_apart)
 
 
 # Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They

@@ -137,8 +137,7 @@ def _solved_changes(
 ) -> tuple[Array, Array]:
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
-    depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
-    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
+    depth, reach = _depth_and_reach(coil, offsets, gap)
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(11.0 / depth, reach)
     front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor)
@@ -174,8 +173,7 @@ def magnetic_share(
     outer, width = float(coil.radii.max()), min(plate.size)
     middle = gap + 0.5 * min(plate.thickness, THICKEST * 2.0 * outer, width)
     thick = min(plate.thickness, LONGEST * 2.0 * outer, 4.0 * math.pi * width)
-    depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
-    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
+    depth, reach = _depth_and_reach(coil, offsets, gap)
     area = math.pi / 4.0 if plate.is_round else 1.0
     growth = thick / (2.0 * math.pi) * (1.0 + math.log(4.0 * math.pi * width / thick))
     radius = math.sqrt(area * plate.size[0] * plate.size[1] / math.pi) + growth
@@ -211,6 +209,13 @@ def _edge_growth(plate: FinitePlate, outer: float) -> float:
     if thickness <= 0.0:
         return 0.0
     return thickness / (2.0 * math.pi) * math.log(max(2.0 * outer / thickness, math.e))
+
+
+def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[float, float]:
+    # Down to the nearest ring (m; no less than a hundredth of the largest's radius), and how far out the field counts.
+    outer = float(coil.radii.max())
+    depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
+    return depth, float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
 
 
 def _sheet_depth(plate: FinitePlate, outer: float) -> float:
@@ -380,8 +385,7 @@ def sheet_shares(
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)
-    depth = max(float(gaps.min()) - float(coil.heights.max()), 1e-2 * outer)
-    reach = float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
+    depth, reach = _depth_and_reach(coil, offsets, float(gaps.min()))
     half = np.minimum(0.5 * np.array(plate.size) + _edge_growth(plate, outer), reach)
     k, weights = _wave_numbers(ROUGH_TOP / depth, reach, ROUGH_PANELS)
     spectra = coil.spectra(k, middles, floor)
