@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import cmath
 import math
+from contextlib import suppress
 
+import numpy as np
+
+from sitscad.arrays import Array
 from sitscad.record import record
 
 
@@ -115,3 +119,43 @@ def oscillate(
     beyond, _ = network.admittance(after * (1.0 + 1e-6), inductance, resistance)
     quality = 0.5 * (beyond.imag - found.imag) / (1e-6 * found.real)
     return Oscillation(after / (2.0 * math.pi), 1.0 / found.real, quality, abs(share))
+
+
+FEW = 8  # Coils up to which the frequency of a tank is found one by one
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what does not oscillate is NaN, which is said
+def tank_frequencies(network: Network, inductance: Array, resistance: Array, delay: float) -> tuple[Array, Array]:
+    """Frequency (Hz) and parallel resistance (ohm) of (n,) coils, by the steps of `oscillate` from the plain resonance;
+    NaN where there is no oscillation.
+    """
+    if len(inductance) <= FEW:  # each by itself: arrays of so few numbers cost more
+        found = np.full((2, len(inductance)), np.nan)
+        for k, (own, lost) in enumerate(zip(inductance.tolist(), resistance.tolist(), strict=True)):
+            with suppress(ValueError, ZeroDivisionError, OverflowError):  # no tank has such numbers
+                tank = oscillate(network, own, lost, delay)
+                found[:, k] = tank.frequency, tank.parallel_resistance
+        return found[0], found[1]
+    whole = network.coil_side + network.converter_side + network.capacitor
+    in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)
+    plain = 1.0 / np.sqrt(in_tank * whole)
+
+    def phase(omega: Array) -> Array:
+        y, _ = network.admittance(omega, inductance, resistance)  # type: ignore[arg-type]
+        if not delay:
+            return np.asarray(np.arctan(y.imag / y.real))
+        return np.asarray(np.remainder(np.angle(y) + omega * delay + math.pi, 2.0 * math.pi) - math.pi)
+
+    before, after = plain, plain * (1.0 - 1e-4)
+    low, high = phase(before), phase(after)
+    for _ in range(30):
+        still = (high != low) & (np.abs(after - before) > 1e-13 * after)
+        if not np.any(still):
+            break
+        step = np.where(still, -high * (after - before) / np.where(high == low, 1.0, high - low), 0.0)
+        before, low = after, high
+        after = after + np.clip(step, -0.1 * after, 0.1 * after)
+        high = phase(after)
+    y, _ = network.admittance(after, inductance, resistance)  # type: ignore[arg-type]
+    exists = (np.abs(high) <= 1e-6) & (after >= LOWEST_SHARE * plain)
+    return np.where(exists, after / (2.0 * math.pi), np.nan), np.where(exists, 1.0 / y.real, np.nan)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.neighbours import idle_load
 from sitscad.estimates.circuit.tank import Tank
 from sitscad.physics.polynomials import chebyshev_points, shares
-from sitscad.physics.resonator import LOWEST_SHARE, Network, oscillate
+from sitscad.physics.resonator import Network, tank_frequencies
 from sitscad.record import record
 
 Impedances = Callable[[Array], ComplexArray]
@@ -20,7 +19,6 @@ Impedances = Callable[[Array], ComplexArray]
 contacts, nothing idle yet, at (n,) frequencies (Hz), one a pose: (n, coils, coils)."""
 
 POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose is known
-FEW = 8  # Poses up to which the frequency of a tank is found one by one
 MOST_SLOPE = 0.5  # Change of the frequency that is found with the one that was taken, up to which that is believed
 
 
@@ -101,40 +99,3 @@ def _next(given: Array, found: Array, last: tuple[Array, Array] | None) -> Array
         slope = (found - last[1]) / (given - last[0])
         ahead = np.where(np.abs(slope) < MOST_SLOPE, given + (found - given) / (1.0 - slope), found)
     return np.where(np.isfinite(ahead), ahead, np.where(np.isfinite(found), found, given))
-
-
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what does not oscillate is NaN, which is said
-def tank_frequencies(network: Network, inductance: Array, resistance: Array, delay: float) -> tuple[Array, Array]:
-    """`physics.resonator.oscillate` for (n,) coils: frequency (Hz) and parallel resistance (ohm), NaN where there is no
-    oscillation. The secant rule on arg Y + omega delay, from the plain resonance.
-    """
-    if len(inductance) <= FEW:  # each by itself: arrays of so few numbers cost more
-        found = np.full((2, len(inductance)), np.nan)
-        for k, (own, lost) in enumerate(zip(inductance.tolist(), resistance.tolist(), strict=True)):
-            with suppress(ValueError, ZeroDivisionError, OverflowError):  # no tank has such numbers
-                tank = oscillate(network, own, lost, delay)
-                found[:, k] = tank.frequency, tank.parallel_resistance
-        return found[0], found[1]
-    whole = network.coil_side + network.converter_side + network.capacitor
-    in_tank = inductance + (0.0 if network.capacitor_at_coil else network.inductance)
-    plain = 1.0 / np.sqrt(in_tank * whole)
-
-    def phase(omega: Array) -> Array:
-        y, _ = network.admittance(omega, inductance, resistance)  # type: ignore[arg-type]
-        if not delay:
-            return np.asarray(np.arctan(y.imag / y.real))
-        return np.asarray(np.remainder(np.angle(y) + omega * delay + math.pi, 2.0 * math.pi) - math.pi)
-
-    before, after = plain, plain * (1.0 - 1e-4)
-    low, high = phase(before), phase(after)
-    for _ in range(30):
-        still = (high != low) & (np.abs(after - before) > 1e-13 * after)
-        if not np.any(still):
-            break
-        step = np.where(still, -high * (after - before) / np.where(high == low, 1.0, high - low), 0.0)
-        before, low = after, high
-        after = after + np.clip(step, -0.1 * after, 0.1 * after)
-        high = phase(after)
-    y, _ = network.admittance(after, inductance, resistance)  # type: ignore[arg-type]
-    exists = (np.abs(high) <= 1e-6) & (after >= LOWEST_SHARE * plain)
-    return np.where(exists, after / (2.0 * math.pi), np.nan), np.where(exists, 1.0 / y.real, np.nan)
