@@ -1,23 +1,20 @@
 """Meshes of the solids for printing and for viewers, as repeatable bytes: binary STL (millimetres, in the positive
 octant, on z = 0), 3MF (3MF core specification 1.3, one coloured object each), and ``mount/assembly.glb`` (glTF 2.0).
 
-All are written here: trimesh's and OpenCASCADE's writers put random identifiers into 3MF, and to load the former takes
-longer than to write the rest. glTF counts in metres with y upwards and the front towards +z: the jaw's length is x,
-what is up of the board is y. Every triangle has corners of its own, so that edges are seen as edges.
+3MF is written here because trimesh's and OpenCASCADE's writers put random identifiers in. glTF counts in metres with y
+upwards and the front towards +z: the jaw's length is x, what is up of the board is y. Every triangle has corners of its
+own, so that edges are seen as edges.
 """
 
 from __future__ import annotations
 
-import json
-import struct
-from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.parts.mesh import TriangleMesh, made, manifold, seen
-from sitscad.parts.solid import Solid, of_role
+from sitscad.parts.mesh import NotManifold, TriangleMesh, made, seen
+from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import stored_zip
@@ -86,18 +83,13 @@ def render_stl(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, .
     return {f"mount/{spec.name}-{mesh.name}.stl": stl(mesh.on_bed()) for mesh in made(pieces)}
 
 
-_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-
-
 def stl(mesh: TriangleMesh) -> bytes:
-    """A closed mesh as binary STL; raises `NotManifold` where it is open or inside out."""
-    manifold(mesh)
-    corners = mesh.vertices[mesh.triangles]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
-    facets = np.zeros(len(corners), _FACET)
-    facets["normal"] = across / np.sqrt(np.einsum("ni,ni->n", across, across))[:, None]
-    facets["corners"] = corners
-    return bytes(80) + struct.pack("<I", len(facets)) + facets.tobytes()
+    """A closed mesh as binary STL; raises `NotManifold` where trimesh finds it open or inside out."""
+    trimesh = require("trimesh")
+    body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+    if not (body.is_watertight and body.is_winding_consistent and body.volume > 0.0):
+        raise NotManifold(f"the mesh of {mesh.name} is not watertight")
+    return bytes(body.export(file_type="stl"))
 
 
 SEE_THROUGH = {BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRole.OPPOSING_PAD: 0.5}
@@ -105,39 +97,22 @@ SEE_THROUGH = {BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRol
 
 
 def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """The file: of every solid a node, its mesh of loose triangles, and its material."""
-    places, materials, start = [], [], 0
-    accessors, views = list[dict[str, Any]](), list[dict[str, int]]()
-    for number, (solid, mesh) in enumerate(zip(solids, seen(solids), strict=True)):
-        corners: Array = mesh.vertices[mesh.triangles.reshape(-1)] * 1e-3
-        turned = np.column_stack([corners[:, 0], corners[:, 2], -corners[:, 1]]).astype("<f4")
-        low, high = turned.min(axis=0).tolist(), turned.max(axis=0).tolist()
-        places.append(turned.tobytes())
-        views.append({"buffer": 0, "byteOffset": start, "byteLength": turned.nbytes})
-        accessors.append({"bufferView": number, "componentType": _FLOAT, "count": len(turned), "type": "VEC3",
-                          "min": low, "max": high})
-        start += turned.nbytes
+    """The file; raises `MissingExtra` without trimesh."""
+    trimesh = require("trimesh")
+    scene = trimesh.Scene(base_frame=spec.name)
+    for solid, triangles in zip(solids, seen(solids), strict=True):
+        # A mesh with its colour, turned so that y is up
+        corners: Array = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3
+        turned = np.column_stack([corners[:, 0], corners[:, 2], -corners[:, 1]])
+        faces = np.arange(len(turned)).reshape(-1, 3)
         alpha = SEE_THROUGH.get(solid.role, 1.0)
-        colour = [round(255 * value) / 255 for value in (*solid.linear_rgb, alpha)]
-        materials.append({
-            "name": solid.material, "alphaMode": "OPAQUE" if alpha == 1.0 else "BLEND", "doubleSided": alpha < 1.0,
-            "pbrMetallicRoughness": {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.7},
-        })
-    numbers = range(len(solids))
-    document = {
-        "asset": {"version": "2.0", "generator": "sitscad"},
-        "scene": 0, "scenes": [{"name": spec.name, "nodes": [*numbers]}],
-        "nodes": [{"name": solid.name, "mesh": number} for number, solid in enumerate(solids)],
-        "meshes": [{"name": solid.name, "primitives": [{"attributes": {"POSITION": number}, "material": number}]}
-                   for number, solid in enumerate(solids)],
-        "materials": materials, "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": start}],
-    }
-    text = json.dumps(document, separators=(",", ":")).encode("ascii")
-    chunks = ((b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", b"".join(places)))
-    parts = [part for kind, content in chunks for part in (struct.pack("<I", len(content)), kind, content)]
-    size = 12 + sum(map(len, parts))
-    return {"mount/assembly.glb": b"".join([b"glTF", struct.pack("<II", 2, size), *parts])}
-
-
-_FLOAT = 5126
-"""Numbers of four bytes, in glTF's accessors."""
+        material = trimesh.visual.material.PBRMaterial(
+            name=solid.material,
+            baseColorFactor=[*(round(255 * value) for value in solid.linear_rgb), round(255 * alpha)],
+            metallicFactor=0.0, roughnessFactor=0.7, alphaMode="OPAQUE" if alpha == 1.0 else "BLEND",
+            doubleSided=alpha < 1.0,
+        )
+        visual = trimesh.visual.TextureVisuals(material=material)
+        mesh = trimesh.Trimesh(turned, faces, visual=visual, process=False)
+        scene.add_geometry(mesh, node_name=solid.name, geom_name=solid.name)
+    return {"mount/assembly.glb": bytes(scene.export(file_type="glb", include_normals=False))}

@@ -2,8 +2,8 @@
 
 OpenCASCADE writes four things that change from run to run: the time in the header, a process-wide counter in
 ``NEXT_ASSEMBLY_USAGE_OCCURRENCE``, the order of the colours (a hash of addresses), and lines, broken where counter and
-numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d); header, counter and colours
-are written here, and every entity stands on one line, zeros as ``0.``.
+numbers fill them. So shapes and names come from OpenCASCADE (parts through build123d, the assembly through cadquery);
+header, counter and colours are written here, and every entity stands on one line, zeros as ``0.``.
 """
 
 from __future__ import annotations
@@ -53,45 +53,15 @@ def part(solid: Solid, title: str) -> bytes:
 
 
 def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
-    """All solids as one STEP assembly in place, millimetres: named products, coloured."""
-    bd = require("build123d")
-    from OCP.Interface import Interface_Static
-    from OCP.Message import Message, Message_Gravity
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.STEPControl import STEPControl_StepModelType
-    from OCP.TCollection import TCollection_ExtendedString as Text
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFApp import XCAFApp_Application
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-    document = TDocStd_Document(Text("BinXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
-    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    tool.SetAutoNaming_s(False)
-    whole = tool.NewShape()
-    TDataStd_Name.Set_s(whole, Text(title))
+    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery."""
+    cq = require("cadquery")
+    whole = cq.Assembly(name=title)
     for solid in solids:
-        product = tool.NewShape()
-        tool.SetShape(product, bd.Compound([solid.shape]).wrapped)
-        for label in (product, tool.AddComponent(whole, product, TopLoc_Location())):
-            TDataStd_Name.Set_s(label, Text(solid.name))
-    tool.UpdateAssemblies()
-    for printer in Message.DefaultMessenger_s().Printers():
-        printer.SetTraceLevel(Message_Gravity.Message_Fail)
-    writer = STEPCAFControl_Writer()
-    for name, value in _SETTINGS.items():
-        Interface_Static.SetIVal_s(name, value)
-    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+        whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)
     with TemporaryDirectory() as folder:
         path = FilePath(folder) / "assembly.step"
-        writer.Write(str(path))
+        require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
         return _finished(path.read_text(encoding="ascii"), title, solids)
-
-
-_SETTINGS = {"write.surfacecurve.mode": 1, "write.precision.mode": 0, "write.stepcaf.subshapes.name": 1}
-"""OpenCASCADE's for the whole process: curves on surfaces, which precision is told, names of parts of shapes."""
 
 
 def _timestamp() -> str:

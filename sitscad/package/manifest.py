@@ -226,7 +226,7 @@ NOTHING_FOR = {
 }
 """Why a stage may have nothing to make."""
 
-KERNELS = ("build123d", "cadquery-ocp", "gmsh", "manifold3d")
+KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""
 
 FORCED_NOTE = "FORCED.txt"

@@ -1,5 +1,5 @@
 """Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount. Importing this
-package is light: build123d, cadquery, manifold3d and gmsh are imported by the functions that need them, and a
+package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that need them, and a
 missing one is a `MissingExtra` with the command that mends it.
 """
 

@@ -6,8 +6,7 @@ or a mesh is really wanted.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable
 from functools import cached_property
 from importlib import import_module
 from importlib.util import find_spec
@@ -41,42 +40,15 @@ class _Later(ModuleType):
         return getattr(found, name)
 
 
-CALLED = ("scipy.integrate", "scipy.optimize", "scipy.spatial")
-"""Of what build123d takes functions, for curves that sitscad does not draw: a quarter of a second."""
-
-
-class _Called(ModuleType):
-    # A package whose functions are looked for when they are called.
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return lambda *given, **named: getattr(import_module(self.__name__), name)(*given, **named)
-
-
-@contextmanager
-def _called() -> Iterator[None]:
-    """Stand-ins for `CALLED` while a package loads that takes functions of them; nobody else is to find them."""
-    asides = {name: _Called(name) for name in CALLED if name not in sys.modules}
-    sys.modules.update(asides)
-    try:
-        yield
-    finally:
-        for name, aside in asides.items():
-            if sys.modules.get(name) is aside:
-                del sys.modules[name]
-
-
 def require(package: str) -> ModuleType:
     """Import a package of the extra; raises `MissingExtra` in one sentence when it is not there or cannot be loaded."""
-    is_new = package not in sys.modules
-    if is_new:
+    if package not in sys.modules:
         for name in UNUSED:
             if name not in sys.modules and (spec := find_spec(name)) is not None:
                 sys.modules[name] = _Later(name)
                 sys.modules[name].__spec__ = spec
     try:
-        with _called() if is_new and package == "build123d" else nullcontext():
-            return import_module(package)
+        return import_module(package)
     except ModuleNotFoundError as error:
         if error.name in (package, package.partition(".")[0]):
             text = f"solids and meshes need {package}, which is not installed: {_MEND}"

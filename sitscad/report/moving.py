@@ -11,6 +11,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sitscad.calibration.inverse_map import BEYOND, LEAST
 from sitscad.drawing.pictures.board import coil_extent
@@ -54,29 +55,35 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
     (length,) = struct.unpack_from("<I", glb, 12)
     scene, body = json.loads(glb[20 : 20 + length]), glb[28 + length :]
 
+    def array(number: int, kind: str, width: int) -> NDArray[Any]:
+        accessor = scene["accessors"][number]
+        start = scene["bufferViews"][accessor["bufferView"]].get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(body, kind, accessor["count"] * width, start).reshape(-1, width)
+
     meshes = []
     for node in scene["nodes"]:
+        if "mesh" not in node:
+            continue
         (one,) = scene["meshes"][node["mesh"]]["primitives"]
-        accessor = scene["accessors"][one["attributes"]["POSITION"]]
-        start = scene["bufferViews"][accessor["bufferView"]]["byteOffset"]
-        x, up, back = MM * np.frombuffer(body, "<f4", 3 * accessor["count"], start).reshape(-1, 3).astype(float).T
-        meshes.append((node["name"], scene["materials"][one["material"]], np.stack([x, -back, up], axis=1)))
-    low = np.min([points.min(axis=0) for _, _, points in meshes], axis=0)
-    high = np.max([points.max(axis=0) for _, _, points in meshes], axis=0)
+        x, up, back = MM * array(one["attributes"]["POSITION"], "<f4", 3).astype(float).T
+        meshes.append((node["name"], scene["materials"][one["material"]], np.stack([x, -back, up], axis=1),
+                       array(one["indices"], "<u4", 1)[:, 0]))
+    low = np.min([points.min(axis=0) for _, _, points, _ in meshes], axis=0)
+    high = np.max([points.max(axis=0) for _, _, points, _ in meshes], axis=0)
     step = np.maximum(high - low, 1e-6) / (2**16 - 1)
     parts, places, corners, first, start = [], [], [], 0, 0
-    for name, material, points in meshes:
+    for name, material, points, triangles in meshes:
         known, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
         *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
         parts.append({
             "name": name, "group": TOGETHER.get(name.partition("-")[0], name),
             "colour": [round(value, 4) for value in colour], "alpha": round(alpha, 3),
-            "first": first, "start": start, "count": len(points),
+            "first": first, "start": start, "count": len(triangles),
             "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,
         })
         places.append(known)
-        corners.append(which.reshape(-1).astype("<u2"))
-        first, start = first + len(known), start + len(points)
+        corners.append(which.reshape(-1)[triangles].astype("<u2"))
+        first, start = first + len(known), start + len(triangles)
     # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
     jaw, pair, hinge = fitted_jaw(layout.spec.mount), closed_section(layout), None
     if jaw is not None and pair is not None and jaw.hinge is not None and jaw.opening:

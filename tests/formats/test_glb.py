@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from io import BytesIO
 
 import handmade
@@ -44,12 +43,6 @@ def test_the_file_is_gltf_2_and_the_same_twice():
     colours = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in said["materials"]}
     assert colours["pdms"][3] < 1.0 == colours["copper"][3]
     assert meshes.render_glb(solids, spec)["mount/assembly.glb"] == data
-
-
-def test_meshes_are_written_without_another_program(monkeypatch):
-    monkeypatch.setitem(sys.modules, "trimesh", None)  # which costs a build 0.13 s to load
-    solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
-    assert meshes.render_glb(solids, spec) and meshes.render_stl(solids, spec)
 
 
 def test_the_3mf_of_all_pieces_is_in_place_and_in_millimetres():

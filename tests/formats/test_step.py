@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import handmade
@@ -67,13 +66,6 @@ def test_cadquery_reads_the_assembly_too(files, tmp_path):
     path.write_bytes(files["mount/assembly.step"])
     volumes = sorted(solid.Volume() for solid in cq.importers.importStep(str(path)).solids().vals())
     assert volumes == approx(sorted(s.shape.volume for s in handmade.solids("jaw")), rel=1e-6)
-
-
-def test_the_assembly_takes_one_kernel_and_no_word(files, monkeypatch, capfd):
-    monkeypatch.setitem(sys.modules, "cadquery", None)  # which costs a build 0.15 s to load
-    solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
-    assert step.render_whole(solids, spec)["mount/assembly.step"] == files["mount/assembly.step"]
-    assert capfd.readouterr() == ("", "")
 
 
 def test_files_do_not_depend_on_what_was_written_before(files):

@@ -105,16 +105,3 @@ def test_the_cad_kernels_start_without_sympy_and_vtk_and_have_them_on_demand():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["49", "0.5", "True"]
-
-
-def test_build123d_starts_without_scipy_and_calls_its_functions_on_demand():
-    code = (
-        "from sitscad.parts.solid import require\nimport sys\n"
-        "curves = require('build123d').topology.one_d\n"
-        "assert not [name for name in sys.modules if name.partition('.')[0] == 'scipy']\n"
-        "print(round(curves.minimize_scalar(lambda x: (x - 2.0) ** 2).x, 6))\n"
-        "from scipy.optimize import minimize_scalar\n"
-        "print(minimize_scalar.__module__.partition('.')[0])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["2.0", "scipy"]
