@@ -152,6 +152,7 @@ def turn_capacitance(
     pair = coplanar_strips(width, spacing, permittivity) + EPSILON0 * permittivity * thickness / spacing
     middle = np.cumsum(shares) - 0.5 * shares
     between = np.gradient(voltages, middle) ** 2
+    # so many turns have one pair of neighbours fewer
     return pair * float(np.sum(between * lengths * shares)) * (turns - 1.0) / turns
 
 

@@ -92,6 +92,7 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
     """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points of -1 to 1; those beyond count
     as at the end.
     """
+    # T_n(x) = cos(n arccos x), which keeps its digits at orders where sums of powers cancel
     angles = np.arccos(np.clip(points, -1.0, 1.0))
     found = np.ones((len(points), len(orders)))
     for k in range(points.shape[1]):

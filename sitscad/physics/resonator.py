@@ -23,7 +23,7 @@ def parallel_resistance(inductance: float, resistance: float, frequency: float) 
 
 
 def quality_factor(inductance: float, resistance: float, frequency: float) -> float:
-    """Quality factor omega L / R of a coil in henries and ohms at a frequency in hertz; without a unit."""
+    """Quality factor omega L / R of a coil (H, ohm) at a frequency (Hz), by its definition; without a unit."""
     return 2.0 * math.pi * frequency * inductance / resistance
 
 

@@ -55,7 +55,9 @@ class Skin:
 
 
 def skin(frequency: float, conductivity: float, thickness: float, permeability: float = 1.0) -> Skin:
-    """The skin of a plate (thickness in m, conductivity in S/m, relative permeability) at a frequency (Hz)."""
+    """The skin of a plate (thickness in m, conductivity in S/m, relative permeability) at a frequency (Hz), by
+    the equation of diffusion across a slab whose faces carry the same current or opposite ones.
+    """
     decay = cmath.sqrt(2j * math.pi * frequency * MU0 * permeability * conductivity)
     half = 0.5 * thickness * decay
     tanh = cmath.tanh(half) if abs(half) < 20.0 else 1.0

@@ -57,6 +57,8 @@ def _reflection(
 ) -> ComplexArray:
     """`reflection` of the numbers of arrays and their shapes."""
     k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)
+    # From the farthest plate to the nearest, each before what lies behind it like a line before its load; by decays and
+    # not by hyperbolic functions, which overflow in thick plates.
     admittance = k.astype(complex)
     for plate in reversed(plates):
         alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
@@ -92,6 +94,7 @@ def returned_waves(
     to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high + raised))
     to_floor = np.exp(-k * (low + (below.distance if below is not None else 1.0 - low)))
     across = np.exp(-k * (high - low))
+    # the geometric series of what goes to and fro between both sides
     again = 1.0 / (1.0 - top * bottom * (to_roof * to_floor * across) ** 2)
     twice = top * bottom * (to_roof * to_floor) ** 2 * across
     return top * to_roof**2 * again, twice * again, bottom * to_floor**2 * again
