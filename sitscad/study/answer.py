@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
-from sitscad.study.evaluation import FULL, UNKNOWN, Breach, Evaluation
+from sitscad.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
 from sitscad.study.running import Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point, apart, at_key
@@ -112,27 +112,33 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
 
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:
-    """The relaxation that lets go of the fewest names, and of these lies least beyond them; None where one design
-    keeps all, or none can be drawn.
+    """The relaxation that lets go of the fewest names, and of these lies least beyond them, of designs judged in full
+    where there are any that can be drawn, for others may break rules that the screen cannot ask; None where a design
+    keeps all in full, or none can be drawn.
     """
-    best: tuple[int, float, int] | None = None
+    best: tuple[bool, int, float, int] | None = None
     chosen: Relaxation | None = None
     for k, point in enumerate(found.screened):
-        broken = violations(asked, found.of(point))
-        if not broken:
+        broken, is_guess = violations(asked, found.of(point)), point not in found.full
+        if not broken and not is_guess:
             return None
-        if is_unmade(broken):
+        if not broken or is_unmade(broken):
             continue
-        size = len(broken), sum(one.size for one in broken.values()), k
+        size = is_guess, len(broken), sum(one.size for one in broken.values()), k
         if best is None or size < best:
             best, chosen = size, Relaxation(tuple(sorted(broken)), broken, point)
     return chosen
 
 
+def unjudged(asked: Asked, found: Found) -> int:
+    """How many designs keep everything by the screen and were not judged in full."""
+    return sum(not violations(asked, one) for point, one in found.screened.items() if point not in found.full)
+
+
 def agreement(asked: Asked, found: Found) -> Agreement:
-    """How well the screen agrees with the full level on the designs that both judged."""
+    """How well the screen agrees with the full level on the designs that both judged and whose leads were drawn."""
     both = [(found.screened[point], full) for point, full in found.full.items()
-            if point in found.screened and found.screened[point].level != FULL]
+            if point in found.screened and found.screened[point].level != FULL and not UNDRAWN & full.refused.keys()]
     differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
     open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
     ranks = {}

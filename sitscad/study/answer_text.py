@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from sitscad.report.findings import to_json
-from sitscad.study.answer import Kept, beaten_by_base, changed
+from sitscad.study.answer import Kept, beaten_by_base, changed, unjudged
 from sitscad.study.evaluating import NO_SCREEN
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
@@ -65,6 +65,9 @@ def verdict_lines(said: StudyAnswer) -> Iterator[str]:
                f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
     else:
         yield f"No design was found that keeps everything: {count}."
+        if left := unjudged(asked, found):
+            yield (f"Of {counted(left, 'more design')} the screen refuses nothing, but they were not judged in full: "
+                   "vary less, or search longer (search.evaluations).")
     for number, key in enumerate(asked.space.variables):
         at = {one.point[number] for one in said.kept}
         if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
@@ -192,8 +195,9 @@ def trust_lines(said: StudyAnswer) -> Iterator[str]:
         yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
     if one.designs:
         ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
-        yield (f"Screen against full on {one.designs} designs: {one.verdicts_differ} verdicts differ, {one.undecided} "
-               "were left to the full level"
+        told = (f"{one.verdicts_differ} verdicts differ, {one.undecided} were left to the full level"
+                if one.undecided < one.designs else "the screen could refuse none of them")
+        yield (f"Screen against full on {one.designs} designs whose leads are drawn: {told}"
                + (f"; rank correlation {ranks}." if ranks else "."))
 
 
@@ -212,7 +216,7 @@ def answer_json(said: StudyAnswer) -> str:
         "sitscad": __version__, "code": code_version(), "study": said.name,
         "met": None if said.lacks_yield else said.is_met,
         "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
-        "full": len(found.full), "goals": [goal.words for goal in asked.goals],
+        "full": len(found.full), "unjudged": unjudged(asked, found), "goals": [goal.words for goal in asked.goals],
         "require": {one.measure: one.written for one in asked.require},
         "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
         "bindings": [

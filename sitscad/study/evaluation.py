@@ -22,6 +22,9 @@ OK, FAILS, UNKNOWN = "ok", "fails", "unknown"
 FULL, SCREEN = "full", "screen"
 """Levels: what `check` does, without hints; and the quick one, which states the error of each figure."""
 
+UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
+"""Rules that find leads missing: what such a design has at its contacts lacks them."""
+
 
 BROKEN = 0.05
 """What any breach weighs, however near to its limit: two rules are more than one."""

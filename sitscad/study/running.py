@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -36,6 +37,12 @@ MOST_AT_ONCE = 8
 
 MOST_ROUNDS = 4
 """How often designs are judged in full that the screen has on the front once those before fell."""
+
+MOST_IN_VAIN = 8
+"""How often so where none of them keeps everything yet."""
+
+MANY = 8
+"""Designs with one value that fell in full, and none that did not, from which on others without that value go first."""
 
 
 @record
@@ -201,19 +208,39 @@ class StudyRun:
 
     def search(self) -> None:
         """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,
-        until it stands.
+        until it stands; those with values of which many fell so come last.
         """
         asked = self._asked
         count = min(asked.evaluations, asked.space.size)
         search(self.found.method, asked.space, count, asked.seed, len(asked.goals), self._costs_of, [asked.base_point])
-        for _ in range(MOST_ROUNDS):
-            on_front = np.count_nonzero(ranked([self._costs[point] for point in self._good()], 1) == 0)
+        in_vain = rounds = 0
+        while rounds < MOST_ROUNDS and in_vain < MOST_IN_VAIN:
+            good, doubtful = self._good(), self._doubtful()
+            likely = [point for point in good if point in self.found.full or doubtful.isdisjoint(enumerate(point))]
+            on_front = np.count_nonzero(ranked([self._costs[point] for point in good], 1) == 0)
             count = max(LEAST_FULL, 4 * asked.keep, min(MOST_FRONT, int(on_front)))
-            wanted = [point for point in self.best(count) if point not in self.found.full]
+            first = (point for points in (likely, good) for point in self.best(count, points))
+            wanted = list(dict.fromkeys(point for point in first if point not in self.found.full))[:count]
             if not wanted:
                 break
             self._told[FULL].of = self._told[FULL].done + len(wanted)
             self.evaluate(wanted, FULL)
+            is_in_vain = bool(good) and not any(self._costs[point].violation <= 0.0 for point in self.found.full)
+            in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
+
+    def _doubtful(self) -> set[tuple[int, int]]:
+        """Keys with values (numbers of both) of which many designs that the screen let pass were judged in full and all
+        fell, by rules that it cannot ask. A key all of whose values are such says nothing.
+        """
+        fell, sound = Counter[tuple[int, int]](), set[tuple[int, int]]()
+        for point, one in self.found.full.items():
+            if not violations(self._asked, one):
+                sound.update(enumerate(point))
+            elif not violations(self._asked, self.found.screened.get(point, one)):
+                fell.update(enumerate(point))
+        found = {at for at, count in fell.items() if count >= MANY and at not in sound}
+        counts = Counter(key for key, _ in found)
+        return {(key, value) for key, value in found if counts[key] < len(self._asked.space.variables[key].values)}
 
     def _good(self) -> list[Point]:
         """The designs that keep everything by the best that is known, as many as fronts are told apart among."""
@@ -236,9 +263,11 @@ class StudyRun:
         self.evaluate(hopeful[:MOST_AT_ONCE] if is_ranked else hopeful, FULL)
         return [self._costs[point] for point in points]
 
-    def best(self, count: int) -> list[Point]:
-        """The points that cost least by the best that is known, front by front; behind them those that break least."""
-        good = self._good()
+    def best(self, count: int, among: list[Point] | None = None) -> list[Point]:
+        """The points that cost least by the best that is known, front by front, of all or `among` those that keep
+        everything; behind them those that break least.
+        """
+        good = self._good() if among is None else among
         ranks = ranked([self._costs[point] for point in good], count)
         order = [good[k] for k in np.argsort(ranks, kind="stable")]
         bad = (point for point, cost in self._costs.items() if cost.violation > 0.0)

@@ -25,7 +25,7 @@ from tolerance import approx
 import sitscad
 from sitscad.cli import designing, run
 from sitscad.spec import templates
-from sitscad.study.answer import bindings, hypervolume, relaxation
+from sitscad.study.answer import agreement, bindings, hypervolume, relaxation, unjudged
 from sitscad.study.answer_text import answer_json, answer_text, breach_words, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
@@ -503,6 +503,39 @@ def test_an_undrawable_design_is_no_relaxation(folder):
     found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak})
     assert relaxation(asked, found).names == ("inductance",)
     assert {one.name: one.alone for one in bindings(asked, found)} == {"SIT016": 0.0, "inductance": 0.5}
+
+
+def test_a_relaxation_is_of_a_design_judged_in_full(folder):
+    """By the screen one kept everything else, and full refused it by a rule more."""
+    asked = sitscad.Study.load(folder / "study.yaml").asked
+    good = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (3e-6, 0.0)}
+    hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
+    fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
+    found = Found(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
+    assert relaxation(asked, found).names == ("SIT112",) and unjudged(asked, found) == 1
+    assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
+    assert agreement(asked, found).designs == 0  # its leads are not drawn
+
+
+HIDING = """\
+sitscad_study: 1
+base: base.yaml
+vary:
+  coil.turns: [8, 15]
+  fpc.tail.length: {from: 20, to: 60}
+goals: [{maximize: inductance}]
+search: {method: sobol, evaluations: 80}
+"""
+
+
+def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_path):
+    """Coils of 15 turns have no room for their inner vias, which the screen cannot ask, and rank first: it ended with
+    none of 8 turns judged, all of which pass.
+    """
+    (tmp_path / "base.yaml").write_text(templates.read("single_coil"))
+    (tmp_path / "study.yaml").write_text(HIDING)
+    answer = sitscad.Study.load(tmp_path / "study.yaml").run(draws=0)
+    assert answer.kept and {one.changed["coil.turns"] for one in answer.kept} == {8}
 
 
 def test_a_folder_of_specs_passes_studies_by(folder, capsys):

@@ -23,7 +23,7 @@ from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import can_screen, judged, screened
-from sitscad.study.evaluation import SCREEN, Evaluation, of_json
+from sitscad.study.evaluation import SCREEN, UNDRAWN, Evaluation, of_json
 from sitscad.study.measures import MEASURES
 
 TEMPLATES = ("single_coil", "grasper_4layer", "bench_7mm", "three_axis_triangle", "robotic_jaw_12mm", "grasper_3p5mm")
@@ -34,9 +34,6 @@ HELD_BACK = 0.12
 NAMES = tuple(
     name for name, row in MEASURES.items() if SCREEN in row.levels and not name.startswith(("yield", "sigma."))
 )
-
-UNDRAWN = {"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"}
-"""Rules that find leads missing: such designs are refused in full, and their figures at the contacts lack those."""
 
 
 def drawn(template: str, number: int) -> SensorSpec | None:
