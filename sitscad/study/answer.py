@@ -113,10 +113,10 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:
     """The relaxation that lets go of the fewest names, and of these lies least beyond them, of designs judged in full
-    where there are any that can be drawn, for others may break rules that the screen cannot ask; None where a design
-    keeps all in full, or none can be drawn.
+    where there are any that can be drawn, for others may break rules that the screen cannot ask, and rather with their
+    leads than without; None where a design keeps all in full, or none can be drawn.
     """
-    best: tuple[bool, int, float, int] | None = None
+    best: tuple[bool, bool, int, float, int] | None = None
     chosen: Relaxation | None = None
     for k, point in enumerate(found.screened):
         broken, is_guess = violations(asked, found.of(point)), point not in found.full
@@ -124,7 +124,7 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
             return None
         if not broken or is_unmade(broken):
             continue
-        size = is_guess, len(broken), sum(one.size for one in broken.values()), k
+        size = is_guess, not UNDRAWN.isdisjoint(broken), len(broken), sum(one.size for one in broken.values()), k
         if best is None or size < best:
             best, chosen = size, Relaxation(tuple(sorted(broken)), broken, point)
     return chosen

@@ -513,6 +513,8 @@ def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
     found = Found(asked, "grid", {(0, 0): hopeful, (1, 0): weak, (2, 0): hopeful}, {(0, 0): fallen})
     assert relaxation(asked, found).names == ("SIT112",) and unjudged(asked, found) == 1
+    both = replace(found, full={(0, 0): fallen, (1, 0): weak})
+    assert relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
     assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
     assert agreement(asked, found).designs == 0  # its leads are not drawn
 
