@@ -279,7 +279,7 @@ class StudyRun:
         base, own, drawn = self._asked.base, dict(self._asked.spread), draws(count)
         names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
         changes = {point: self._asked.space.changes(point) for point in points}
-        keys = {(point, k): base.key((*made, ("units", [count, k, sorted(own.items()), list(names)])), "units")
+        keys = {(point, k): base.key(made, "units", count, k, sorted(own.items()), names)
                 for point, made in changes.items() for k in range(0, count, PART)}
         missing = [at for at, key in keys.items() if self._archive.said(key) is None]
         given = [(base, changes[point], own, names, drawn[k : k + PART]) for point, k in missing]

@@ -7,13 +7,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import pickle
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cache, cached_property, lru_cache
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from sitscad.opening import opened, policy_for
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError, finding_from_text
 from sitscad.spec.load import load_text, load_values, put
+from sitscad.spec.profiles import FILES
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.source import TextError
@@ -85,26 +85,44 @@ class Base:
         """The text of a design, comments kept; raises `SpecError`."""
         return self.spec.replace(dict(changes)).source.text
 
-    def key(self, changes: Changes, level: str) -> str:
-        """The hash that a design's evaluation is kept under: of its values, of all that it is judged by, of the program
-        and of the level.
+    def key(self, changes: Changes, level: str, *asked: Any) -> str:
+        """The hash that a design's evaluation is kept under: of its values, of all that it is judged by, of the
+        program, of the level and of what else was `asked`.
         """
         try:
             values: Any = self.values(changes)
         except SpecError:
             values = [list(change) for change in changes]
-        said = json.dumps([self._judged_by, level, values], sort_keys=True, ensure_ascii=False)
+        judged_by = [*self._judged_by, self._own_files(changes, values)]
+        said = json.dumps([judged_by, level, values, *asked], sort_keys=True, ensure_ascii=False)
         return hashlib.sha256(said.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
     @cached_property
     def _judged_by(self) -> list[Any]:
         """Program, rules, configuration, comments that silence rules, and files that the spec names."""
-        own = os.path.basename(self.path)
-        files = {name: hashlib.sha256(content).hexdigest() for name, content in self.spec.source.files.items()
-                 if name != own}
+        files = _hashes(self.spec.source.files)
         comments = [line.strip() for line in self.text.splitlines() if IGNORES in line]
         policy = policy_for(self.path).as_json()
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
+
+    def _own_files(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
+        """Files of a design that names others than the spec does; where it is refused, what for: a file that is written
+        anew may lift that.
+        """
+        if self.spec.source.files.keys() >= set(_FILE.findall(json.dumps(values, ensure_ascii=False))):
+            return {}
+        try:
+            return _hashes(self.design(changes).source.files)
+        except SpecError as error:
+            return [f"{one.rule} {one.message}" for one in error.findings]
+
+
+_FILE = re.compile(rf'"([^"]*(?:{"|".join(map(re.escape, chain(*FILES.values())))}))"', re.IGNORECASE)
+"""What may be a file among values as JSON."""
+
+
+def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
 @lru_cache(maxsize=4)

@@ -489,6 +489,35 @@ def test_a_changed_study_uses_again_what_still_fits(folder):
     assert first.found.reused == 0 and second.found.reused >= 20 and len(second.found.screened) == 24
 
 
+PROFILE = "name: {0}\nbased_on: generic-flex\nsource: {0}\n"
+
+
+@pytest.mark.parametrize("asked", [
+    {"vary": {"fpc.rules": ["one.yaml", "two.yaml"]}},
+    {"vary": {"coil.turns": [11, 12]}, "with": {"coil.turns": {"12": {"fpc.rules": "two.yaml"}}}},
+])
+def test_a_file_that_a_varied_value_names_and_that_was_edited_is_judged_anew(asked, folder):
+    """The second run took the design of the file as it was before; one that could not be read stayed refused."""
+    for name in ("one", "two"):
+        (folder / f"{name}.yaml").write_text(PROFILE.format(name))
+    binding = "coil_rule_binding: {value: true, source: x}\ntracks: [{copper: 18 um, "
+    binding += "width: {value: 300 um, source: x}, spacing: {value: 300 um, source: x}}]"
+
+    def refused():
+        study = sitscad.Study.from_mapping({"base": "coil.yaml", "goals": [{"maximize": "rp"}]} | asked, folder)
+        said = study.run(folder=folder / "out", draws=0)
+        lines = _lines_of(folder / "out" / ARCHIVE)
+        return {point for point, one in said.found.full.items() if one.refused}, len(lines)
+
+    assert refused() == refused() == (set(), 4)
+    (folder / "two.yaml").write_text(PROFILE.format("two") + binding)
+    assert refused() == ({(1,)}, 6)
+    (folder / "two.yaml").unlink()
+    assert refused() == ({(1,)}, 8)
+    (folder / "two.yaml").write_text(PROFILE.format("third"))
+    assert refused() == (set(), 10)
+
+
 def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
     asked = replace(answered[0].asked, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
