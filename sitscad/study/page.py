@@ -45,7 +45,7 @@ from sitscad.study.charts import (
 from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
 from sitscad.study.running import Found, violations
-from sitscad.study.space import Point, at_key
+from sitscad.study.space import Point
 from sitscad.study.study import Study, StudyAnswer
 from sitscad.study.sweeping import rule_titles, scale_of, shown, titled
 from sitscad.units import counted
@@ -348,7 +348,7 @@ class StudyPage:
         before, space = self.asked.base.values(()), self.asked.space
         base = self.scaled(self.said.base)
         return {
-            "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": str(at_key(before, v.key))}
+            "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
                      for v in space.variables],
             "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name)),
                           "low": _digits(self.axes[name].low), "high": _digits(self.axes[name].high)}

@@ -213,9 +213,10 @@ class Variable:
 
 
 def at_key(data: Any, key: str) -> Any:
-    """The plain value under a dotted key; None where there is none."""
+    """The plain value under a dotted key, of a list by its entry's number; None where there is none."""
     for name in key.split("."):
-        data = data.get(name) if isinstance(data, dict) else None
+        inner = {str(k): entry for k, entry in enumerate(data)} if isinstance(data, list) else data
+        data = inner.get(name) if isinstance(inner, dict) else None
     return data
 
 

@@ -25,8 +25,8 @@ from tolerance import approx
 import sitscad
 from sitscad.cli import designing, run
 from sitscad.spec import templates
-from sitscad.study.answer import agreement, bindings, hypervolume, relaxation, unjudged
-from sitscad.study.answer_text import answer_json, answer_text, breach_words, yield_words, yields_text
+from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
+from sitscad.study.answer_text import answer_json, answer_text, base_value, breach_words, yield_words, yields_text
 from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
@@ -34,7 +34,7 @@ from sitscad.study.measures import MEASURES
 from sitscad.study.page import answer_files
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
-from sitscad.study.space import Space, Variable, code_version
+from sitscad.study.space import Space, Variable, at_key, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.study.spreads import UnitJudged as Unit
 from sitscad.study.study import study_schema
@@ -128,6 +128,18 @@ def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folde
     assert answer.asked.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
     assert len(answer.found.screened) == 8 and "none of the designs" not in answer_text(answer)
     assert answer.found.full[first].values == answer.base.values
+
+
+def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
+    """It was told as no value of the base, so that the search began at the range's end and the base was no design."""
+    base = sitscad.load(folder / "coil.yaml").replace({"target.shape": "rectangle", "target.size": [10, "9 mm"]})
+    (folder / "coil.yaml").write_text(base.source.text)
+    both = "target.size.0: {from: 7, to: 11, step: 1}\n  target.size.1: [8, 9]\n  coil.turns: "
+    (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))
+    asked = sitscad.Study.load(folder / "study.yaml").asked
+    assert asked.base_point[:2] == (3, 1) and "target" not in " ".join(changed(asked, (3, 1, 0, 0)))
+    assert base_value(asked.base.values(()), "target.size.1") == "9 mm"
+    assert at_key({"size": [6, 3]}, "size.2") is at_key({"size": [6, 3]}, "size.x") is None
 
 
 def test_a_base_that_is_better_than_what_was_found_is_said_to_be(answered):
