@@ -163,7 +163,8 @@ class StudyPage:
             embedded("study-data", self.data()),
             f"<script>{script}</script>",
         ]
-        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(_file(self.asked.base.path))}, SHA-256 "
+        own = self.asked.base.path.replace("\\", "/").rpartition("/")[2]
+        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(own)}, SHA-256 "
                     f"{self.asked.base.spec.source.sha256}")
 
     def so_far(self, of: int) -> str:
@@ -435,10 +436,6 @@ def _digits(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.5g}")
 
 
-def _file(path: str) -> str:
-    return path.replace("\\", "/").rpartition("/")[2]
-
-
 def study_page(said: StudyAnswer) -> str:
     """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
     share = 1.0
@@ -459,8 +456,9 @@ def page_so_far(study: Study, found: Found, of: int) -> str:
 
 def answer_files(said: StudyAnswer) -> dict[str, bytes]:
     """The files of a study's folder beside its archive, and those that the kept designs read."""
-    own = _file(said.asked.base.path)
-    files = {f"designs/{name}": content for name, content in said.asked.base.spec.source.files.items() if name != own}
+    asked = said.asked
+    specs = (asked.base.design(asked.space.changes(one.point)) for one in said.kept)
+    files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
     files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
     whole = {"front.csv": front_csv(said), "study.json": answer_json(said), "study.html": study_page(said)}
-    return (files if said.kept else {}) | {name: text.encode("utf-8") for name, text in whole.items()}
+    return files | {name: text.encode("utf-8") for name, text in whole.items()}

@@ -530,6 +530,19 @@ def test_a_file_that_a_varied_value_names_and_that_was_edited_is_judged_anew(ask
     assert refused() == (set(), 10)
 
 
+def test_files_that_varied_values_name_stand_beside_the_kept_designs(folder, capsys):
+    for name in ("one", "two"):
+        (folder / f"{name}.yaml").write_text(PROFILE.format(name))
+    asked = {"base": "coil.yaml", "vary": {"fpc.rules": ["one.yaml", "two.yaml"]}, "goals": [{"maximize": "rp"}]}
+    files = answer_files(sitscad.Study.from_mapping(asked, folder).run(draws=0))
+    assert [name for name in files if name.startswith("designs/")] == [
+        "designs/one.yaml", "designs/two.yaml", "designs/1.yaml", "designs/2.yaml"]
+    (folder / "designs").mkdir()
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    assert sitscad.check(sitscad.load(folder / "designs/2.yaml"), hints="none").ok
+
+
 def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
     asked = replace(answered[0].asked, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
