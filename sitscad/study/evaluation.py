@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
 from functools import cache
@@ -157,12 +157,13 @@ class Archive:
     def __len__(self) -> int:
         return len(self._starts)
 
-    def evaluation(self, key: str, measures: Iterable[str]) -> Evaluation | None:
-        """The evaluation under a key, where it was asked for these measures, too."""
+    def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
+        """The evaluation under a key, where it was asked for these measures, too; of others that it has nothing."""
         said = self.said(key)
         if said is None or not all(name in said["values"] or name in said["absent"] for name in measures):
             return None
-        return of_json(said)
+        return of_json({**said, **{part: {name: said[part][name] for name in measures if name in said[part]}
+                                   for part in ("values", "absent")}})
 
     def said(self, key: str) -> Mapping[str, Any] | None:
         """What was kept under a key, as plain values; raises OSError where somebody else has changed the file since."""

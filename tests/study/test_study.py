@@ -543,6 +543,15 @@ def test_files_that_varied_values_name_stand_beside_the_kept_designs(folder, cap
     assert sitscad.check(sitscad.load(folder / "designs/2.yaml"), hints="none").ok
 
 
+def test_an_answer_does_not_depend_on_what_its_archive_was_asked_before(folder):
+    """Figures that an earlier study of the folder asked for stood in the next one's answer, too."""
+    small = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"maximize": "rp"}]}
+    large = small | {"goals": [{"minimize": "board.area"}, {"maximize": "rp"}], "require": {"q": ">= 1"}}
+    _, used, new = (answer_files(sitscad.Study.from_mapping(asked, folder).run(folder=folder / name, draws=0))
+                    for asked, name in ((large, "out"), (small, "out"), (small, "new")))
+    assert used == new
+
+
 def test_what_the_screen_has_not_is_no_breach_and_what_no_level_has_is(answered):
     asked = replace(answered[0].asked, goals=(Goal("board.area"),))
     screen = Evaluation({"inductance": (3e-6, 0.0)}, {"board.area": IN_FULL}, level="screen")
