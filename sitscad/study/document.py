@@ -141,11 +141,15 @@ class Asked:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """The measures that every design is asked for; where a yield is required, the sigmas of what is, too."""
+        """The measures that every design is asked for, goals and limits, and the sigmas of those that have one."""
         names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
-        if self.least_yield is not None:
-            names += [f"sigma.{one.measure}" for one in self.require if f"sigma.{one.measure}" in MEASURES]
-        return tuple(dict.fromkeys(name for name in names if name != "yield"))
+        return (*dict.fromkeys(name for name in names if name != "yield"), *(f"sigma.{name}" for name in self.scattered))
+
+    @property
+    def scattered(self) -> tuple[str, ...]:
+        """The measures among them whose scatter from unit to unit is known."""
+        names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
+        return tuple(dict.fromkeys(name for name in names if f"sigma.{name}" in MEASURES))
 
     @cached_property
     def base_point(self) -> Point:

@@ -277,7 +277,8 @@ class StudyRun:
     def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
         """Units of designs as manufacture makes them, each judged; parts of all designs are worked out side by side."""
         base, own, drawn = self._asked.base, dict(self._asked.spread), draws(count)
-        names = tuple(one.measure for one in self._asked.require if one.measure != "yield")
+        names = tuple(dict.fromkeys((*(one.measure for one in self._asked.require if one.measure != "yield"),
+                                     *self._asked.scattered)))
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {(point, k): base.key(made, "units", count, k, sorted(own.items()), names)
                 for point, made in changes.items() for k in range(0, count, PART)}

@@ -603,6 +603,14 @@ def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_pat
     assert answer.kept and {one.changed["coil.turns"] for one in answer.kept} == {8}
 
 
+def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
+    study = sitscad.Study.load(folder / "study.yaml")
+    answer = study.run(draws=8)
+    assert study.asked.least_yield is None and set(study.asked.scattered) == {"rp", "inductance"}
+    assert answer.kept[0].units.sigmas.keys() == {"rp", "inductance"}
+    assert yields_text(answer, "").count("to first order") == 2 * len(answer.kept)
+
+
 def test_a_folder_of_specs_passes_studies_by(folder, capsys):
     assert run(["check", str(folder)]) in (0, 1)
     said = capsys.readouterr()
