@@ -15,11 +15,11 @@ from sitscad.arrays import Array, Flags
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
-from sitscad.estimates.response.terminals import tank_frequencies
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.physics.polynomials import Exponents, chebyshev, exponents, spread
+from sitscad.physics.resonator import tank_frequencies
 from sitscad.readout.conversion import Conversion
 from sitscad.record import record
 from sitscad.scene.state import REST

@@ -142,14 +142,17 @@ class Asked:
     @property
     def measures(self) -> tuple[str, ...]:
         """The measures that every design is asked for, goals and limits, and the sigmas of those that have one."""
-        names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
-        return (*dict.fromkeys(name for name in names if name != "yield"), *(f"sigma.{name}" for name in self.scattered))
+        return (*self._asked_for, *(f"sigma.{name}" for name in self.scattered))
 
     @property
     def scattered(self) -> tuple[str, ...]:
-        """The measures among them whose scatter from unit to unit is known."""
-        names = [goal.measure for goal in self.goals] + [one.measure for one in self.require]
-        return tuple(dict.fromkeys(name for name in names if f"sigma.{name}" in MEASURES))
+        """The goals and limits whose scatter from unit to unit is known."""
+        return tuple(name for name in self._asked_for if f"sigma.{name}" in MEASURES)
+
+    @property
+    def _asked_for(self) -> Iterable[str]:
+        names = [*(goal.measure for goal in self.goals), *(one.measure for one in self.require)]
+        return dict.fromkeys(name for name in names if name != "yield")
 
     @cached_property
     def base_point(self) -> Point:
