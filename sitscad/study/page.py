@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -317,11 +318,32 @@ class StudyPage:
         return "design 1" if self.said.kept else "the nearest design"
 
     def slices(self) -> str:
-        """A picture a key: how the goals go with it and where rules refuse, all other keys kept."""
+        """A picture a key: how the goals go with it and where rules refuse, all other keys kept; what the screen leaves
+        open is said, and beside each picture what the full level found of it.
+        """
         drawn = "".join(self._slice(k, one) for k, one in enumerate(self.said.slices))
         words = (f"Each key of {self.own_name} by itself, by the screen: figures, and below them from where to where "
                  "each rule or requirement refuses. The dashed line is the design.")
+        unasked = {rule for one in self.said.slices for each in one.evaluations for rule in each.unknown}
+        if unasked:
+            words += (f" The screen leaves {counted(len(unasked), 'rule')} to the full level: a value without a bar "
+                      "may still be refused, and check on that design decides. \u201cIn full\u201d marks values with "
+                      "which such a rule, or a figure of the full level alone, refused every design of this study that "
+                      "was judged in full, whatever their other keys.")
         return f"<p class='soft'>{words}</p><div class='cuts'>{drawn}</div>" if drawn else ""
+
+    def _only_in_full(self, k: int, one: KeySlice) -> dict[str, list[tuple[int, int]]]:
+        """By rule that the full level broke and the screen did not: of each value of key `k`, how many designs it
+        refused, and how many were judged in full.
+        """
+        found, counts = self.said.found, []
+        for at in one.points:
+            judged = [(point, full) for point, full in found.full.items() if point[k] == at[k]]
+            fell = Counter(rule for point, full in judged for rule in violations(self.asked, full).keys()
+                           - violations(self.asked, found.screened.get(point, full)).keys())
+            counts.append((fell, len(judged)))
+        rules = sorted({rule for fell, _ in counts for rule in fell})
+        return {rule: [(fell[rule], judged) for fell, judged in counts] for rule in rules}
 
     def _slice(self, k: int, one: KeySlice) -> str:
         assert self.said.chosen is not None
@@ -334,9 +356,17 @@ class StudyPage:
         broken, titles = [violations(self.asked, each) for each in one.evaluations], rule_titles()
         rules = sorted({name for each in broken for name in each})
         strips = [RuleStrip(titles.get(name, name), tuple(name in each for each in broken)) for name in rules]
+        in_full = self._only_in_full(k, one)
+        strips += [RuleStrip(f"In full: {titles.get(name, name)}", tuple(0 < fell == judged for fell, judged in counts))
+                   for name, counts in in_full.items() if any(0 < fell == judged for fell, judged in counts)]
+        values = [self.asked.space.variables[k].values[point[k]] for point in one.points]
+        told = [f"{titles.get(name, name)} refused " + ", ".join(
+            f"{fell} of {judged} with {value}" for value, (fell, judged) in zip(values, counts, strict=True) if fell)
+            for name, counts in in_full.items()]
+        words = f"<p class='soft'>Judged in full: {escape('; '.join(told))}.</p>" if told else ""
         places, own = [float(point[k]) for point in one.points], float(self.said.chosen[k])
         drawn = slice_of(self._key_axis(one.key, self.said.chosen[k]), places, own, curves, strips)
-        return f"<div class='paper'>{drawn[drawn.index('<svg'):]}</div>"
+        return f"<div class='paper'>{drawn[drawn.index('<svg'):]}{words}</div>"
 
     def onward(self) -> str:
         """The next command, and where the files are."""
