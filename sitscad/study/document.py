@@ -232,11 +232,11 @@ def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
     found = {}
     for name, other in document.same.items():
         place = dotted("same", name)
-        if other not in document.vary:
+        if not isinstance(other, str) or other not in document.vary:
             known = ", ".join(document.vary)
             said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
         elif (values := _first_values(document.vary[other])) and _is_usable(base, name, values, place, said):
-            found[name] = str(other)
+            found[name] = other
     return found
 
 
@@ -318,7 +318,7 @@ def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
 
 
 def _is_measure(name: Any, place: str, said: Remarks) -> bool:
-    if name in MEASURES:
+    if isinstance(name, str) and name in MEASURES:
         return True
     said.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
     return False

@@ -135,7 +135,10 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
     """Raise the `SpecError` of a key that the spec has not, or of a value that can be none of its. Values that do not
     fit others refuse single designs, and not a sweep.
     """
-    looked_at = values if len(values) <= MANY_VALUES else (values[0], values[-1])
+    looked_at = values
+    if len(values) > MANY_VALUES:
+        infinite = (value for value in values[1:-1] if re.search("NaN|Infinity", json.dumps(value)))
+        looked_at = (values[0], *infinite, values[-1])
     for value in looked_at:
         try:
             base.design(((key, value),))
@@ -145,7 +148,7 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
 
 
 MANY_VALUES = 100
-"""Values of a key from which on only its ends are read before anything is computed."""
+"""Values of a key from which on only its ends, and what is no number, are read before anything is computed."""
 
 UNFIT = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
 """Rules of the spec that say that a key is none, or that a value can be none of its: no other key changes that."""
