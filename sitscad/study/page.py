@@ -479,8 +479,9 @@ def page_so_far(study: Study, found: Found, of: int) -> str:
     asked, found = study.asked, replace(found, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screened([asked.base.spec], asked.measures)[0]
-    said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)), relaxation(asked, found), nothing,
-                       (), tuple(best_of(asked, found.screened)), (), ())
+    front = tuple(best_of(asked, found.screened))
+    said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)),
+                       None if front else relaxation(asked, found), nothing, (), front, (), ())
     return StudyPage(said).so_far(of)
 
 

@@ -31,7 +31,7 @@ from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.page import answer_files
+from sitscad.study.page import answer_files, page_so_far
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable, at_key, code_version
@@ -570,7 +570,8 @@ def test_an_undrawable_design_is_no_relaxation(folder):
 
 def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     """By the screen one kept everything else, and full refused it by a rule more."""
-    asked = sitscad.Study.load(folder / "study.yaml").asked
+    study = sitscad.Study.load(folder / "study.yaml")
+    asked = study.asked
     good = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (3e-6, 0.0)}
     hopeful, weak = (Evaluation({**good, "inductance": (size, 0.0)}, {}, {}, level="screen") for size in (3e-6, 2.4e-6))
     fallen = replace(hopeful, refused={"SIT112": Breach(80e-6, 650e-6)}, level="full")
@@ -580,6 +581,7 @@ def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     assert relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
     assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
     assert agreement(asked, found).designs == 0  # its leads are not drawn
+    assert "smallest relaxation" not in page_so_far(study, found, 20)  # by the screen some keep everything
 
 
 HIDING = """\
