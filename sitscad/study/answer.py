@@ -91,15 +91,15 @@ def slice_points(asked: Asked, through: Point) -> dict[str, tuple[Point, ...]]:
 
 
 def bindings(asked: Asked, found: Found) -> list[Binding]:
-    """What refuses designs, what refuses most alone first. Of a design that cannot be drawn nothing else is known: it
-    counts among those that its rule refuses, and not among those that the rule refuses alone.
+    """What refuses designs, what refuses most alone first. Of a design that cannot be drawn nothing else is known, so
+    that its rule counts as refusing it alone, though others might, once it is drawn.
     """
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[float, Breach, Point]] = {}
     for point in found.screened:
         broken = violations(asked, found.of(point))
         every.update(list(broken))
-        if len(broken) != 1 or is_unmade(broken):
+        if len(broken) != 1:
             continue
         (name, breach), = broken.items()
         alone[name] += 1

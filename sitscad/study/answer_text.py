@@ -13,6 +13,7 @@ from sitscad.study.answer import Kept, beaten_by_base, changed, unjudged
 from sitscad.study.evaluating import NO_SCREEN
 from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.measures import MEASURES
+from sitscad.study.running import is_unmade
 from sitscad.study.space import Point, at_key, code_version
 from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
@@ -25,6 +26,9 @@ BY_YIELD = "yield by "
 
 MOST_BINDING = 6
 """Rules and requirements that the text lists; JSON has all."""
+
+
+UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was asked of them."
 
 
 def answer_text(said: StudyAnswer, folder: str = "") -> str:
@@ -119,6 +123,8 @@ def _binding(said: StudyAnswer) -> Iterator[str]:
         nearest = breach_words(one.name, one.nearest)
         words = f"  nearest: {nearest}" if nearest else ""
         yield f"  {titles.get(one.name, one.name):<32} {one.share:>6.1%} {one.alone:>6.1%}{words}"
+    if is_unmade(one.name for one in listed):
+        yield f"  {UNMADE}"
     if len(said.bindings) > len(listed):
         yield f"  and {len(said.bindings) - len(listed)} more (study.json)"
     if said.relaxation is not None:

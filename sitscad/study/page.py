@@ -19,6 +19,7 @@ from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
 from sitscad.study.answer import Agreement, KeySlice, best_of, bindings, relaxation
 from sitscad.study.answer_text import (
+    UNMADE,
     answer_json,
     base_value,
     breach_words,
@@ -45,7 +46,7 @@ from sitscad.study.charts import (
 )
 from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
-from sitscad.study.running import Found, violations
+from sitscad.study.running import Found, is_unmade, violations
 from sitscad.study.space import Point
 from sitscad.study.study import Study, StudyAnswer
 from sitscad.study.sweeping import rule_titles, scale_of, shown, titled
@@ -218,8 +219,10 @@ class StudyPage:
                 f"<p><b>The smallest relaxation that was tried and admits a design:</b> {escape('; '.join(words))}</p>"
                 f"<p class='soft'>with {escape(keys_words(self.asked.space.chosen(said.relaxation.point)))}</p>"
             )
-        drawn = figure(bars("What refuses designs", rows), "Share of the designs that were looked at; in full colour "
-                       "those that nothing else refuses.") if rows else "<p>Nothing refused a design.</p>"
+        caption = "Share of the designs that were looked at; in full colour those that nothing else refuses."
+        if is_unmade(one.name for one in said.bindings):
+            caption += f" {UNMADE}"
+        drawn = figure(bars("What refuses designs", rows), caption) if rows else "<p>Nothing refused a design.</p>"
         head = ["rule or requirement", "share", "alone", "the nearest that it alone refused", "with"]
         numbers, wide = [False, True, True, False, False], 5 if any(row[3] for row in told) else 3
         return least + drawn + table(head[:wide], [row[:wide] for row in told], numbers[:wide])

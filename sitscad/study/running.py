@@ -96,9 +96,12 @@ def unranked() -> frozenset[str]:
 
 def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
     """What a design breaks: rules with errors, warnings that may not stay, and requirements of the study; a measure
-    that is asked for and that it does not have is broken, too, but for what only the full level has.
+    that is asked for and that it does not have is broken, too, but for what only the full level has. Of a design that
+    cannot be drawn nothing else is known, and nothing else is broken.
     """
     broken = dict(found.refused)
+    if is_unmade(broken):
+        return broken
     names = {rule.id: rule.name for rule in all_rules()} if found.warned else {}
     broken |= {rule: breach for rule, breach in found.warned.items() if rule != IN_VAIN and not any(
         word == ALL or stands_for(word, rule, names.get(rule, "")) for word in asked.accept)}
@@ -135,7 +138,7 @@ def is_unmade(broken: Iterable[str]) -> bool:
     return any(name.startswith("SIT0") and name != IN_VAIN for name in broken)
 
 
-NOT_MADE = 10.0
+NOT_MADE = 100.0
 """What a design weighs beside its breaches that cannot be drawn at all: more than any that can."""
 
 

@@ -37,7 +37,7 @@ from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable, at_key, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.study.spreads import UnitJudged as Unit
-from sitscad.study.study import study_schema
+from sitscad.study.study import StudyAnswer, study_schema
 
 ROOT = Path(__file__).parents[2]
 
@@ -565,7 +565,21 @@ def test_an_undrawable_design_is_no_relaxation(folder):
     weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
     found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak})
     assert relaxation(asked, found).names == ("inductance",)
-    assert {one.name: one.alone for one in bindings(asked, found)} == {"SIT016": 0.0, "inductance": 0.5}
+
+
+def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
+    """It counted against every requirement, too, and its rule was said to refuse nothing alone."""
+    asked = sitscad.Study.load(folder / "study.yaml").asked
+    unmade, both = (Evaluation({}, {}, {rule: Breach(8.5, 8.24) for rule in rules})
+                    for rules in (["SIT016"], ["SIT014", "SIT016"]))
+    weak = Evaluation({"rp": (1.0, 0.0), "board.area": (1.0, 0.0), "inductance": (1e-6, 0.0)}, {}, {})
+    found = Found(asked, "grid", {(0, 0): unmade, (1, 0): weak, (2, 0): both, (3, 0): unmade})
+    told = {one.name: (one.share, one.alone) for one in bindings(asked, found)}
+    assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
+    assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
+    said = answer_text(StudyAnswer("x", asked, weak, found, tuple(bindings(asked, found)), None,
+                                   agreement(asked, found), (), (), (), ()))
+    assert "cannot be drawn" in said
 
 
 def test_a_relaxation_is_of_a_design_judged_in_full(folder):
