@@ -14,10 +14,11 @@ from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal
 from sitscad.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.study.running import Found, costs, is_unmade, violations
+from sitscad.study.running import IN_VAIN, Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
 from sitscad.study.space import Point, apart, at_key
 from sitscad.study.spreads import Yield
+from sitscad.study.sweeping import rule_titles
 
 
 @record
@@ -65,6 +66,12 @@ class Kept:
     changed: Mapping[str, Any]
     evaluation: Evaluation
     units: Yield | None
+
+    @property
+    def accepted(self) -> list[str]:
+        """The rules whose warnings it has, which the study accepts, each with its name."""
+        titles = rule_titles()
+        return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
 
 
 @record

@@ -150,6 +150,7 @@ def _designs(said: StudyAnswer) -> Iterator[str]:
     for number, one in enumerate(said.kept, 1):
         yield f"  {number}     {_figures(said, one.evaluation)}"
         yield f"        {keys_words(one.changed)}"
+        yield from (f"        {words}" for words in accepted_words(one))
     if said.fallen:
         yield f"  dropped, for their units have too small a yield: {said.fallen}"
 
@@ -183,6 +184,12 @@ def yield_words(units: Yield) -> str:
     if units.costs:
         words += f"; decided by {', '.join(f'{name} {index:.0%}' for name, index in list(units.costs.items())[:3])}"
     return words
+
+
+def accepted_words(one: Kept) -> Iterator[str]:
+    """The warnings of a design that the study accepts, for `check --strict` refuses them; nothing where it has none."""
+    if one.accepted:
+        yield f"warnings that the study accepts: {', '.join(one.accepted)}"
 
 
 def sigma_words(one: Kept) -> Iterator[str]:
@@ -241,8 +248,8 @@ def answer_json(said: StudyAnswer) -> str:
         },
         "base": said.base.as_json(), "base_differs": changed(asked, asked.base_point),
         "kept": [
-            {"design": f"designs/{number}.yaml", "changed": dict(one.changed), **one.evaluation.as_json(),
-             "yield": None if one.units is None else yield_json(one.units)}
+            {"design": f"designs/{number}.yaml", "changed": dict(one.changed), "accepted": one.accepted,
+             **one.evaluation.as_json(), "yield": None if one.units is None else yield_json(one.units)}
             for number, one in enumerate(said.kept, 1)
         ],
     })

@@ -20,6 +20,7 @@ from sitscad.spec.format.reading import SpecError
 from sitscad.study.answer import Agreement, KeySlice, best_of, bindings, relaxation
 from sitscad.study.answer_text import (
     UNMADE,
+    accepted_words,
     answer_json,
     base_value,
     breach_words,
@@ -251,7 +252,7 @@ class StudyPage:
         return (
             f"<article id='kept-{number}'><h3>Design {number}: designs/{number}.yaml</h3>"
             + (table(["key", "base", "here"], rows, [False, True, True]) if rows else "<p>The base as it is.</p>")
-            + drawn + "</article>"
+            + "".join(_paragraphs(accepted_words(one))) + drawn + "</article>"
         )
 
     def yields(self) -> str:

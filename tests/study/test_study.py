@@ -31,7 +31,7 @@ from sitscad.study.document import Goal, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.measures import MEASURES
-from sitscad.study.page import answer_files, page_so_far
+from sitscad.study.page import answer_files, page_so_far, study_page
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable, at_key, code_version
@@ -128,6 +128,21 @@ def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folde
     assert answer.asked.space.chosen(first) == {"coil.turns": 11.5, "coil.trace_width": 0.125}  # 125 um in the base
     assert len(answer.found.screened) == 8 and "none of the designs" not in answer_text(answer)
     assert answer.found.full[first].values == answer.base.values
+
+
+def test_warnings_that_a_study_accepts_are_told_beside_the_designs_that_have_them(answered):
+    """They vanished, though check --strict refuses them."""
+    _, answer = answered
+    first = answer.kept[0]
+    warned = replace(first.evaluation, warned={"SIT203": Breach(), "SIT020": Breach()})
+    told = replace(answer, kept=(replace(first, evaluation=warned), *answer.kept[1:]))
+    words = "warnings that the study accepts: SIT203 parallel-resistance"
+    assert re.search(f"{words}$", answer_text(told), re.MULTILINE) and f"<p>{words}</p>" in study_page(told)
+    said = json.loads(answer_json(told))["kept"]
+    assert said[0]["accepted"] == ["SIT203 parallel-resistance"]
+    untold = replace(answer, kept=tuple(replace(one, evaluation=replace(one.evaluation, warned={}))
+                                        for one in answer.kept))
+    assert "accepts" not in answer_text(untold) + study_page(untold)
 
 
 def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
@@ -305,7 +320,7 @@ def _lines(folder):
 RUN = """\
 import pathlib, sys
 from sitscad.study import running
-from sitscad.study.page import answer_files
+from sitscad.study.page import answer_files, study_page
 from sitscad.study.evaluating import cluster
 from sitscad.study.study import Study
 
