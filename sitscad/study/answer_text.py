@@ -162,6 +162,7 @@ def _yields(said: StudyAnswer) -> Iterator[str]:
         if one.units is not None:
             yield f"  {number}     {yield_words(one.units)}"
             yield from (f"        {words}" for words in sigma_words(one))
+    yield from low_yield_lines(said)
 
 
 def _figures(said: StudyAnswer, one: Evaluation) -> str:
@@ -190,6 +191,19 @@ def accepted_words(one: Kept) -> Iterator[str]:
     """The warnings of a design that the study accepts, for `check --strict` refuses them; nothing where it has none."""
     if one.accepted:
         yield f"warnings that the study accepts: {', '.join(one.accepted)}"
+
+
+LOW_YIELD = 0.9
+"""Share of good units below which the answer cautions where the study asks for none."""
+
+
+def low_yield_lines(said: StudyAnswer) -> Iterator[str]:
+    """A caution where the study asks for no yield and designs are kept that lose many units; nothing else."""
+    low = [f"design {number} ({one.units.share:.1%})" for number, one in enumerate(said.kept, 1)
+           if one.units is not None and one.units.share < LOW_YIELD]
+    if low and said.asked.least_yield is None:
+        yield (f"Caution: fewer than {LOW_YIELD:.0%} of the units keep all of {', '.join(low)}, and the study asks for "
+               'no yield: with require: {yield: ">= 90 %"} such designs are dropped.')
 
 
 def sigma_words(one: Kept) -> Iterator[str]:

@@ -26,6 +26,7 @@ from sitscad.study.answer_text import (
     breach_words,
     front_csv,
     keys_words,
+    low_yield_lines,
     onward,
     sigma_words,
     trust_lines,
@@ -258,7 +259,7 @@ class StudyPage:
     def yields(self) -> str:
         """The yield of each kept design with its interval, and bars of what decides it."""
         is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
-        body = "<p>Not worked out.</p>" if is_unknown else ""
+        body = "<p>Not worked out.</p>" if is_unknown else "".join(_paragraphs(low_yield_lines(self.said)))
         for k, one in enumerate(self.said.kept, 1):
             if one.units is None:
                 continue

@@ -27,7 +27,7 @@ from sitscad.cli import designing, run
 from sitscad.spec import templates
 from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
 from sitscad.study.answer_text import answer_json, answer_text, base_value, breach_words, yield_words, yields_text
-from sitscad.study.document import Goal, StudyDocument
+from sitscad.study.document import Goal, Requirement, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.measures import MEASURES
@@ -143,6 +143,19 @@ def test_warnings_that_a_study_accepts_are_told_beside_the_designs_that_have_the
     untold = replace(answer, kept=tuple(replace(one, evaluation=replace(one.evaluation, warned={}))
                                         for one in answer.kept))
     assert "accepts" not in answer_text(untold) + study_page(untold)
+
+
+def test_a_low_yield_that_nobody_asked_for_draws_a_caution(answered):
+    _, answer = answered
+    few, most = (yield_of([Unit(k < good, () if k < good else ("SIT202",), True, {}) for k in range(128)],
+                          lambda values: ()) for good in (96, 116))
+    told = replace(answer, kept=(replace(answer.kept[0], units=most), replace(answer.kept[0], units=few)),
+                   texts=answer.texts[:1] * 2)
+    caution = "Caution: fewer than 90% of the units keep all of design 2 (75.0%), and the study asks for no yield"
+    assert caution in yields_text(told, "x") and caution in study_page(told)
+    requires = Requirement("yield", True, 0.8, ">= 80 %")
+    asks = replace(told, asked=replace(told.asked, require=(*told.asked.require, requires)))
+    assert "Caution" not in yields_text(asks, "x") + study_page(asks)
 
 
 def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
