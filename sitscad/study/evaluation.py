@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
@@ -105,10 +106,38 @@ def of_json(said: Mapping[str, Any]) -> Evaluation:
     """
     values = {intern(name): (float(value), float(error)) for name, (value, error) in said["values"].items()}
     absent = {intern(name): intern(why) for name, why in said["absent"].items()}
-    refused, warned = ({intern(rule): Breach(*one) for rule, one in said[part].items()}
+    refused, warned = ({intern(rule): _breach(*one) for rule, one in said[part].items()}
                        for part in ("refused", "warned"))
     unknown = _alike(tuple(map(intern, said["unknown"])))
-    return Evaluation(values, absent or NONE, refused or NONE, warned or NONE, unknown, intern(said["level"]))
+    level = {FULL: FULL, SCREEN: SCREEN}[said["level"]]
+    return Evaluation(values, absent or NONE, refused or NONE, warned or NONE, unknown, level)
+
+
+def _breach(measured: float | None, limit: float | None, unit: str, *sigma: float) -> Breach:
+    if not all(map(math.isfinite, (one for one in (measured, limit, *sigma) if one is not None))):
+        raise ValueError("a breach has figures or none")
+    return Breach(measured, limit, intern(unit), *sigma)
+
+
+@record
+class UnitJudged:
+    """One unit: whether it keeps all, what it breaks, whether a computation failed, and its figures."""
+
+    is_good: bool
+    broken: tuple[str, ...]
+    is_computed: bool
+    values: Mapping[str, float]
+
+    def as_json(self) -> list[Any]:
+        """Plain values, as `unit_of_json` reads them back."""
+        return [self.is_good, list(self.broken), self.is_computed, dict(self.values)]
+
+
+def unit_of_json(said: Sequence[Any]) -> UnitJudged:
+    """The unit that `UnitJudged.as_json` said; raises as `of_json` does."""
+    is_good, broken, is_computed, values = said
+    figures = {intern(name): float(value) for name, value in values.items()}
+    return UnitJudged(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
 
 NONE: Mapping[str, Any] = {}
@@ -160,10 +189,17 @@ class Archive:
     def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
         """The evaluation under a key, where it was asked for these measures, too; of others that it has nothing."""
         said = self.said(key)
-        if said is None or not all(name in said["values"] or name in said["absent"] for name in measures):
+        if said is None or "values" not in said:
             return None
-        return of_json({**said, **{part: {name: said[part][name] for name in measures if name in said[part]}
-                                   for part in ("values", "absent")}})
+        asked = {part: {name: said[part][name] for name in measures if name in said[part]}
+                 for part in ("values", "absent")}
+        is_asked = all(name in asked["values"] or name in asked["absent"] for name in measures)
+        return of_json({**said, **asked}) if is_asked else None
+
+    def units(self, key: str) -> list[UnitJudged] | None:
+        """The units under a key."""
+        said = self.said(key)
+        return None if said is None or "units" not in said else list(map(unit_of_json, said["units"]))
 
     def said(self, key: str) -> Mapping[str, Any] | None:
         """What was kept under a key, as plain values; raises OSError where somebody else has changed the file since."""
@@ -194,8 +230,11 @@ def _key(line: bytes) -> bytes | None:
     """The key of a whole line that `Archive.add` could have written; None of any other."""
     try:
         said = json.loads(line)
-        if "values" in said:
+        json.dumps(said, allow_nan=False)
+        if "units" in said:
+            list(map(unit_of_json, said["units"]))
+        else:
             of_json(said)
         return said["key"].encode() if isinstance(said["changes"], dict) else None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
         return None

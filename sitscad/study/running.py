@@ -17,11 +17,11 @@ from sitscad.policy import stands_for
 from sitscad.record import record
 from sitscad.study.document import ALL, Asked
 from sitscad.study.evaluating import IN_FULL, Workers
-from sitscad.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation
+from sitscad.study.evaluation import FULL, SCREEN, Archive, Breach, Evaluation, UnitJudged
 from sitscad.study.measures import MEASURES
 from sitscad.study.search import Costs, method_for, ranked, search
 from sitscad.study.space import Point
-from sitscad.study.spreads import DRAWS, UnitJudged, draws, judge_units
+from sitscad.study.spreads import DRAWS, draws, judge_units
 
 IN_VAIN = "SIT020"
 """Warns of a comment that silences nothing: it is taken out of a kept design, and held against none."""
@@ -285,20 +285,16 @@ class StudyRun:
         changes = {point: self._asked.space.changes(point) for point in points}
         keys = {(point, k): base.key(made, "units", count, k, sorted(own.items()), names)
                 for point, made in changes.items() for k in range(0, count, PART)}
-        missing = [at for at, key in keys.items() if self._archive.said(key) is None]
+        missing = [at for at, key in keys.items() if self._archive.units(key) is None]
         given = [(base, changes[point], own, names, drawn[k : k + PART]) for point, k in missing]
         done, of, good = 0, sum(len(one[-1]) for one in given), 0
         for at, part in zip(missing, self._workers.each(judge_units, given), strict=True):
-            units = [[one.is_good, list(one.broken), one.is_computed, dict(one.values)] for one in part]
-            self._archive.add(keys[at], changes[at[0]], {"units": units})
+            self._archive.add(keys[at], changes[at[0]], {"units": [one.as_json() for one in part]})
             done, good = done + len(part), good + sum(one.is_good for one in part)
             self._progress(StudyState("units", done, of, good, {}, done))
         found: dict[Point, list[UnitJudged]] = {point: [] for point in points}
         for (point, _), key in keys.items():
-            said = self._archive.said(key)
-            assert said is not None
-            found[point] += [UnitJudged(good, tuple(broken), computed, values)
-                             for good, broken, computed, values in said["units"]]
+            found[point] += self._archive.units(key) or ()
         return found
 
 

@@ -26,6 +26,7 @@ from sitscad.scene.column import placement
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import figures, tidily
+from sitscad.study.evaluation import UnitJudged
 from sitscad.study.space import Base, Changes
 
 DRAWS, SEED = 256, 20261124
@@ -162,16 +163,6 @@ def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
         off = sigma * (float(ndtri(u)) if spread.is_logarithmic else math.sqrt(3.0) * (2.0 * float(u) - 1.0))
         spec = spread.moved(spec, off)
     return spec
-
-
-@record
-class UnitJudged:
-    """One unit: whether it keeps all, what it breaks, whether a computation failed, and its figures."""
-
-    is_good: bool
-    broken: tuple[str, ...]
-    is_computed: bool
-    values: Mapping[str, float]
 
 
 def judge_units(

@@ -30,13 +30,13 @@ from sitscad.study.answer_text import answer_json, answer_text, base_value, brea
 from sitscad.study.document import Goal, Requirement, StudyDocument
 from sitscad.study.evaluating import IN_FULL, NOT_COMPUTED, Chunk, evaluate_chunk, figures, screen_errors, tidily
 from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
+from sitscad.study.evaluation import UnitJudged as Unit
 from sitscad.study.measures import MEASURES
 from sitscad.study.page import answer_files, page_so_far, study_page
 from sitscad.study.running import Found, StudyState, costs, violations
 from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable, at_key, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
-from sitscad.study.spreads import UnitJudged as Unit
 from sitscad.study.study import StudyAnswer, study_schema
 
 ROOT = Path(__file__).parents[2]
@@ -949,6 +949,30 @@ def test_an_archive_keeps_whole_lines_and_passes_torn_ones_by(tmp_path):
         assert len(archive) == 2
     with Archive(path, again=True) as archive:
         assert len(archive) == 0
+
+
+ROW = {"level": "full", "values": {"rp": [1.0, 0.1]}, "absent": {}, "refused": {}, "warned": {}, "unknown": []}
+DAMAGED = {
+    "no figures": {name: part for name, part in ROW.items() if name != "values"},
+    "an infinite figure": ROW | {"values": {"rp": [math.inf, 0.1]}},
+    "a figure beyond all": ROW | {"values": {"rp": [10**400, 0.1]}},
+    "a breach of words": ROW | {"refused": {"SIT103": ["much", 1.0, "m"]}},
+    "an endless breach": ROW | {"refused": {"SIT103": [1.0, math.nan, "m"]}},
+    "a level that there is not": ROW | {"level": "half"},
+    "units that are none": {"units": 7},
+    "units without figures": {"units": [[True, [], True]]},
+    "units with words": {"units": [[True, [], True, {"rp": "much"}]]},
+}
+
+
+@pytest.mark.parametrize("said", DAMAGED.values(), ids=DAMAGED)
+def test_damaged_rows_of_an_archive_are_passed_by(said, tmp_path):
+    """They ended in internal errors, or stood in the answer."""
+    rows = [{"key": key, "changes": {}, **one} for key, one in (("one", ROW), ("two", said))]
+    (tmp_path / ARCHIVE).write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+    with Archive(tmp_path / ARCHIVE) as archive:
+        assert archive.evaluation("one", ["rp"]) == Evaluation({"rp": (1.0, 0.1)}) and archive.units("one") is None
+        assert archive.evaluation("two", ["rp"]) is None and archive.units("two") is None
 
 
 def test_two_that_append_to_one_archive_read_their_own_lines_and_a_cut_one_is_refused(tmp_path):
