@@ -24,14 +24,14 @@ from sitscad.study.sweeping import rule_titles
 @record
 class Binding:
     """What refuses designs: a rule or a measure that is required; the share of all designs that it refuses, that which
-    it refuses alone, and of these the nearest to its limit.
+    it refuses alone, and the nearest to its limit, of these where there are any.
     """
 
     name: str
     share: float
     alone: float
-    nearest: Breach | None
-    nearest_at: Point | None
+    nearest: Breach
+    nearest_at: Point
 
 
 @record
@@ -102,20 +102,18 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
     that its rule counts as refusing it alone, though others might, once it is drawn.
     """
     every, alone = Counter[str](), Counter[str]()
-    nearest: dict[str, tuple[float, Breach, Point]] = {}
+    nearest: dict[str, tuple[tuple[bool, float], Breach, Point]] = {}
     for point in found.screened:
         broken = violations(asked, found.of(point))
         every.update(list(broken))
-        if len(broken) != 1:
-            continue
-        (name, breach), = broken.items()
-        alone[name] += 1
-        if name not in nearest or breach.size < nearest[name][0]:
-            nearest[name] = breach.size, breach, point
+        alone.update(list(broken) if len(broken) == 1 else ())
+        for name, breach in broken.items():
+            far = len(broken) > 1, breach.size
+            if name not in nearest or far < nearest[name][0]:
+                nearest[name] = far, breach, point
     total = max(1, len(found.screened))
     order = sorted(every, key=lambda name: (-alone[name], -every[name], name))
-    nobody = (0.0, None, None)
-    return [Binding(name, every[name] / total, alone[name] / total, *nearest.get(name, nobody)[1:]) for name in order]
+    return [Binding(name, every[name] / total, alone[name] / total, *nearest[name][1:]) for name in order]
 
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:

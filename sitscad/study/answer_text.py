@@ -121,7 +121,7 @@ def _binding(said: StudyAnswer) -> Iterator[str]:
         yield "What refuses designs, the share of all that were looked at, and the share that nothing else refuses:"
     for one in listed:
         nearest = breach_words(one.name, one.nearest)
-        words = f"  nearest: {nearest}" if nearest else ""
+        words = f"  nearest{'' if one.alone else ', beside others'}: {nearest}" if nearest else ""
         yield f"  {titles.get(one.name, one.name):<32} {one.share:>6.1%} {one.alone:>6.1%}{words}"
     if is_unmade(one.name for one in listed):
         yield f"  {UNMADE}"
@@ -248,7 +248,7 @@ def answer_json(said: StudyAnswer) -> str:
         "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
         "bindings": [
             {"name": one.name, "share": one.share, "alone": one.alone, "nearest": _breach(one.nearest),
-             "at": None if one.nearest_at is None else asked.space.chosen(one.nearest_at)}
+             "at": asked.space.chosen(one.nearest_at)}
             for one in said.bindings
         ],
         "relaxation": None if said.relaxation is None else {

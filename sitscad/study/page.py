@@ -210,7 +210,7 @@ class StudyPage:
                 for one in said.bindings[:MOST_BARS]]
         told = [[titles.get(one.name, one.name), f"{one.share:.1%}", f"{one.alone:.1%}",
                  breach_words(one.name, one.nearest),
-                 keys_words(self.asked.space.chosen(one.nearest_at)) if one.nearest_at is not None else ""]
+                 keys_words(self.asked.space.chosen(one.nearest_at))]
                 for one in said.bindings]
         least = ""
         if said.relaxation is not None:
@@ -225,7 +225,7 @@ class StudyPage:
         if is_unmade(one.name for one in said.bindings):
             caption += f" {UNMADE}"
         drawn = figure(bars("What refuses designs", rows), caption) if rows else "<p>Nothing refused a design.</p>"
-        head = ["rule or requirement", "share", "alone", "the nearest that it alone refused", "with"]
+        head = ["rule or requirement", "share", "alone", "the nearest, of those that it alone refuses if any", "with"]
         numbers, wide = [False, True, True, False, False], 5 if any(row[3] for row in told) else 3
         return least + drawn + table(head[:wide], [row[:wide] for row in told], numbers[:wide])
 

@@ -610,6 +610,16 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     assert "cannot be drawn" in said
 
 
+def test_the_best_that_was_reached_is_told_where_nothing_refuses_alone(folder):
+    asked = sitscad.Study.load(folder / "study.yaml").asked
+    values = {"rp": (1.0, 0.0), "board.area": (1.0, 0.0)}
+    one, other = (Evaluation({**values, "inductance": (size, 0.0)}, {}, {"SIT203": Breach(rp, 600.0, "ohm")})
+                  for size, rp in ((1e-6, 500.0), (2e-6, 400.0)))
+    found = bindings(asked, Found(asked, "grid", {(0, 0): one, (1, 0): other}))
+    assert {(each.name, each.alone, each.nearest.measured, each.nearest_at) for each in found} == {
+        ("SIT203", 0.0, 500.0, (0, 0)), ("inductance", 0.0, 2e-6, (1, 0))}
+
+
 def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     """By the screen one kept everything else, and full refused it by a rule more."""
     study = sitscad.Study.load(folder / "study.yaml")
