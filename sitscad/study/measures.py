@@ -324,7 +324,7 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _layout(_area))
     yield DesignMeasure("board.layers", "", "copper layers of the board", (),
                         _layout(lambda design: float(len(design.spec.fpc.stackup.copper))),
-                        decided_by=("fpc.stackup",))
+                        decided_by=("fpc.stackup", "coil.layers"))
     yield DesignMeasure("rate", "Hz", "complete scans a second", (), _readout("scan_rate"))
     yield DesignMeasure("supply_current", "A", "of all converters with their drive", (), _readout("supply_current"))
     for name, field, pick in (("inductance", "inductance", min), ("rp", "parallel_resistance", min),

@@ -747,6 +747,13 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
     assert first.message.isprintable() and str(first.key).isprintable()
 
 
+def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
+    """The goal was refused: only a stack-up that varies was thought to decide it."""
+    asked = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
+    said = sitscad.Study.from_mapping(asked, folder).run(draws=0)
+    assert [said.found.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
+
+
 @pytest.mark.parametrize("name", ["single_coil", "bench_7mm", "grasper_3p5mm", "skin_strip_6"])
 def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
     spec = sitscad.load_text(templates.read(name))
