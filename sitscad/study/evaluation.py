@@ -104,7 +104,7 @@ def of_json(said: Mapping[str, Any]) -> Evaluation:
     """The evaluation that `Evaluation.as_json` said; raises KeyError, TypeError or ValueError for anything else. What
     many designs have alike is held once.
     """
-    values = {intern(name): (float(value), float(error)) for name, (value, error) in said["values"].items()}
+    values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in said["values"].items()}
     absent = {intern(name): intern(why) for name, why in said["absent"].items()}
     refused, warned = ({intern(rule): _breach(*one) for rule, one in said[part].items()}
                        for part in ("refused", "warned"))
@@ -114,9 +114,16 @@ def of_json(said: Mapping[str, Any]) -> Evaluation:
 
 
 def _breach(measured: float | None, limit: float | None, unit: str, *sigma: float) -> Breach:
-    if not all(map(math.isfinite, (one for one in (measured, limit, *sigma) if one is not None))):
-        raise ValueError("a breach has figures or none")
+    for one in (measured, limit, *sigma):
+        if one is not None:
+            _figure(one)
     return Breach(measured, limit, intern(unit), *sigma)
+
+
+def _figure(value: float) -> float:
+    if not math.isfinite(value):
+        raise ValueError("no figure is without end")
+    return float(value)
 
 
 @record
@@ -136,7 +143,7 @@ class UnitJudged:
 def unit_of_json(said: Sequence[Any]) -> UnitJudged:
     """The unit that `UnitJudged.as_json` said; raises as `of_json` does."""
     is_good, broken, is_computed, values = said
-    figures = {intern(name): float(value) for name, value in values.items()}
+    figures = {intern(name): _figure(value) for name, value in values.items()}
     return UnitJudged(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
 
@@ -230,7 +237,6 @@ def _key(line: bytes) -> bytes | None:
     """The key of a whole line that `Archive.add` could have written; None of any other."""
     try:
         said = json.loads(line)
-        json.dumps(said, allow_nan=False)
         if "units" in said:
             list(map(unit_of_json, said["units"]))
         else:
