@@ -9,6 +9,7 @@ import shlex
 import sys
 import time
 from collections import defaultdict
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -135,7 +136,8 @@ def design(
     try:
         asked = sitscad.Study.load(study)
     except sitscad.SpecError as error:
-        show_findings([unreadable(study, error, "none")])
+        said = unreadable(study, error, "none")  # no command applies fixes to a study
+        show_findings([replace(said, findings=tuple(replace(one, fixes=()) for one in said.findings))])
         return 2
     folder = output or os.path.join("outputs", asked.name if asked.name.endswith("study") else f"{asked.name}-study")
     executor = None

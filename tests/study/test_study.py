@@ -817,6 +817,14 @@ def test_the_command_shows_them_and_exits_with_two(folder, capsys):
     assert "study.yaml:4:" in capsys.readouterr().err
 
 
+def test_fixes_that_no_command_applies_to_a_study_are_not_announced(folder, capsys):
+    """They were, though check --fix refuses a study; the hint says what to write."""
+    (folder / "study.yaml").write_text(STUDY.replace("keep: 3", "kep: 3"))
+    assert run(["design", str(folder / "study.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert "did you mean keep?" in told and "--fix" not in told
+
+
 def test_the_schema_takes_the_study_and_refuses_another(folder):
     jsonschema = pytest.importorskip("jsonschema")
     from ruamel.yaml import YAML
