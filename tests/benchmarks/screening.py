@@ -58,7 +58,7 @@ def main() -> None:
     for name in asked.templates:
         base = Base(templates.read(name), f"{name}.yaml")
         coil = base.spec.coil
-        changes = [(("coil.trace_width", f"{(coil.trace_width + k * 0.25e-6) * 1e6:.2f} um"),
+        changes = [(("coil.trace_width", f"{(coil.trace_width - k * 0.05e-6) * 1e6:.2f} um"),
                     ("coil.outer_diameter", f"{(coil.outer_diameter - k * 1e-6) * 1e3:.3f} mm"))
                    for k in range(asked.designs)]
         evaluate_chunk(base, Chunk(tuple(changes[:2]), NAMES, SCREEN))
