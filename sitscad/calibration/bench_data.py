@@ -66,7 +66,7 @@ class Column:
 
 
 @record(eq=False)
-class Table:
+class BenchTable:
     """A table: its path, its columns, the lines (n) and the numbers (n, columns) in their own units; the line on which
     it says how the target was loaded, and what it says (`free`, `held`; empty where it says nothing).
     """
@@ -117,7 +117,7 @@ def used_kind(columns: Sequence[Column]) -> str:
     return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
 
-def read_table(path: str, coils: Sequence[str]) -> Table:
+def read_table(path: str, coils: Sequence[str]) -> BenchTable:
     """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A
     coil may have several columns of different kinds; which is used says `used_kind`. Lines that begin with # and empty
     ones are left out. Raises BenchError for what cannot be read, OSError for a file that cannot be opened.
@@ -137,7 +137,7 @@ def read_table(path: str, coils: Sequence[str]) -> Table:
     (line, head), body = rows[0], rows[1:]
     columns = _columns(f"{path}:{line}", head, coils)
     values = [_numbers(f"{path}:{number}", cells, head, columns) for number, cells in body]
-    return Table(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
+    return BenchTable(path, columns, tuple(number for number, _ in body), np.array(values).reshape(-1, len(columns)),
                  _rotation(path, whole))
 
 
@@ -222,7 +222,7 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
     return found
 
 
-def points_of(table: Table, sensors: Sensors) -> Points:
+def points_of(table: BenchTable, sensors: Sensors) -> Points:
     """A table's points: loads or poses in SI units, readings as frequencies. Raises BenchError where a load pulls,
     where there is no tare or there are too few points.
     """
@@ -244,7 +244,7 @@ def points_of(table: Table, sensors: Sensors) -> Points:
 FEWEST = 3  # Points beside the tare, at least
 
 
-def _require_enough(table: Table, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
+def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
     """Raises BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():
@@ -263,14 +263,14 @@ def _require_enough(table: Table, moved: Array, at_rest: Flags, motion: tuple[st
 FINEST = 12  # Digits behind the point that are looked at
 
 
-def rounded(table: Table, column: Column) -> Array:
+def rounded(table: BenchTable, column: Column) -> Array:
     """By how much (n, of the frequency) the last digit that a coil's column is written with may be off."""
     values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
-def frequencies_of(table: Table, sensors: Sensors, column: Column) -> Array:
+def frequencies_of(table: BenchTable, sensors: Sensors, column: Column) -> Array:
     """A coil's frequencies (Hz; n) by a column; raises BenchError for readings that it cannot have."""
     readout = sensors.model.estimates.readout
     values = table.numbers(column) * column.factor

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.bench_data import Table
+from sitscad.calibration.bench_data import BenchTable
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
@@ -72,7 +72,7 @@ def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
                    "forces are right for the loads of the table only if those are right")
 
 
-def odd_reading(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+def odd_reading(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """A note on the one reading that the others contradict, with its row and coil; nothing where all are alike."""
     off = np.where(points.at_rest[:, None], 0.0, fit.odd)
     row, coil = np.unravel_index(int(np.argmax(off)), off.shape)
@@ -92,7 +92,7 @@ def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
-def noisy(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+def noisy(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
     """A note on the row and coil whose reading without load is off by more than the converter's noise; else None."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):

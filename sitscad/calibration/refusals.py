@@ -11,7 +11,7 @@ from itertools import permutations, product
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.bench_data import BenchError, Table, frequencies_of, rounded
+from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounded
 from sitscad.calibration.misfit import cause, noise_share
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, foretold
@@ -50,7 +50,7 @@ tenth of full scale makes 6, and 20 a map that is a third of full scale off); an
 is allowed."""
 
 
-def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
+def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raises BenchError for poses that a target cannot take, and for loads that not even a stiff pad bears."""
     if points.poses is not None:
         # Poses above the board, and no more tilted than the response is computed for
@@ -80,7 +80,7 @@ def require_possible(table: Table, points: Points, sensors: Sensors) -> None:
         _require_borne(table, points.loads, sensors, errors, stiffer)
 
 
-def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
+def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
     """Raises BenchError where the fit of a table did not settle, put an unknown where none is, was pulled there by one
     row, or has the pad give way under a load of the table; what is `said` of the fit beside stands at the end.
     """
@@ -119,7 +119,7 @@ def require_told(table: Table, points: Points, sensors: Sensors, fit: ModelFit, 
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 
 
-def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
+def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
     """Loads under which the pad finds an equilibrium."""
     lost = sensors.gives_way(errors, loads)
     if lost.any():
@@ -129,7 +129,7 @@ def _require_borne(table: Table, loads: Array, sensors: Sensors, errors: Array, 
                          "leave the row out, or hold the target level (--rotation held)")
 
 
-def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit) -> None:
+def _require_alike(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> None:
     """No row by far worse than all others, as they foretell its force."""
     if fit.force_errors is None or fit.excess < HONEST:
         return
@@ -146,7 +146,7 @@ def _require_alike(table: Table, points: Points, sensors: Sensors, fit: ModelFit
                          "as they are off themselves: a typing error, or another load?")
 
 
-def _place(table: Table, row: int, names: tuple[str, ...]) -> str:
+def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
     """The place of the first of some columns that the table has."""
     found = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if found is None else found.number}"
@@ -168,7 +168,7 @@ ALIKE = 1.05, 0.02
 two coils exchanged columns are nearly shear turned round, apart by 0.2 % of the readings and less than units differ."""
 
 
-def require_plausible(table: Table, points: Points, sensors: Sensors) -> None:
+def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Raises BenchError for readings beyond what manufacture explains, and for columns that look exchanged."""
     # Loads that are not far beyond what the sensor is made for
     if points.loads is not None:
@@ -202,7 +202,7 @@ def require_plausible(table: Table, points: Points, sensors: Sensors) -> None:
     _require_order(table, points, sensors)
 
 
-def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
+def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
     """Changes from rest no larger than a soft sensor's."""
     soft = np.array([-2.0 * one.sigma * (one.name == "modulus") for one in sensors.known])
     settled = points.settled
@@ -221,7 +221,7 @@ def _require_changes(table: Table, points: Points, sensors: Sensors) -> None:
                          "on, and are rows and loads those of one run?")
 
 
-def _require_order(table: Table, points: Points, sensors: Sensors) -> None:
+def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
     settled = points.settled
     seen = np.log(settled.frequency / settled.rest)
     size = np.linalg.norm(seen)
@@ -271,7 +271,7 @@ CAPACITOR = 0.01
 """Relative difference of inductances at rest from which they were computed with another capacitor's value."""
 
 
-def second_readings(table: Table, points: Points, sensors: Sensors) -> tuple[str, ...]:
+def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
     """What there is to say of columns that are not used: nothing where every coil has one."""
     found, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
     seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]

@@ -158,17 +158,10 @@ def design(
         say(f"wrote {folder}; now the yield of {counted(len(said.kept), 'design')}, {DRAWS} units each (--no-yield "
             "leaves it out)")
 
-    def interrupted(found: Found) -> None:
-        from sitscad.package import write_file
-        from sitscad.study.page import page_so_far
-
-        of = min(found.asked.evaluations, found.asked.space.size)
-        write_file(os.path.join(folder, SO_FAR), page_so_far(asked, found, of).encode("utf-8"))
-        say(f"wrote {os.path.join(folder, SO_FAR)}: {counted(len(found.screened), 'design')} that were looked at")
-
     try:
         answer = asked.run(executor, folder=folder, jobs=jobs, again=again, progress=_study_progress(),
-                           draws=0 if no_yield else DRAWS, before_yields=before_yields, interrupted=interrupted)
+                           draws=0 if no_yield else DRAWS, before_yields=before_yields,
+                           interrupted=lambda found: _write_so_far(asked, found, folder))
     except KeyboardInterrupt:
         options = {"-o": output, "--scheduler": scheduler, "--jobs": jobs if scheduler is None else None,
                    "--format": format_name if format_name != "text" else None}
@@ -201,6 +194,16 @@ def _write(answer: StudyAnswer, folder: str) -> None:
     for name in os.listdir(os.path.join(folder, "designs")):
         if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
             os.unlink(os.path.join(folder, "designs", name))  # that an earlier answer kept and this one does not
+
+
+def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
+    """Write the page of a search that ends before it is through."""
+    from sitscad.package import write_file
+    from sitscad.study.page import page_so_far
+
+    path, of = os.path.join(folder, SO_FAR), min(found.asked.evaluations, found.asked.space.size)
+    write_file(path, page_so_far(asked, found, of).encode("utf-8"))
+    say(f"wrote {path}: {counted(len(found.screened), 'design')} that were looked at")
 
 
 SO_FAR = "so-far.html"
