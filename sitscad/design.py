@@ -443,5 +443,5 @@ def respond_to(
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:
     """All that a board is drawn from."""
-    jaw = spec.mount.jaw if spec.mount is not None else None
+    jaw = spec.jaw
     return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None

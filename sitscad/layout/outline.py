@@ -229,7 +229,7 @@ def ends(spec: SensorSpec, far: float, near: float) -> tuple[float, float]:
     """
     if (box := given_box(spec)) is not None:
         return box[0], box[2]
-    margin, jaw = spec.fpc.margin[0], spec.mount.jaw if spec.mount else None
+    margin, jaw = spec.fpc.margin[0], spec.jaw
     room = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance if jaw else math.inf  # longer, it may come out too long
     return _about(spec.array.middle[0], far - margin, near + margin, room)
 
@@ -238,7 +238,7 @@ def body_breadth(spec: SensorSpec, needed: Breadth) -> Breadth:
     """How far the body reaches across, for coils and leads that need so much of it: as `ends`."""
     if (given := breadth_of(spec)) is not None:
         return given
-    margin, jaw = spec.fpc.margin[1], spec.mount.jaw if spec.mount else None
+    margin, jaw = spec.fpc.margin[1], spec.jaw
     low, high = needed.low - margin, needed.high + margin
     return Breadth(*_about(spec.array.middle[1], low, high, jaw.width if jaw else math.inf))
 

@@ -161,7 +161,7 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
 
 def widest(spec: SensorSpec) -> float:
     """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
-    jaw = spec.mount.jaw if spec.mount else None
+    jaw = spec.jaw
     return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
 
 

@@ -21,7 +21,7 @@ from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.column import Levels, Toleranced, column, levels, plate_thickness
 from sitscad.scene.fit import measures
-from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
 from sitscad.spec.mount import Assembly
@@ -191,7 +191,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
 
 def _squared(layout: Layout) -> str:
     """Where on the jaw the mount is glued, and how it is kept straight; empty where pocket or joint place it."""
-    jaw, mount = fitted_jaw(layout.spec.mount), layout.spec.mount
+    jaw, mount = layout.spec.jaw, layout.spec.mount
     if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
         return ""
     away = layout.body[0] - jaw_range(layout, jaw)[0]

@@ -28,7 +28,7 @@ from sitscad.parts.tooling import LEAST_MIX, Pour, skin_pour
 from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import print_limit
 from sitscad.scene.fit import pin_gaps
-from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import adapter_needed, joint_clearance, relief, retention, tongue_across
 from sitscad.scene.state import Pose
 from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
@@ -70,7 +70,7 @@ def tail_held(layout: Layout, glue: str) -> str:
             f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         )
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
-    path, jaw = tail_path(layout), fitted_jaw(layout.spec.mount)
+    path, jaw = tail_path(layout), layout.spec.jaw
     assert path is not None and jaw is not None
     begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
     if room >= LEAST_FIXED:

@@ -34,8 +34,8 @@ from sitscad.parts.proof import (
 from sitscad.parts.solid import MM, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, board_heights
-from sitscad.scene.fit import PinGap, closed_section
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.fit import PinGap, closed_section, hinge_pivot
+from sitscad.scene.jaws import axis, jaw_range
 from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on
 from sitscad.units import show
 
@@ -94,10 +94,9 @@ def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple
 
 def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
-    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
-    assert jaw is not None and jaw.hinge is not None and pair is not None
-    x, y = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, axis(layout).y * MM
-    z = (pair.axis - jaw.pivot_offset) * MM
+    jaw, pivot = layout.spec.jaw, hinge_pivot(layout)
+    assert jaw is not None and pivot is not None
+    x, y, z = pivot.x * MM, axis(layout).y * MM, pivot.y * MM
     across = 0.5 * jaw.width * MM
     m3 = require("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
@@ -131,7 +130,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
     there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
     if fault.what == PORT:
         # What of the closed pair, between tip and heel, lies beyond the port's circle
-        jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
+        jaw, pair = layout.spec.jaw, closed_section(layout)
         assert jaw is not None and pair is not None
         x0, x1 = (x * MM for x in jaw_range(layout, jaw))
         y, z, radius = axis(layout).y * MM, pair.axis * MM, fault.limit * MM

@@ -14,15 +14,27 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from sitscad.geometry.path import Point, bounding_box, rounded
+from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.parts.imported import imported
 from sitscad.parts.plates import adapter, bench_plate, fingertip, over_body
 from sitscad.parts.seat import cut_for, grasper_pad
-from sitscad.parts.solid import MM, Solid, box, one_solid, prism, require, top_edges, upwards, without
+from sitscad.parts.solid import (
+    MM,
+    Solid,
+    along_jaw,
+    box,
+    one_solid,
+    prism,
+    require,
+    rounded_at_tip,
+    top_edges,
+    upwards,
+    without,
+)
 from sitscad.scene import bodies, stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
-from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, jaw_range, rim, section
 from sitscad.spec.mount import Jaw
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
@@ -108,7 +120,7 @@ TIP_ROUNDING = 0.5e-3
 
 def jaw(layout: Layout) -> Solid | None:
     """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
-    fitted, seat, mount = fitted_jaw(layout.spec.mount), seat_heights(layout.spec), layout.spec.mount
+    fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec), layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
     metal = mount.metal.name
@@ -128,7 +140,7 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
     that only a STEP file describes it is that file's mirror image, without a pad.
     """
-    fitted, mount = fitted_jaw(layout.spec.mount), layout.spec.mount
+    fitted, mount = layout.spec.jaw, layout.spec.mount
     bd = require("build123d")
     if fitted is None:
         if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
@@ -175,15 +187,10 @@ def _pocketed(
 
 def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:
     """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
-    bd = require("build123d")
     (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
-    upright = prism(section(fitted).outline, 0.0, x1 - x0)
-    # the section's x becomes the jaw's y, its y the jaw's z, and the prism's height runs along x
-    stand = bd.Location(bd.Plane((x0 * MM, y * MM, height * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0)))
-    cut = min(TIP_ROUNDING, fitted.width / 4)
-    corners = [Point(x0, y - half), Point(x1, y - half), Point(x1, y + half), Point(x0, y + half)]
-    plan = prism(rounded(corners, [cut, 0.0, 0.0, cut]), height - 2 * fitted.height, height + fitted.height)
-    return one_solid(upright.moved(stand) & plan, "jaw")
+    bar = along_jaw(section(fitted).outline, x0, x1, y, height)
+    plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
+    return one_solid(bar & prism(plan, height - 2 * fitted.height, height + fitted.height), "jaw")
 
 
 def assemble(layout: Layout) -> tuple[Solid, ...]:

@@ -45,10 +45,8 @@ LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at t
 
 def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     """The plate, and the spacer over a shield."""
-    under, shield = board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
-    used = under - (shield[0] if shield else under)
-    floor = max(standoff - used, _floor(layout))
-    bottom = under - used - floor
+    shield = shield_that_fits(layout.spec)
+    floor, bottom = _floor(layout, standoff, shield)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
     plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
@@ -61,11 +59,16 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     return (plate, *spacer(layout, shield))
 
 
-def _floor(layout: Layout) -> float:
-    """The least plastic below the board (m): screws of half its thickness more bend it."""
-    mount = layout.spec.mount
+def _floor(layout: Layout, standoff: float, shield: Heights | None) -> tuple[float, float]:
+    """The thickness of the plate's plastic below board or shield, and the height of its lower face (m). Plastic thinner
+    than half its screws' diameter would bend.
+    """
+    mount, under = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0]
     holes = mount.holes.holes if mount is not None and mount.holes is not None else ()
-    return max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if not adapter_needed(layout) and holes else FLOOR
+    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
+    used = under - (shield[0] if shield else under)
+    floor = max(standoff - used, least)
+    return floor, under - used - floor
 
 
 def adapter(layout: Layout, standoff: float) -> Any | None:
@@ -74,9 +77,7 @@ def adapter(layout: Layout, standoff: float) -> Any | None:
     if not holes:
         return None
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
-    under, shield = board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
-    used = under - (shield[0] if shield else under)
-    top = under - used - max(standoff - used, _floor(layout))
+    _, top = _floor(layout, standoff, shield_that_fits(layout.spec))
     head = max(hole.diameter for hole in holes)
     bottom = top - head - FLOOR
     body = prism(rectangle(*plan, CORNER), bottom, top)

@@ -17,8 +17,8 @@ from sitscad.parts.pieces import assemble
 from sitscad.parts.solid import MM, PartsError, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, target_gap
-from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range
+from sitscad.scene.fit import closed_section, hinge_pivot
+from sitscad.scene.jaws import axis
 from sitscad.scene.state import Pose
 from sitscad.spec.sensor import SensorSpec
 
@@ -93,7 +93,7 @@ class Meshed:
 
 def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] = ()) -> Proof | None:
     """Measure the solids of `sitscad.parts.whole.whole`; None without a jaw. Raises `MissingExtra`, `PartsError`."""
-    jaw, plane = fitted_jaw(layout.spec.mount), closed_section(layout)
+    jaw, plane = layout.spec.jaw, closed_section(layout)
     if jaw is None or plane is None:
         return None
     meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
@@ -158,7 +158,7 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
     moving = [m for m in meshed if m.solid.role in (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)]
     still = [m for m in meshed if m not in moving]
     # From the pivot to the jaw's tip (m)
-    jaw = fitted_jaw(layout.spec.mount)
+    jaw = layout.spec.jaw
     assert jaw is not None and jaw.hinge is not None
     steps = max(1, math.ceil(opening * (jaw.length + jaw.hinge) / TIP_STEP))
     worst: dict[tuple[str, str], Measured] = {}
@@ -255,10 +255,9 @@ def between(body: Any, x0: float, x1: float) -> Any:
 
 def turned(layout: Layout, body: Any, angle: float) -> Any:
     """A mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
-    jaw, plane = fitted_jaw(layout.spec.mount), closed_section(layout)
-    assert jaw is not None and jaw.hinge is not None and plane is not None
-    x, z = (jaw_range(layout, jaw)[1] + jaw.hinge) * MM, (plane.axis - jaw.pivot_offset) * MM
-    y = axis(layout).y * MM
+    pivot = hinge_pivot(layout)
+    assert pivot is not None
+    x, y, z = pivot.x * MM, axis(layout).y * MM, pivot.y * MM
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 

@@ -10,18 +10,28 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sitscad.geometry.path import Point, circle, closed_polygon, rounded
+from sitscad.geometry.path import Path, Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.plates import rounding
-from sitscad.parts.solid import MM, PartsError, Solid, box, one_solid, prism, require, top_edges
+from sitscad.parts.solid import (
+    MM,
+    PartsError,
+    Solid,
+    along_jaw,
+    box,
+    one_solid,
+    prism,
+    require,
+    rounded_at_tip,
+    top_edges,
+)
 from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import (
     POCKET_CLEARANCE,
     axis,
     closed_span,
-    fitted_jaw,
     jaw_range,
     made_to_measure,
     shield_that_fits,
@@ -60,8 +70,7 @@ def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
         return ()
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body
     tip = 0.0 if stop_place(layout) else min(TIP_ROUNDING, (y1 - y0) / 4)
-    under = rounded([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)], [tip, 0.0, 0.0, tip])
-    slabs = [prism(under, *span) for span in spans]
+    slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
     slabs[-1] = _grooved(layout, slabs[-1], spans[-1])
     if tongue is not None:
         slabs[-1] = _relieved(layout, slabs[-1], spans[-1], tongue)
@@ -125,7 +134,7 @@ def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
 
 def _within_port(layout: Layout, slab: Any) -> Any:
     """The slab without the edges that could stand out of the port's circle, tolerances at their worst, jaws closed."""
-    fitted, span = fitted_jaw(layout.spec.mount), closed_span(layout.spec)
+    fitted, span = layout.spec.jaw, closed_span(layout.spec)
     if fitted is None or span is None:
         return slab
     slab = _within_pocket(layout, fitted, slab, span[0] + fitted.height)
@@ -175,8 +184,7 @@ def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
         return ()
     (outer, inner), (x0, y0, _, y1) = place, layout.body
     tip = min(TIP_ROUNDING, (inner - outer) * 0.8)
-    corners = [Point(outer, y0), Point(inner, y0), Point(inner, y1), Point(outer, y1)]
-    wall = prism(rounded(corners, [tip, 0.0, 0.0, tip]), bottom, 0.0)
+    wall = prism(rounded_at_tip(outer, y0, inner, y1, tip), bottom, 0.0)
     front = [edge for edge in wall.edges() if edge.bounding_box().min.Z > -1e-6 and inner * MM - 1e-3 > edge.center().X]
     joined = box((outer + inner) / 2, y0, bottom, x0, y1, foot)
     return joined, wall.fillet(LEDGE_ROUNDING * MM, front)
@@ -218,14 +226,14 @@ def with_retention(layout: Layout, seat: Any, metal: float) -> Any:
             seat = one_solid(seat + peg.chamfer(min(CHAMFER, found.depth / 3) * MM, None, rim), "mount")
         return seat
     x0, x1 = seat.bounding_box().min.X / MM, layout.body[2]
-    return one_solid(seat + _along(layout, _tongue(found, 0.0), x0, x1, metal), "mount")
+    return one_solid(seat + along_jaw(_tongue(found, 0.0), x0, x1, axis(layout).y, metal), "mount")
 
 
 def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
     """The jaw, its face at a height (m), with the groove or the holes that the mount's tongue or pins go into: a
     clearance larger, the groove open at the tip, the holes drilled through so that glue can leave.
     """
-    found, room, fitted = retention(layout), joint_clearance(layout.spec), fitted_jaw(layout.spec.mount)
+    found, room, fitted = retention(layout), joint_clearance(layout.spec), layout.spec.jaw
     if found is None or fitted is None:
         return jaw
     if found.kind == "pins":
@@ -234,23 +242,16 @@ def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
             jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
         return jaw
     tip = jaw_range(layout, fitted)[0] - OVERCUT
-    groove = _along(layout, _tongue(found, room), tip, layout.body[2] + room, metal)
+    groove = along_jaw(_tongue(found, room), tip, layout.body[2] + room, axis(layout).y, metal)
     return one_solid(jaw - groove, "jaw")
 
 
-def _tongue(found: Retention, room: float) -> list[Point]:
-    """The dovetail across (m) about 0, grown by a clearance. Raises `PartsError` where its flanks cross."""
+def _tongue(found: Retention, room: float) -> Path:
+    """The dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` where its flanks cross."""
     if neck(found) <= 0.0:
         raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
     bottom, top, depth = tongue_across(found, room)
     above = 0.1e-3  # into the mount, or out of the jaw: no face of it lies in that of another
     narrow = top - above / math.tan(found.angle)
-    return [Point(-bottom, -depth), Point(bottom, -depth), Point(narrow, above), Point(-narrow, above)]
-
-
-def _along(layout: Layout, across: list[Point], start: float, end: float, height: float) -> Any:
-    """A section drawn out along the jaw from one place to another (m), its zero at a height (m)."""
-    bd = require("build123d")
-    upright = prism(closed_polygon(across), 0.0, end - start)
-    stand = bd.Plane((start * MM, axis(layout).y * MM, height * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
-    return upright.moved(bd.Location(stand))
+    corners = [Point(-bottom, -depth), Point(bottom, -depth), Point(narrow, above), Point(-narrow, above)]
+    return closed_polygon(corners)

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
-from sitscad.geometry.path import Arc, Path, Point, Region
+from sitscad.geometry.path import Arc, Path, Point, Region, rounded
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.jaws import PartsError as PartsError
@@ -31,7 +31,8 @@ UNUSED = ("sympy", "vtk")
 
 
 class _Later(ModuleType):
-    # A package that is imported when something of it is asked for.
+    """A package that is imported when something of it is asked for."""
+
     def __getattr__(self, name: str) -> Any:
         if sys.modules.get(self.__name__) is self:
             del sys.modules[self.__name__]
@@ -65,7 +66,7 @@ def require(package: str) -> ModuleType:
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
-    # Compiled packages turn a Ctrl-C that comes while they load into an ImportError.
+    """Whether a Ctrl-C is behind an error: compiled packages that are loading turn one into an ImportError."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
@@ -141,6 +142,21 @@ def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Any
     return bd.Solid.make_box((x1 - x0) * MM, (y1 - y0) * MM, (z1 - z0) * MM, corner)
 
 
+def along_jaw(section: Path, x0: float, x1: float, y: float, z: float) -> Any:
+    """A closed path of the plane across the jaw drawn out along it from x0 to x1 (m), as a build123d solid: the path's
+    x becomes y, its y becomes z, and its origin lies at (y, z).
+    """
+    bd = require("build123d")
+    stand = bd.Plane((x0 * MM, y * MM, z * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+    return prism(section, 0.0, x1 - x0).moved(bd.Location(stand))
+
+
+def rounded_at_tip(x0: float, y0: float, x1: float, y1: float, radius: float) -> Path:
+    """The rectangle between two corners with its corners at the tip of the jaw, at x0, rounded (m)."""
+    corners = [Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)]
+    return rounded(corners, [radius, 0.0, 0.0, radius])
+
+
 def one_solid(shape: Any, what: str) -> Any:
     """The single solid that a boolean left; raises `PartsError` when it left none or several."""
     found = shape.solids() if shape is not None else []
@@ -172,21 +188,13 @@ def top_edges(shape: Any) -> Any:
 
 
 def _wire(path: Path) -> Any:
-    """The path as a wire, edge by edge: at once, OpenCASCADE merges ends by address, and last bits differ by run."""
+    """The path as a wire (mm), edge by edge: all at once, OpenCASCADE merges ends by address, and last bits vary."""
     bd, wire = require("build123d"), require("OCP.BRepBuilderAPI").BRepBuilderAPI_MakeWire()
     for segment in path:
-        wire.Add(_edge(segment).wrapped)
+        is_arc = isinstance(segment, Arc)
+        places = [segment.at(t) for t in (0.0, 0.5, 1.0)] if is_arc else [segment.start, segment.end]
+        make = bd.Edge.make_three_point_arc if is_arc else bd.Edge.make_line
+        wire.Add(make(*((point.x * MM, point.y * MM) for point in places)).wrapped)
         if not wire.IsDone():
             raise ValueError("the segments of a path do not join")
     return bd.Wire(wire.Wire())
-
-
-def _edge(segment: Any) -> Any:
-    bd = require("build123d")
-    if isinstance(segment, Arc):
-        return bd.Edge.make_three_point_arc(*(_mm(segment.at(t)) for t in (0.0, 0.5, 1.0)))
-    return bd.Edge.make_line(_mm(segment.start), _mm(segment.end))
-
-
-def _mm(point: Point) -> tuple[float, float]:
-    return point.x * MM, point.y * MM

@@ -44,7 +44,7 @@ from sitscad.scene.bodies import (
     top_height,
 )
 from sitscad.scene.column import mount_tolerance, print_limit, process_of
-from sitscad.scene.seating import plate_plan
+from sitscad.scene.seating import plate_plan, process_clearance
 from sitscad.scene.stack import ground
 from sitscad.spec.mount import Mount
 from sitscad.spec.places import cell_placements
@@ -173,7 +173,7 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
     if not rows:
         return ()
     plan, bd = plate_plan(layout, 0.0), require("build123d")
-    found, gap = [("jig-base", _base(layout, plan))], clearance(layout.spec.mount)
+    found, gap = [("jig-base", _base(layout, plan))], process_clearance(layout.spec.mount)
     for lines, row in enumerate(rows, 1 if layout.spec.elastomer is not None else 0):
         # The pieces' frame: wells of their outlines, and below them room for those that are glued already. A plate on
         # the base with windows: each a body, what is left free round it, and from where to where (m)
@@ -203,7 +203,7 @@ def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], floa
     """The walls between wells of neighbours that would be thinner than can be made, which are left out and the wells
     joined; and how far corners are drilled out (m), so that thin walls stay in one piece with the frame.
     """
-    wall, gap = print_limit(process_of(mount), "wall").value, clearance(mount)
+    wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF
     for one, other in combinations(row, 2):
         (x0, y0, x1, y1), (u0, v0, u1, v1) = one.footprint.box, other.footprint.box
@@ -219,11 +219,6 @@ def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], floa
     return walls, relief
 
 
-def clearance(mount: Mount | None) -> float:
-    """Between a piece and what guides it, on each side (m): the least that the mount's process can make."""
-    return print_limit(process_of(mount), "clearance").value
-
-
 def _base(layout: Layout, plan: Box) -> Any:
     """The jig's base: a block with the board's outline sunk in, a hole to push it out, and pins."""
     under = board_heights(layout.spec.fpc.stackup)[0]
@@ -232,22 +227,17 @@ def _base(layout: Layout, plan: Box) -> Any:
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
     body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
-    body = without(body, _stiffener_room(layout, plan, under), "jig")
+    plate, gap = layout.stiffener, process_clearance(layout.spec.mount)
+    if plate is not None:
+        x0, y0, x1, y1 = bounding_box([plate.outline.outline])
+        if x0 - gap < plan[2]:  # it lies over the base
+            room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
+            body = one_solid(body.cut(prism(room, under - plate.thickness - gap, 1e-3)), "jig")
     middle = Point((layout.body[0] + layout.body[2]) / 2, (layout.body[1] + layout.body[3]) / 2)
     body = one_solid(body - prism(circle(middle, PUSH_HOLE / 2), under - JIG_FLOOR - 1e-3, 1e-3), "jig")
     for at, size in pins(plan):
         body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
     return body
-
-
-def _stiffener_room(layout: Layout, plan: Box, under: float) -> tuple[Any, ...]:
-    """What a stiffener that lies over the base takes out of it."""
-    plate, gap = layout.stiffener, clearance(layout.spec.mount)
-    if plate is None:
-        return ()
-    x0, y0, x1, y1 = bounding_box([plate.outline.outline])
-    room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
-    return () if x0 - gap >= plan[2] else (prism(room, under - plate.thickness - gap, 1e-3),)
 
 
 def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
@@ -292,7 +282,7 @@ def skin_mould(layout: Layout) -> Solid | None:
     for x in (max(points, key=lambda p: p.y).x,) if given else corners:
         found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
     cup = without(cup, found, "mould")
-    gap = clearance(layout.spec.mount)
+    gap = process_clearance(layout.spec.mount)
     for at, size in pins(plan):
         cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
     turned = one_solid(cup.rotate(require("build123d").Axis.X, 180.0), "mould")

@@ -19,8 +19,7 @@ from sitscad.estimates import Estimates
 from sitscad.estimates.cells import cell_crosstalk, cell_signals, weakest_cell
 from sitscad.layout.board import Layout
 from sitscad.scene import bodies
-from sitscad.scene.fit import closed_section
-from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.fit import hinge_pivot
 from sitscad.scene.state import REST
 
 Document = Mapping[str, Any]
@@ -85,9 +84,8 @@ def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
         corners.append(which.reshape(-1)[triangles].astype("<u2"))
         first, start = first + len(known), start + len(triangles)
     # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
-    jaw, pair, hinge = fitted_jaw(layout.spec.mount), closed_section(layout), None
-    if jaw is not None and pair is not None and jaw.hinge is not None and jaw.opening:
-        pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
+    jaw, pivot, hinge = layout.spec.jaw, hinge_pivot(layout), None
+    if jaw is not None and pivot is not None and jaw.opening:
         hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
     return {
         "parts": parts, "box": [low.round(6).tolist(), high.round(6).tolist()], "step": step.tolist(),

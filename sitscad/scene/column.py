@@ -8,7 +8,7 @@ passes its port is decided with these.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache, lru_cache
 
 from sitscad.data import cited, rows
@@ -59,14 +59,6 @@ class Toleranced:
     def root_sum_square(self) -> float:
         """How far (m) independent causes take it from nominal by the square root of the sum of squares."""
         return math.hypot(*[change for _, change in self.terms])
-
-
-def total(lengths: Iterable[Toleranced]) -> Toleranced:
-    """All of them, one after the other."""
-    found = Toleranced(0.0)
-    for length in lengths:
-        found = found + length
-    return found
 
 
 @record
@@ -167,9 +159,10 @@ def slack(layout: Layout) -> tuple[float, float]:
 
 def _slack(layout: Layout) -> tuple[float, float]:
     layers = column(layout)
-    glue = total(layer.thickness for layer in layers if layer.is_glue).nominal
+    pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
+    glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
     size, placed = mount_tolerance(layout.spec).band, placement(layout.spec.assembly).band
-    return 0.5 * size + placed, 0.5 * (total(layer.thickness for layer in layers).spread + glue)
+    return 0.5 * size + placed, 0.5 * (pair.spread + glue)
 
 
 def placement(assembly: Assembly) -> SizeTolerance:

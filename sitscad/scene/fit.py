@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from sitscad.check_values import Closing, Measure, Share
 from sitscad.data import cited, rows
+from sitscad.geometry.path import Point
 from sitscad.layout.bending import Where, finished_thickness, tail_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import record
@@ -34,9 +35,9 @@ from sitscad.scene.jaws import (
     PartsError,
     axis,
     closed_span,
-    fitted_jaw,
     half_width,
     jaw_range,
+    pivot_along,
     rim,
     section,
     shield_that_fits,
@@ -99,7 +100,7 @@ class ClosedSection:
 
 def fit(layout: Layout) -> tuple[Measure, ...]:
     """What is measured of a sensor in a jaw; nothing without one. Raises `PartsError` where the shield does not fit."""
-    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
+    jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
         return ()
     # the circle that the closed pair needs, with the shares of all its parts
@@ -131,7 +132,7 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not
     fit.
     """
-    jaw, span = fitted_jaw(layout.spec.mount), closed_span(layout.spec)
+    jaw, span = layout.spec.jaw, closed_span(layout.spec)
     shield_that_fits(layout.spec)
     if jaw is None or span is None:
         return None
@@ -264,11 +265,10 @@ class Shaft:
 
 def shaft(spec: SensorSpec) -> Shaft | None:
     """What is behind the spec's jaw: as the spec writes it, else what is usual for its port; None without a jaw."""
-    jaw = spec.mount.jaw if spec.mount is not None else None
-    if jaw is None:
+    if spec.jaw is None:
         return None
-    table = rows("shafts")
-    row = next((row for row in table if jaw.port_diameter <= parse_quantity(row["up_to_port"], "length")), table[-1])
+    table, port = rows("shafts"), spec.jaw.port_diameter
+    row = next((row for row in table if port <= parse_quantity(row["up_to_port"], "length")), table[-1])
     own = spec.assembly
     bore = parse_quantity(row["bore"], "length") if own.shaft_bore is None else own.shaft_bore
     pin = parse_quantity(row["pin"], "length") if own.hinge_pin is None else own.hinge_pin
@@ -279,12 +279,20 @@ def shaft(spec: SensorSpec) -> Shaft | None:
 
 def end_section(layout: Layout) -> tuple[float, float]:
     """Width and thickness (m) of the tail behind the jaw, end and stiffener included; zeros without such, or a jaw."""
-    jaw = fitted_jaw(layout.spec.mount)
+    jaw = layout.spec.jaw
     if jaw is None:
         return 0.0, 0.0
     heel = jaw_range(layout, jaw)[1]
     ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
     return (max(ys) - min(ys) if ys else 0.0), finished_thickness(layout, Where.CONTACT).nominal
+
+
+def hinge_pivot(layout: Layout) -> Point | None:
+    """The pivot of the jaws' hinge seen across the jaw: its place along that and its height (x, z; m); None where the
+    hinge is not known. Raises `PartsError` where the shield does not fit into the standoff.
+    """
+    jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout)
+    return None if jaw is None or pair is None or along is None else Point(along, pair.axis - jaw.pivot_offset)
 
 
 @record
@@ -309,11 +317,9 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
     `PartsError` where the shield does not fit into the standoff.
     """
-    jaw, behind, pair = fitted_jaw(layout.spec.mount), shaft(layout.spec), closed_section(layout)
-    closed = tail_path(layout)
-    if jaw is None or behind is None or pair is None or jaw.hinge is None or closed is None or closed.radius is None:
+    jaw, behind, pivot, closed = layout.spec.jaw, shaft(layout.spec), hinge_pivot(layout), tail_path(layout)
+    if jaw is None or behind is None or pivot is None or closed is None or closed.radius is None:
         return ()
-    pivot = jaw_range(layout, jaw)[1] + jaw.hinge, pair.axis - jaw.pivot_offset
     half = (jaw.opening or 0.0) / 2
     ways = [("closed", 0.0, closed), (f"open by {math.degrees(2 * half):.3g} deg", half, tail_path(layout, half))]
     thick = tail_thickness(layout.spec.fpc)
@@ -328,9 +334,9 @@ def closing(layout: Layout) -> Closing | None:
     lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the sensor
     leaves of that is the tissue's.
     """
-    jaw, pair = fitted_jaw(layout.spec.mount), closed_section(layout)
+    jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
         return None
-    heel = jaw_range(layout, jaw)[1]
-    reach = None if jaw.hinge is None else heel + jaw.hinge - axis(layout).x
+    along = pivot_along(layout)
+    reach = None if along is None else along - axis(layout).x
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)

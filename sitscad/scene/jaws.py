@@ -10,7 +10,7 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import Heights, seat_heights, shield_heights, top_height
 from sitscad.scene.column import slack
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 
 FILM_ROUNDING = 0.8
@@ -60,11 +60,6 @@ def section(jaw: Jaw) -> JawSection:
     return JawSection(2 * half, height, radius, height - sagitta)
 
 
-def fitted_jaw(mount: Mount | None) -> Jaw | None:
-    """The jaw of the spec's mount, if it has one."""
-    return mount.jaw if mount else None
-
-
 def axis(layout: Layout) -> Point:
     """The middle of the board's body, over which the jaw is centred."""
     x0, y0, x1, y1 = layout.body
@@ -77,11 +72,17 @@ def jaw_range(layout: Layout, fitted: Jaw) -> tuple[float, float]:
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
+def pivot_along(layout: Layout) -> float | None:
+    """Where the pivot of the jaws' hinge is along the jaw (x, m); None where the hinge is not known."""
+    jaw = layout.spec.jaw
+    return None if jaw is None or jaw.hinge is None else jaw_range(layout, jaw)[1] + jaw.hinge
+
+
 def closed_span(spec: SensorSpec) -> Heights | None:
     """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw. The
     hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
     """
-    jaw, seat = fitted_jaw(spec.mount), seat_heights(spec)
+    jaw, seat = spec.jaw, seat_heights(spec)
     if jaw is None or seat is None:
         return None
     return seat[0] - jaw.height, top_height(spec) + jaw.opposing_pad_thickness + jaw.height
@@ -97,7 +98,7 @@ def half_width(layout: Layout, z: float) -> float:
 
 def room_across(layout: Layout, z: float) -> float:
     """Half the width (m) that port and pad pocket leave at height z, at worst; endless without, or above the rims."""
-    jaw, span = fitted_jaw(layout.spec.mount), closed_span(layout.spec)
+    jaw, span = layout.spec.jaw, closed_span(layout.spec)
     if jaw is None or span is None:
         return math.inf
     half = math.inf

@@ -16,7 +16,7 @@ from sitscad.layout.board import Layout, Stiffener
 from sitscad.record import record
 from sitscad.scene.bodies import above_board, board_heights, seat_spans
 from sitscad.scene.column import print_limit, process_of
-from sitscad.scene.jaws import axis, fitted_jaw, jaw_range, rim, room_across, section, shield_that_fits
+from sitscad.scene.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
 from sitscad.spec.sensor import SensorSpec
@@ -45,9 +45,14 @@ class Relief:
     cheeks: float | None
 
 
+def process_clearance(mount: Mount | None) -> float:
+    """The least gap (m) between two pieces, on each side, that the mount's process can make."""
+    return print_limit(process_of(mount), "clearance").value
+
+
 def clearance(mount: Mount | None) -> float:
-    """Between a printed piece and what goes into it, on each side (m)."""
-    return max(TIGHT, print_limit(process_of(mount), "clearance").value)
+    """The gap (m) between a printed piece and what goes into it by hand, on each side."""
+    return max(TIGHT, process_clearance(mount))
 
 
 def ledge(mount: Mount | None) -> float:
@@ -57,7 +62,7 @@ def ledge(mount: Mount | None) -> float:
 
 def stop_place(layout: Layout) -> tuple[float, float] | None:
     """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
-    mount, fitted = layout.spec.mount, fitted_jaw(layout.spec.mount)
+    mount, fitted = layout.spec.mount, layout.spec.jaw
     inner = layout.body[0] - clearance(mount)
     outer = inner - ledge(mount)
     return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
@@ -65,7 +70,7 @@ def stop_place(layout: Layout) -> tuple[float, float] | None:
 
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
     """Inner and outer half width (m) of the ledges beside the board; None where jaw or port leave no room for them."""
-    mount, jaw = layout.spec.mount, fitted_jaw(layout.spec.mount)
+    mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad":
         return None
     spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_that_fits(layout.spec))
@@ -79,7 +84,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
 
 def relief(layout: Layout) -> Relief | None:
     """The tongue under the tail; None without a tail, or where jaw and stiffener leave it no room."""
-    mount, jaw = layout.spec.mount, fitted_jaw(layout.spec.mount)
+    mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
     start = layout.body[2]
@@ -123,8 +128,7 @@ def cap_end(layout: Layout) -> float | None:
 
 def _before_stiffener(stiffener: Stiffener | None) -> float:
     """Where a stiffener under the tail begins, less a little (m); endless without one."""
-    plate = stiffener
-    return math.inf if plate is None else bounding_box([plate.outline.outline])[0] - 0.3e-3
+    return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
 
 
 def retention(layout: Layout) -> Retention | None:
@@ -138,8 +142,8 @@ def retention(layout: Layout) -> Retention | None:
 
 
 def joint_clearance(spec: SensorSpec) -> float:
-    """Between tongue or pin and the jaw cut for it, on each side (m): the process's, and the glue line."""
-    return print_limit(process_of(spec.mount), "clearance").value + spec.assembly.glue_line
+    """The gap (m) between tongue or pin and the jaw cut for it, on each side: the process's, and the glue line."""
+    return process_clearance(spec.mount) + spec.assembly.glue_line
 
 
 def neck(found: Retention) -> float:
@@ -156,7 +160,7 @@ def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
 
 def metal_below(layout: Layout) -> float | None:
     """The least metal (m) that a dovetail's groove leaves of the jaw; None without one."""
-    found, jaw = retention(layout), fitted_jaw(layout.spec.mount)
+    found, jaw = retention(layout), layout.spec.jaw
     if found is None or jaw is None or found.kind != "dovetail":
         return None
     bar = section(jaw)

@@ -28,7 +28,6 @@ from sitscad.scene.bodies import (
 from sitscad.scene.jaws import (
     axis,
     closed_span,
-    fitted_jaw,
     half_width,
     jaw_range,
     made_to_measure,
@@ -125,7 +124,7 @@ def ground(layout: Layout) -> Path:
 
 def _jaws(layout: Layout) -> Iterator[Body]:
     """The jaws as bodies, and the other one's pad."""
-    jaw, seat = fitted_jaw(layout.spec.mount), seat_heights(layout.spec)
+    jaw, seat = layout.spec.jaw, seat_heights(layout.spec)
     if jaw is None or seat is None:
         return
     (x0, x1), y, half = jaw_range(layout, jaw), axis(layout).y, section(jaw).face / 2
@@ -213,7 +212,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if mount is None or mount.kind == "custom":
         return None
     (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec.fpc.stackup)[0]
-    sheet, jaw, closed = shield_that_fits(layout.spec), fitted_jaw(mount), closed_span(layout.spec)
+    sheet, jaw, closed = shield_that_fits(layout.spec), layout.spec.jaw, closed_span(layout.spec)
     spans = seat_spans(under, mount.standoff, sheet)
     if sheet is not None and under - sheet[1] <= 1e-9:
         half = half_width(layout, sheet[0])

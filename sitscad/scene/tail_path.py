@@ -10,7 +10,7 @@ from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch,
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import board_heights, film_thickness, metal_face, seat_spans, shield_heights
-from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.jaws import pivot_along
 from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.circuit import FpcSpec
@@ -130,7 +130,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     low, high = tail_heights(layout)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (BentStretch(layout.tail_length),))
-    drop, jaw, stretch = _drop(layout), fitted_jaw(layout.spec.mount), bend_stretch(layout)
+    drop, pivot, stretch = _drop(layout), pivot_along(layout), bend_stretch(layout)
     if drop is None:
         return straight
     reason = _why_straight(layout)
@@ -141,9 +141,9 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     down = _let_down(drop, middle)
     free = max(stretch[0], layout.body[2], _held_until(layout))
     parts = [BentStretch(free - layout.body[2]), *down] if down else []
-    if jaw is not None and jaw.hinge is not None and turned > LEAST:
+    if pivot is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
-        here, pivot = TailPath(start, (*parts, BentStretch(0.0))).last, jaw_range(layout, jaw)[1] + jaw.hinge
+        here = TailPath(start, (*parts, BentStretch(0.0))).last
         tangent = middle * math.tan(turned / 2)
         before = max(0.0, pivot - here.x - tangent)
         parts += [BentStretch(before), BentStretch(middle * turned, -turned)]
@@ -158,7 +158,7 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 def _drop(layout: Layout) -> float | None:
     """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
-    mount, jaw, face = layout.spec.mount, fitted_jaw(layout.spec.mount), metal_face(layout.spec)
+    mount, jaw, face = layout.spec.mount, layout.spec.jaw, metal_face(layout.spec)
     if mount is None or face is None or (jaw is None and mount.finger is None):
         return None
     rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
@@ -252,7 +252,7 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
     path = tail_path(layout)
     if path is None or path.radius is None:
         return ()
-    whose = "finger" if fitted_jaw(layout.spec.mount) is None else "jaw"
+    whose = "finger" if layout.spec.jaw is None else "jaw"
     over = "off the body's level" if lip(layout) is None else "over the mount's round edge"
     found, here = [], layout.body[2]
     for stretch in path.stretches:
@@ -292,10 +292,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 def pivot_line(layout: Layout) -> float | None:
     """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
-    jaw, path = fitted_jaw(layout.spec.mount), tail_path(layout)
-    if jaw is None or jaw.hinge is None:
-        return None
-    pivot = jaw_range(layout, jaw)[1] + jaw.hinge
-    if path is None:
+    pivot, path = pivot_along(layout), tail_path(layout)
+    if pivot is None or path is None:
         return pivot
     return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last.x - path.start.x)

@@ -31,7 +31,7 @@ from sitscad.spec.format.kinds import (
 )
 from sitscad.spec.format.section import Part, Section, key, schema_of
 from sitscad.spec.materials import Cells, Cutting, ElastomerPad, Encapsulation, Shield, Target
-from sitscad.spec.mount import Assembly, Mount
+from sitscad.spec.mount import Assembly, Jaw, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
 
 
@@ -284,6 +284,11 @@ class SensorSpec:
         """The copper layers that the coil is wound on, in winding order, with their heights."""
         copper = self.fpc.stackup.copper
         return tuple(copper[number - 1] for number in self.coil.layers)
+
+    @property
+    def jaw(self) -> Jaw | None:
+        """The jaw of the mount; None without one."""
+        return None if self.mount is None else self.mount.jaw
 
     @classmethod
     def from_mapping(cls, sections: Mapping[str, Any] | None = None, /, **named: Any) -> SensorSpec:

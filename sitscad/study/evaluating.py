@@ -141,7 +141,7 @@ def can_screen(spec: SensorSpec) -> bool:
     """Whether the quick level has a model of a design: of round coils, whole jaws, targets and shields of a good
     conductor, rims of a shared target that lie over the coils.
     """
-    jaw = spec.mount.jaw if spec.mount is not None else None
+    jaw = spec.jaw
     is_whole = jaw is None or jaw.fenestration is None
     sheets = [sheet.material for sheet in (spec.target, spec.shield) if sheet is not None]
     is_plain = all(metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY for metal in sheets)

@@ -16,7 +16,7 @@ from sitscad.drawing.sheet import Group, Label, Sheet, flattened
 from sitscad.geometry.path import bounding_box
 from sitscad.papers.drawings.jaw import drawing, render
 from sitscad.scene.fit import closed_section, closing
-from sitscad.scene.jaws import fitted_jaw, jaw_range
+from sitscad.scene.jaws import jaw_range
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec import templates
 
@@ -36,13 +36,13 @@ def words(sheet: Sheet) -> str:
 
 def in_jaw(**changes):
     layout = handmade.jaw_sensor()
-    jaw = replace(fitted_jaw(layout.spec.mount), **changes)
+    jaw = replace(layout.spec.jaw, **changes)
     return replace(layout, spec=replace(layout.spec, mount=replace(layout.spec.mount, jaw=jaw)))
 
 
 def test_the_section_is_to_scale_about_the_ports_circle():
     layout = in_jaw()
-    at, pair, jaw = shapes(drawing(layout)), closed_section(layout), fitted_jaw(layout.spec.mount)
+    at, pair, jaw = shapes(drawing(layout)), closed_section(layout), layout.spec.jaw
     port = at["jaw-port"]
     scale = (port[2] - port[0]) / jaw.port_diameter
     lower, upper = at["jaw-section-jaw"], at["jaw-section-opposing-jaw"]
@@ -137,7 +137,7 @@ def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_ju
     way = tail_path(layout)
     tails = [i for i in flattened(drawing(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
     closed, opened = (bounding_box(tail.paths) for tail in tails)
-    jaw, scale = fitted_jaw(layout.spec.mount), 2.0
+    jaw, scale = layout.spec.jaw, 2.0
     pivot = layout.spec.mount.jaw.hinge + jaw_range(layout, jaw)[1]
     assert closed[2] - closed[0] == approx(scale * 1e3 * (pivot - layout.body[2]), abs=0.2)
     assert closed[3] - closed[1] == approx(scale * 1e3 * (way.start.z - way.at(way.length).z), abs=1e-3)

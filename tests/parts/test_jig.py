@@ -14,9 +14,10 @@ from sitscad.layout import lay_out
 from sitscad.parts import aids, mesh
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import MM, PartsError, Solid, box, prism, without
-from sitscad.parts.tooling import CAVITIES, SPILL, WELL, clearance, jig, mould, pour
+from sitscad.parts.tooling import CAVITIES, SPILL, WELL, jig, mould, pour
 from sitscad.scene import stack
 from sitscad.scene.bodies import BodyRole, elastomer, target
+from sitscad.scene.seating import process_clearance
 from sitscad.spec.load import load_text
 from sitscad.spec.mount import Assembly
 
@@ -52,7 +53,7 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
         assert mesh.interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in mesh.clearances(together)}
         if name in ("jaw", "round"):  # others overhang, and lie on their frame
-            assert gaps[f"jig-{body.name}", body.name] == approx(clearance(layout.spec.mount), abs=2e-6)
+            assert gaps[f"jig-{body.name}", body.name] == approx(process_clearance(layout.spec.mount), abs=2e-6)
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
 
 
@@ -108,7 +109,8 @@ def test_a_cavity_holds_a_pad_of_its_nominal_volume(name):
 
 def test_a_coarser_process_leaves_more_room_in_the_jig():
     mount = replace(handmade.jaw_sensor().spec.mount, process="filament")
-    assert clearance(handmade.jaw_sensor(mount=mount).spec.mount) > clearance(handmade.jaw_sensor().spec.mount)
+    usual = handmade.jaw_sensor().spec.mount
+    assert process_clearance(handmade.jaw_sensor(mount=mount).spec.mount) > process_clearance(usual)
 
 
 @pytest.mark.slow

@@ -12,8 +12,9 @@ from tolerance import approx
 from sitscad.parts import mesh
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import encapsulation
-from sitscad.parts.tooling import DRAFT, PINS, SPILL, clearance, is_cast, jig, skin_mould, skin_pour
+from sitscad.parts.tooling import DRAFT, PINS, SPILL, is_cast, jig, skin_mould, skin_pour
 from sitscad.scene.bodies import top_height
+from sitscad.scene.seating import process_clearance
 from sitscad.spec.materials import Encapsulation
 
 pytestmark = pytest.mark.cad
@@ -32,7 +33,7 @@ def cup():
 
 def hollow(height):
     """The cavity's area (mm2) at a height (mm), the holes of the pins left out."""
-    body, room = manifold(tessellate(cup())), 1e3 * clearance(LAYOUT.spec.mount)
+    body, room = manifold(tessellate(cup())), 1e3 * process_clearance(LAYOUT.spec.mount)
     pins = sum(math.pi * (0.5e3 * size + room) ** 2 for size in PINS)
     return body.slice(1e3 * top_height(LAYOUT.spec) + 1.0).area() - body.slice(height).area() - pins
 

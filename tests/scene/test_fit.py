@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.column import Toleranced, column, levels, print_limit, process_tolerance, slack, total
+from sitscad.scene.column import Toleranced, column, levels, print_limit, process_tolerance, slack
 from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, Corner, closed_section, fit, measures
 from sitscad.scene.jaws import section
 from sitscad.spec.mount import PROCESSES, Assembly
@@ -41,7 +41,7 @@ def test_no_part_within_its_tolerances_reaches_beyond_the_worst_case(y, z, a, b,
 
 @given(st.lists(st.tuples(lengths, bands), min_size=1, max_size=6))
 def test_lengths_that_are_subtracted_from_themselves_have_no_tolerance_left(parts):
-    length = total(Toleranced.of(size, band, str(i)) for i, (size, band) in enumerate(parts))
+    length = sum((Toleranced.of(size, band, str(i)) for i, (size, band) in enumerate(parts)), Toleranced(0.0))
     gone = length - length
     assert gone.nominal == 0.0 and gone.spread == 0.0
     assert length.root_sum_square <= length.spread * (1 + 1e-12)

@@ -13,7 +13,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
 from sitscad.scene.column import print_limit
-from sitscad.scene.jaws import PartsError, fitted_jaw, section, shield_that_fits
+from sitscad.scene.jaws import PartsError, section, shield_that_fits
 from sitscad.scene.seating import joint_clearance, metal_below, neck, pin_places, retention
 from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
 from sitscad.spec.materials import Shield
@@ -199,7 +199,7 @@ def _what_carries(design: Design, mount: Mount) -> str:
     """What would put something under the board."""
     if mount.kind == "fingertip":
         return "mount.standoff: plastic between the finger and the board carries all of it"
-    if fitted_jaw(design.layout.spec.mount) is not None and not mount.standoff:
+    if design.layout.spec.jaw is not None and not mount.standoff:
         return "mount.standoff: a seat bridges the jaw's window, and carries what stands beside its face"
     return (
         "the seat is cut back to the port and the pad pocket: a lower stack (a thinner elastomer, a smaller "

@@ -81,7 +81,7 @@ class WindowEffect:
 def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     """What is missing of the jaw's effect on each coil, by its name; empty without a window."""
     spec, face = layout.spec, metal_face(layout.spec)
-    jaw = spec.mount.jaw if spec.mount is not None else None
+    jaw = spec.jaw
     if jaw is None or jaw.fenestration is None or face is None:
         return {}
     gap, echo = target_gap(spec), 1.0

@@ -28,8 +28,17 @@ from sitscad.layout.board import Layout
 from sitscad.papers.drawings.jaw_views import COLOURS, EDGE, draw_names, draw_section, draw_side
 from sitscad.scene.bodies import MOUNT_PIECES
 from sitscad.scene.column import column, levels
-from sitscad.scene.fit import OVERHANG, ClosedSection, closed_section, end_section, measures, pin_gaps, shaft
-from sitscad.scene.jaws import PartsError, fitted_jaw, jaw_range, rim, section
+from sitscad.scene.fit import (
+    OVERHANG,
+    ClosedSection,
+    closed_section,
+    end_section,
+    hinge_pivot,
+    measures,
+    pin_gaps,
+    shaft,
+)
+from sitscad.scene.jaws import PartsError, jaw_range, rim, section
 from sitscad.scene.stack import width_under
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Jaw
@@ -55,7 +64,7 @@ def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bod
     """The sheet of some findings, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn
     fails.
     """
-    jaw, shown = fitted_jaw(layout.spec.mount), [fault for fault in faults if fault.rule in HELD]
+    jaw, shown = layout.spec.jaw, [fault for fault in faults if fault.rule in HELD]
     if jaw is None or not shown:
         return None
     try:
@@ -219,14 +228,13 @@ def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -
 
 def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
     """The tail on its way past the pin, closed or open as far as it runs into that."""
-    path, pair = tail_path(layout), closed_section(layout)
+    path, pivot = tail_path(layout), hinge_pivot(layout)
     gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
-    if gap is None or pair is None or jaw.hinge is None or path is None:
+    if gap is None or pivot is None or jaw.hinge is None or path is None:
         return
     if gap.angle:
         path = tail_path(layout, gap.angle) or path
     heel = jaw_range(layout, jaw)[1]
-    pivot = Point(heel + jaw.hinge, pair.axis - jaw.pivot_offset)
     scale = scale_for((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
     view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
     # Places on the tail's middle line between two places along the jaw (m)

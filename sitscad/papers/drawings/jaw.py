@@ -32,7 +32,7 @@ from sitscad.papers.mounting import bent
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import closed_section, closing, measures
-from sitscad.scene.jaws import fitted_jaw, jaw_range, section
+from sitscad.scene.jaws import jaw_range, section
 from sitscad.scene.tail_path import bends
 from sitscad.spec.mount import Jaw
 from sitscad.units import show
@@ -57,7 +57,7 @@ def render(layout: Layout, forced: str) -> dict[str, bytes]:
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     """The sheet; None without a jaw. Raises `PartsError` where the shield does not fit into the standoff."""
-    jaw, pair, closes = fitted_jaw(layout.spec.mount), closed_section(layout), closing(layout)
+    jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing(layout)
     if jaw is None or pair is None or closes is None:
         return None
     across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
