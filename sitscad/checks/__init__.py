@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sitscad.checks import performance, usual_ranges
-from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction
+from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, plug, room, tail
-from sitscad.checks.reading import cells, drive, electrical, response, thin_target, timing
+from sitscad.checks.reading import drive, electrical, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
-from sitscad.checks.trials import Trials
+from sitscad.checks.trials import Trials, of_refused
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.fixes.search import DECISIVE, HINTS, Budget
@@ -29,8 +29,8 @@ __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "c
 _LOADING = tuple(map(rule_of, RULE_NAMES))
 """The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
 
-_ROOMS = (fit, mount, overhang, plates, room_in_jaw, solid_fit, transduction, clearances, drawn_form, fabrication, plug,
-          room, tail, cells, drive, electrical, response, thin_target, timing, performance, usual_ranges)
+_ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, plug,
+          room, tail, drive, electrical, response, thin_target, timing, performance, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*_LOADING, *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
@@ -117,9 +117,7 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     where only coils or turns lack room, hints and fixes name what gives it, laid out and checked as far as the budget
     of `hints` goes (as of `check`).
     """
-    from sitscad.checks import refused  # only specs that are refused
-
-    return refused.tried(error, refused.mended(error, all_rules(), hints))
+    return of_refused(error, all_rules(), hints)
 
 
 def explain(rule_id: str) -> str:

@@ -174,7 +174,7 @@ def outcomes(
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(named(rule, verdict, design.converter, least), verdict.advice))
+            found.append(Outcome(finding_of(rule, verdict, design.converter, least), verdict.advice))
     return found, undecided
 
 
@@ -204,7 +204,7 @@ JAW_BY_FILE_ALONE = (
 )
 
 
-def named(
+def finding_of(
     rule: Rule, complaint: Violation, converter: Converter, least: Severity | None = Severity.NOTE
 ) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.checks import all_rules
 from sitscad.checks import judged as reviewed
-from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse

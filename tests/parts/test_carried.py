@@ -10,7 +10,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.papers import mounting

@@ -10,7 +10,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.checks.assembly.solid_fit import judged_on_solids, settles
+from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.papers import mounting

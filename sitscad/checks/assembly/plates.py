@@ -1,5 +1,5 @@
-"""SIT306: how large the target is, beside the coils; sizes and places, tried for SIT307, with which a target lies on
-its elastomer and that on the board's body.
+"""SIT306 and SIT328: how large the target is, beside the coils, and whether the plates of cells stand apart; sizes and
+places, tried for SIT307, with which a target lies on its elastomer and that on the board's body.
 """
 
 from __future__ import annotations
@@ -7,24 +7,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 from sitscad.checks.assembly.fit import GRAIN, ROUNDING
 from sitscad.checks.rules import Undecided, Verdict, Violation, rule_of
+from sitscad.data import rows
 from sitscad.design import Design
-from sitscad.finding import Edit
+from sitscad.finding import Edit, Severity
 from sitscad.fixes.moves import Plate, carrying, larger_target, resized
 from sitscad.fixes.search import Fix, Left, broken_by, fail, first_that_mends, setting
 from sitscad.geometry.convex import Footprint, beyond
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
-from sitscad.scene.bodies import Body, elastomer, film_thickness, target
+from sitscad.scene.bodies import Body, elastomer, elastomers, film_thickness, joints, target, targets
+from sitscad.scene.column import print_limit
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_specs, footprint
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
+from sitscad.units import parse_quantity, show
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """The largest margin and the longest side (m) that a spec takes."""
@@ -326,6 +329,63 @@ def _largest_coil(spec: SensorSpec, turn: float) -> tuple[float, float]:
             max(abs(length * math.sin(a)) + abs(width * math.cos(a)) for a in turned))
 
 
+def plates_apart(design: Design) -> Iterator[Verdict]:
+    """The gap between neighbouring cells' plates: more than the jig's wall between them needs, and than pads bulge."""
+    spec = design.spec
+    if spec.cells is None:
+        return
+    from sitscad.estimates.states.pressing import pressed  # loaded by the estimates
+
+    process = spec.mount.process if spec.mount is not None else "resin"
+    wall = print_limit(process, "wall").value + 2.0 * print_limit(process, "clearance").value
+    bulge = 0.0
+    if spec.requirements.normal_force and spec.elastomer is not None:
+        x, y = spec.elastomer.size
+        bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
+    beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
+    finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
+                  if row["material"] == "silicone" and row["least"]), default=0.0)
+    if joints(spec) and spec.cells.web is not None and spec.cells.web < finest:
+        yield Violation(
+            f"webs {show(spec.cells.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
+            "silicone (unverified)", f"cells.web: {show(finest, 'm')} or more; or cast the pads", "cells.web",
+            spec.cells.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
+        )
+    for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
+        pairs = combinations(bodies, 2)
+        gap, one, other = min((_gap(a.footprint, b.footprint), a.cell, b.cell) for a, b in pairs)
+        what = bodies[0].role.value
+        kerf = spec.elastomer.kerf if spec.elastomer is not None and what == "elastomer" else 0.0
+        if gap <= 0.0:
+            how = f"overlap by {show(-gap, 'm', 3)}" if gap < -1e-9 else "touch"
+            yield Violation(
+                f"the {what}s of cells {one} and {other} {how}", "", design.distance_key, gap,
+                0.0, "m", severity=Severity.ERROR,
+            )
+        elif gap <= kerf and joints(spec):
+            yield Violation(
+                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart, where a beam of "
+                f"{show(kerf, 'm', 3)} does not pass: joined by webs they would be cut as one plate",
+                "", design.distance_key, gap, kerf, "m", severity=Severity.ERROR,
+            )
+        elif gap < least:
+            yield Violation(
+                f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart; {show(least, 'm', 3)} are "
+                "wanted", "", design.distance_key, gap, least, "m", severity=Severity.WARNING,
+                detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)} (nearer, one well "
+                "takes both and places neither against the other); both pads pressed bulge by "
+                f"{show(2.0 * bulge, 'm', 3)}",
+            )
+
+
+def _gap(one: Footprint, other: Footprint) -> float:
+    """Between two alike plates, neither turned against the other (m); negative where they overlap."""
+    if one.is_round:
+        return one.centre.distance(other.centre) - one.size[0]
+    x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))
+    return math.hypot(max(x, 0.0), max(y, 0.0)) or max(x, y)
+
+
 PROPORTIONS = rule_of("SIT306", target_proportions, "target")
 
-RULES = (PROPORTIONS,)
+RULES = (PROPORTIONS, rule_of("SIT328", plates_apart))

@@ -1,4 +1,6 @@
-"""SIT207 to SIT213: channels, clocks and the time that scans take and leave."""
+"""SIT207 to SIT213 and SIT219: channels, clocks and the time that scans take and leave; what coils and cells read of
+each other.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 from sitscad.checks.reading.readings import worst_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import scans
@@ -181,6 +183,35 @@ def _coupling_squared(matrix: Sequence[Sequence[float]], i: int, j: int) -> floa
     return float(matrix[i][j]) ** 2 / (float(matrix[i][i]) * float(matrix[j][j]))
 
 
+def crosstalk(design: Design) -> Iterator[Verdict]:
+    """What neighbouring cells change of a cell's reading, in parts of its full signal: stated, and held to a limit."""
+    if design.spec.cells is None:
+        return
+    found, limit = design.crosstalk, own_limits()["cell_crosstalk"]
+    if found is None:
+        yield Undecided("no cell has a signal of its own to hold its neighbours' against")
+        return
+    if design.spec.encapsulation is not None:
+        yield Undecided("what the film over all cells carries from one to the next is not computed")
+    names = ("total", "targets", "target", "coils", "webs")
+    total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
+    each = "; ".join(
+        f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
+        for one in design.alike_cells)
+    yield Violation(
+        f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
+        f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",
+        design.distance_key, found.total, limit.value,
+        severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
+        source=limit.source, keeps_limit=found.total <= limit.value,
+        detail=f"through the targets of all neighbours at most {targets} (of one {target}), as if the cell had no "
+        f"target of its own to hold that off; through coils that wait grounded at most {coils}; "
+        + (f"through webs at most {webs}. Webs make pads stiffer, to a fifth of it: of {each} under full force. "
+           "Forces, maps and the signal of each cell count its own webs, states those of a mean pad"
+           if found.webs else "pads stand apart"),
+    )
+
+
 def clock(design: Design) -> Iterator[Verdict]:
     """The external clock within the converter's range."""
     value = design.spec.readout.clock
@@ -199,4 +230,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT207", input_frequency), rule_of("SIT208", scan_rate), rule_of("SIT209", read_back),
     rule_of("SIT210", bandwidth, "bandwidth"), rule_of("SIT211", channels, channel_sources=_channel_sources()),
     rule_of("SIT212", idle_neighbour), rule_of("SIT213", clock),
+    rule_of("SIT219", crosstalk, limit=100.0 * own_limits()["cell_crosstalk"].value),
 )
