@@ -65,7 +65,7 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area (m2)."""
+        """Area (m2): of the rectangle, less a share of the 1 - pi / 4 of it that an ellipse lacks."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.width_x * self.width_y
 
     @property
@@ -94,8 +94,8 @@ class Surround:
     webs: Webs = NO_WEBS
 
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
-        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; the exponent is
-        Ogden's, of the pad.
+        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; `exponent` is
+        Ogden's, of the pad (no unit).
         """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
         film = self.film / thickness, self.film_modulus / shear_modulus
@@ -112,7 +112,8 @@ EVEN = 0.2
 def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float) -> float | None:
     """Width (m) by which a pad reaches beyond a face whose middle lies `aside` (m; x, y) from its own; None where that
     is not nearly the same on all sides, so that no law was held against it. Rims wider than the thickness count as
-    alike: what is beyond it counts, and comes in without a step, as the narrowest rim nears the thickness.
+    alike: what is beyond it counts, and comes in without a step, as the narrowest rim nears the thickness. Derived
+    here, by comparison with finite elements (tests/validation/pad_figures.csv).
     """
     spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
     rooms = [max(0.0, room + way * off) for room, off in zip(spare, aside, strict=True) for way in (-1, 1)]
@@ -153,10 +154,10 @@ class Compression:
 
     @property
     def doubt(self) -> float:
-        """One sigma (m/m) by which the strain is too large where part of the pad is loaded.
+        """One sigma (no unit, as the strain) by which the strain is too large where part of the pad is loaded.
 
         All strains from the least to the stated one being as likely as each other, this is their root mean square
-        distance from the stated one: the difference over sqrt 3.
+        distance from the stated one: the difference over sqrt 3 (of an even distribution, textbook).
         """
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
@@ -235,7 +236,9 @@ def force_for_strain(
     strain: float, width_x: float, width_y: float, thickness: float, shear_modulus: float, bulk_modulus: float,
     circular: float = False, around: Surround = BARE, exponent: float = NEO_HOOKEAN,
 ) -> float:
-    """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`."""
+    """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`, whose
+    units it has. Raises ValueError for other strains.
+    """
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
     face = Face(width_x, width_y, circular)

@@ -78,7 +78,9 @@ class HalfPad:
         self.pose = np.zeros(3)
 
     def _round(self, radius: float, order: int) -> None:
-        # Squares about the axis are made circles, gradually from the middle to the edge, and circles beyond.
+        """Makes squares about the axis circles (lengths in thicknesses), gradually from the middle to the edge, and
+        circles beyond.
+        """
         ng = self.ng
         x, y = ng.x / radius, ng.y / radius
         size = ng.IfPos(x * x - y * y, ng.sqrt(x * x), ng.sqrt(y * y))
@@ -90,7 +92,9 @@ class HalfPad:
         self.mesh.SetDeformation(self.bent)
 
     def _sheared(self, gradient: Any, volume: Any, exponent: float) -> Any:
-        # What a change of shape costs over the shear modulus: by the invariants of C, freed of the volume's change.
+        """What a change of shape costs over the shear modulus (no unit): by the invariants of C, freed of the volume's
+        change (`invariant_terms`).
+        """
         ng = self.ng
         squared = gradient.trans * gradient
         one = volume ** (-2.0 / 3.0) * ng.Trace(squared)
@@ -157,7 +161,9 @@ class HalfPad:
         return False
 
     def _held(self) -> Held:
-        """What holds the plate now (N, N m), and how that changes with the pose, both of the whole pad."""
+        """What holds the plate now (N, N m), and how that changes with the pose, both of the whole pad: the residual's
+        work on the plate's motions, and the tangent with the inside eliminated (Schur's complement, textbook).
+        """
         ng, vec = self.ng, self.state.vec
         residual, product = vec.CreateVector(), vec.CreateVector()
         self.form.Apply(vec, residual)
@@ -184,6 +190,7 @@ class HalfPad:
         return Held((x, z, turn), force_x, force_z, moment_y, stiffness)
 
     def _plate(self, way: tuple[Any, ...]) -> Any:
+        """A field (thicknesses) that moves the plate's face alone, as the solver's vector."""
         moved = self.ng.GridFunction(self.space)
         moved.components[0].Set(self.ng.CoefficientFunction(way), definedon=self.mesh.Boundaries(PLATE))
         return moved.vec
@@ -281,7 +288,7 @@ def fanned(solid: GluedPlate, cells: int, layers: int = 2, depth: float = 0.3, r
 
 
 def _lines(side: float, thickness: float, cells: int) -> np.ndarray:
-    # Lines of the inner box along one axis, an even number of cells, wider in the middle of a flat pad.
+    """Lines (n,; m) of the inner box along one axis, an even number of cells, wider in the middle of a flat pad."""
     count = 2 * max(1, round(0.5 * cells * min(3.0, (2.0 * side / thickness) ** 0.75)))
     if side < 0.5 * thickness * 0.99:
         count = 2 * max(1, round(0.5 * cells))
@@ -290,7 +297,7 @@ def _lines(side: float, thickness: float, cells: int) -> np.ndarray:
 
 
 def _frustum(inner: list[np.ndarray], half: np.ndarray, layers: np.ndarray, axis: int, sign: int) -> np.ndarray:
-    # Points (layers, n, m, 3) between a face of the inner box and that of the pad.
+    """Points (layers, n, m, 3; m) between a face of the inner box and that of the pad."""
     grids = []
     across = [k for k in range(3) if k != axis]
     for layer in layers:
@@ -306,7 +313,9 @@ def _frustum(inner: list[np.ndarray], half: np.ndarray, layers: np.ndarray, axis
 def _beside(
     inner: list[np.ndarray], half: np.ndarray, layers: np.ndarray, axis: int, sign: int, outwards: np.ndarray
 ) -> np.ndarray:
-    # A block beside the pad's outermost face: the face's own grid moved outwards, and widened with it.
+    """A block's points (steps, n, m, 3; m) beside the pad's outermost face: the face's own grid moved outwards, and
+    widened with it.
+    """
     face = _frustum(inner, half, layers, axis, sign)[-1]
     other = 1 - axis
     grids = []
@@ -369,9 +378,10 @@ DEGREE, FARTHEST, GRID = 3, 1.0, 41
 
 @cache
 def invariant_terms(exponent: float) -> tuple[tuple[int, int, float], ...]:
-    """Powers of I1 - 3 and I2 - 3 with their coefficients: their sum is W over the shear modulus of incompressible
-    rubber. Fitted by least squares to stresses at stretches of constant volume: to the difference of a principal stress
-    and the third, which is the slope of W by the logarithm of that stretch (Ogden 1972); the modulus at rest is exact.
+    """Powers of I1 - 3 and I2 - 3 with their coefficients (no unit): their sum is W over the shear modulus of
+    incompressible rubber. Fitted by least squares to stresses at stretches of constant volume: to the difference of a
+    principal stress and the third, which is the slope of W by the logarithm of that stretch (Ogden 1972); the modulus
+    at rest is exact.
     """
     first = 0.125 * (exponent - 2.0)
     powers = [(i, total - i) for total in range(2, DEGREE + 1) for i in range(total, -1, -1)]
@@ -383,7 +393,7 @@ def invariant_terms(exponent: float) -> tuple[tuple[int, int, float], ...]:
     x, y = np.sum(square, axis=1) - 3.0, np.sum(stretch**-2.0, axis=1) - 3.0
 
     def slopes(side: int, some: list[tuple[int, int]]) -> Array:
-        """Slopes (n, terms) of products of powers of I1 - 3 and I2 - 3, the third stretch giving way."""
+        """Slopes (n, terms; no unit) of products of powers of I1 - 3 and I2 - 3, the third stretch giving way."""
         of_x = 2.0 * (square[:, side] - square[:, 2])
         of_y = 2.0 * (1.0 / square[:, 2] - 1.0 / square[:, side])
         found = []

@@ -29,9 +29,9 @@ GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film
 
 @record
 class Film:
-    """What a film adds to a stiffness: at rest, and how that goes with strain; `pulled` is the slope of a small pull,
-    which a pad that shear draws down feels. `floor` is the least share at even strains from 0 to `MOST`: what a film
-    bears never falls.
+    """What a film adds to a stiffness (in shear moduli): `rest` at rest, and its `course` by strain (no unit); `pulled`
+    is the slope of a small pull, which a pad that shear draws down feels. `floor` is the least share at even strains
+    from 0 to `MOST`: what a film bears never falls. Fitted, see the module.
     """
 
     rest: float = 0.0
@@ -40,7 +40,7 @@ class Film:
     floor: tuple[float, ...] = ()
 
     def __call__(self, strain: Array) -> Array:
-        """The addition at strains (n,), in the stiffness's unit; of a pull it goes straight on for a little."""
+        """The addition at strains (n,), in shear moduli; of a pull it goes straight on for a little."""
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
@@ -50,7 +50,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """The addition at one strain, in the stiffness's unit."""
+        """The addition at one strain, in shear moduli, as `__call__` has it."""
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)
@@ -66,7 +66,9 @@ class Film:
 
 
 def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
-    """What is left at strains (n,) of what a film bears at rest, as fitted: no unit."""
+    """What is left at strains (n,) of what a film bears at rest, as fitted: 1 - q (exp(-e / QUICK) - 1) and a cubic; no
+    unit.
+    """
     quick, one, two, three = course
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
 
@@ -76,15 +78,16 @@ LEAST_PULL = -0.05  # Strain of a pull from which on a film's share stays as it 
 
 
 def film_hardening(modulus: float) -> float:
-    """How a film's shear force grows with the cube of the shear strain, over its stiffness at rest: 0.35 ln m, read
-    from the finite elements' poses at a shear of 0.4 within 25 %; a film of the pad's own rubber has none of its own.
+    """How a film's shear force grows with the cube of the shear strain, over its stiffness at rest (no unit): 0.35 ln m
+    for a ratio of moduli m, read from our own finite elements' poses at a shear of 0.4 within 25 %; a film of the pad's
+    own rubber has none of its own.
     """
     return 0.35 * math.log(_within(modulus, MODULI))
 
 
 def units(along: float, across: float, shape: float, film: float) -> dict[str, float]:
-    """Plain statics of a wall of `film` = t m round a face: its bearing over the face's area, the shear of the two
-    walls along the force, and the second moment of all four.
+    """Plain statics (textbook) of a wall of `film` = t m (thicknesses times moduli) round a face: its bearing over the
+    face's area, the shear of the two walls along the force, and the second moment of all four; in shear moduli.
     """
     return {
         "press": film / shape,
@@ -120,10 +123,11 @@ def terms(skin: float, modulus: float, shape: float, oblong: float, circular: fl
 def films(
     along: float, across: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
 ) -> tuple[Film, Film, Film]:
-    """What a film adds to the pressure, to shear along the first axis and to tilt of it: all over the face's area.
+    """What a film adds to the pressure, to shear along the first axis and to tilt of it: all over the face's area, in
+    shear moduli. `units` times the exponential of the fitted sum of `terms`.
 
-    `skin` and `modulus` are its thickness and shear modulus, `oblong` from -1, all across, to 1, all along, `circular`
-    1 for an ellipse, `faded` what is left of it beyond a rim.
+    `skin` is its thickness (thicknesses of the pad) and `modulus` its shear modulus over the pad's, `oblong` from -1,
+    all across, to 1, all along, `circular` 1 for an ellipse, `faded` what is left of it beyond a rim.
     """
     if not skin * modulus:
         return Film(), Film(), Film()
@@ -143,7 +147,7 @@ def films(
 
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
-    """The rows of `table` of these terms as one array: (courses, terms, 5)."""
+    """The rows of `table` of these terms as one array: (courses, terms, 5), no unit."""
     return np.array([[table()[course].get(name, (0.0,) * 5) for name in names] for course in COURSES])
 
 
@@ -161,4 +165,5 @@ def table() -> dict[str, dict[str, tuple[float, ...]]]:
 
 
 def _within(value: float, bounds: tuple[float, float]) -> float:
+    """A value between bounds, in its unit: beyond them the fit is held."""
     return min(max(value, bounds[0]), bounds[1])

@@ -30,7 +30,9 @@ UNIT = np.eye(3)
 
 
 def rotations(angles: Array) -> Array:
-    """Matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3), of angles (n, 3) in rad: the spec's turn of a target."""
+    """Matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3; no unit), of angles (n, 3) in rad: the spec's turn of a target
+    (textbook).
+    """
     (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
     found = np.empty((len(a), 3, 3))
     found[:, 0, 0], found[:, 0, 1], found[:, 0, 2] = b * c, -b * r, q
@@ -40,14 +42,18 @@ def rotations(angles: Array) -> Array:
 
 
 def angles(matrices: Array) -> Array:
-    """Angles (n, 3; rad) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle."""
+    """Angles (n, 3; rad) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle: read off the matrix
+    of `rotations`.
+    """
     turned = np.arctan2(-matrices[:, 1, 2], matrices[:, 2, 2])
     tilted = np.arcsin(np.clip(matrices[:, 0, 2], -1.0, 1.0))
     return np.column_stack([turned, tilted, np.arctan2(-matrices[:, 0, 1], matrices[:, 0, 0])])
 
 
 def rotation_vectors(matrices: Array) -> Array:
-    """Axis times angle (n, 3; rad) of rotation matrices (n, 3, 3), by less than half a turn."""
+    """Axis times angle (n, 3; rad) of rotation matrices (n, 3, 3), by less than half a turn: the odd part is sin t
+    times the axis, the trace 1 + 2 cos t (Rodrigues' formula; textbook).
+    """
     odd = np.empty((len(matrices), 3))
     odd[:, 0] = matrices[:, 2, 1] - matrices[:, 1, 2]
     odd[:, 1] = matrices[:, 0, 2] - matrices[:, 2, 0]
@@ -59,7 +65,7 @@ def rotation_vectors(matrices: Array) -> Array:
 
 
 def exponentials(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of axis times angle (n, 3; rad): Rodrigues' formula."""
+    """Rotation matrices (n, 3, 3; no unit) of axis times angle (n, 3; rad): Rodrigues' formula (textbook)."""
     first, second, _ = _coefficients(vectors)
     turning = crosses(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
@@ -76,7 +82,9 @@ def crosses(vectors: Array) -> Array:
 
 
 def cross(one: Array, other: Array) -> Array:
-    """Cross products of vectors (n, 3): for a few of them in a fraction of numpy's time."""
+    """Cross products of vectors (n, 3), in the product of their units: for a few of them in a fraction of
+    numpy's time.
+    """
     found = np.empty_like(one)
     found[:, 0] = one[:, 1] * other[:, 2] - one[:, 2] * other[:, 1]
     found[:, 1] = one[:, 2] * other[:, 0] - one[:, 0] * other[:, 2]
@@ -85,7 +93,9 @@ def cross(one: Array, other: Array) -> Array:
 
 
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
-    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 of the length t of vectors (n, 3; rad)."""
+    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 (n; no unit) of the length t of vectors (n, 3; rad), by their
+    Taylor series where these cancel.
+    """
     square = np.einsum("ni,ni->n", vectors, vectors)
     if float(square.max(initial=0.0)) < SERIES:
         return (
@@ -118,10 +128,11 @@ class Motion:
     jacobians: Array
 
     def wrenches(self, slopes: Array, turning: Array) -> Array:
-        """Force and moment about the plate's displaced middle, (n, 6) in board axes, of an energy whose slopes are
-        (n, 3) by the place and (n, 3) by the rotation vector, both in the frame.
+        """Force (N) and moment about the plate's displaced middle (N m), (n, 6) in board axes, of an energy whose
+        slopes are (n, 3; N) by the place and (n, 3; N m) by the rotation vector, both in the frame.
 
-        A small turn of the plate turns the frame by its share: virtual work of both together.
+        Derived here by virtual work: a small turn of the plate turns the frame by its share, and the left Jacobian
+        takes the rotation vector's change to that turn.
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
         with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
@@ -133,7 +144,10 @@ class Motion:
 
 
 def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
-    """What a pad feels of poses (n, 6; see `sitscad.scene.state`) of a plate at rest `height` (m) above the board."""
+    """What a pad feels of poses (n, 6; m and rad, see `sitscad.scene.state`) of a plate at rest `height` (m) above the
+    board. By Rodrigues' formula and the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t - sin t) / t^3 [t]^2
+    (textbook).
+    """
     count, turn = len(poses), rotations(poses[:, 3:])
     vectors = rotation_vectors(turn)
     # frame and plate at once: of a few poses it is the calls that cost
@@ -186,7 +200,9 @@ class Load(NamedTuple):
 
 
 def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
-    """c_0 to c_6 of a square of an angle (rad2), the largest of which is given: no unit."""
+    """c_0 to c_6 of a square of an angle (rad2), the largest of which is given: no unit. The two highest by their
+    series, the others by c_k = 1 / k! - t^2 c_(k+2) (Stumpff's functions; textbook).
+    """
     five = six = 1.0
     for j in range(FEW if largest <= SHORT else TERMS, 0, -1):
         k = 2 * j
@@ -201,7 +217,9 @@ def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
 def balance(
     law: Law, share: float, place: Vector, turn: Vector, load: Load, largest: float
 ) -> tuple[list[Number], Rows]:
-    """What is lacking, by place and by rotation vector (six numbers), and its slopes by both (six rows of six).
+    """What is lacking, by place and by rotation vector (six numbers), and its slopes by both (six rows of six): the
+    gradient and the Hessian of the pad's energy less the load's work (derived here). Lengths in thicknesses, forces in
+    shear moduli times area.
 
     The frame is turned by `share` of the plate's turn, whose largest squared angle (rad2) is given.
     """
@@ -228,7 +246,10 @@ def balance(
 
 
 def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
-    """Slopes and second slopes of the pad's energy."""
+    """Slopes (6) and second slopes (6 rows of 6) of the pad's energy by place and rotation vector; units of `balance`.
+    The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 + cubic (x^2 + y^2)^2 / 4 and that
+    of the pressure, its courses depending on the strain 1 - z.
+    """
     (x, y, _), (a, b, c) = place, turn
     along, across, cubic, tilt_x, tilt_y = law.values
     along_1, across_1, cubic_1, tilt_x_1, tilt_y_1 = law.slopes
@@ -259,16 +280,21 @@ def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
 
 
 def _dot(one: Vector, other: Vector) -> Number:
+    """Scalar product of two vectors, in the product of their units."""
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 def _cross(one: Vector, other: Vector) -> Vector:
+    """Cross product of two vectors, in the product of their units."""
     (a, b, c), (x, y, z) = one, other
     return b * z - c * y, c * x - a * z, a * y - b * x
 
 
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """Slopes and second slopes, by the rotation vector, of a force's work at an arm that turns by a share of it."""
+    """Slopes (3) and second slopes (3 rows of 3), by the rotation vector, of a force's work at an arm that turns by a
+    share of it; units of `balance`. The derivatives of the module's f R(t) p, with c_k' by 2 c_k' = k c_(k+2) -
+    c_(k+1).
+    """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
     still, across, along = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
     one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
@@ -293,7 +319,9 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
 
 
 def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """A force in the axes that are turned by a share of the rotation vector, and its slopes by that."""
+    """A force (3) in the axes that are turned by a share of the rotation vector, and its slopes (3 rows of 3) by that;
+    units of `balance`. R(-t) f by Rodrigues' formula, differentiated like `_work`.
+    """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
     one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
     found = [c[0] * force[i] - c[1] * share * odd[i] + c[2] * squared * fd * turn[i] for i in THREE]
@@ -310,7 +338,9 @@ def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -
 
 
 def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """What a moment does along the rotation vector, by the left Jacobian of rotations, and its slopes by that."""
+    """What a moment does along the rotation vector (3), by the left Jacobian of rotations (`relative`), transposed, and
+    its slopes by that (3 rows of 3); units of `balance`. Differentiated like `_work`.
+    """
     md, odd, square = _dot(moment, turn), _cross(turn, moment), _dot(turn, turn)
     two, three = c[4] - 0.5 * c[3], 1.5 * c[5] - 0.5 * c[4]
     flat = [turn[i] * md - moment[i] * square for i in THREE]
@@ -324,6 +354,6 @@ def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector
 
 
 def _spun(vector: Vector) -> Sequence[Vector]:
-    """The matrix that takes another vector to its cross product with this one."""
+    """The matrix (3 rows of 3) that takes another vector to its cross product with this one, in its unit."""
     x, y, z = vector
     return (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)

@@ -45,8 +45,10 @@ SMALL = 1e-6
 
 @record(eq=False)
 class Courses:
-    """The law of one pad: pressure by strain, and the tabulated courses of shear along x and y, of their cubic term
-    (of both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
+    """The law of one pad: pressure by strain, and the tabulated courses of shear along x and y, of their cubic term (of
+    both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
+    Stresses in shear moduli, moments in these times the thickness (no unit); `pieces` (pieces, 4, 5) are Hermite's
+    cubics by the part of a piece.
     """
 
     squeeze: pad_law.CompressionLaw
@@ -61,7 +63,9 @@ class Courses:
         ) / STEP
 
     def law(self, strain: Array) -> Law:
-        """The law at strains (n,), its numbers (n,) each."""
+        """The law at strains (n,), its numbers (n,) each; no unit: stresses in shear moduli (`Law`). Values and slopes
+        of Hermite's cubics (textbook), the slope of the pressure as a central difference.
+        """
         part, (value, first, second, third) = self._piece(strain)
         values = value + part * (first + part * (second + part * third))
         slopes = (first + part * (2.0 * second + 3.0 * part * third)) / STEP
@@ -70,7 +74,7 @@ class Courses:
         return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
     def law_at(self, strain: float) -> Law:
-        """The law at one strain, in floats."""
+        """The law at one strain (no unit), in floats: `law` of a single number."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
         part, pieces = place - piece, self.pieces[piece].T.tolist()
@@ -81,7 +85,9 @@ class Courses:
         return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
 
     def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
-        """How far (n, 1) strains (n,) have gone into their pieces, and the terms of these (n, 5)."""
+        """How far (n, 1; 0 to 1) strains (n,) have gone into their pieces, and the four terms of these (n, 5 each); no
+        unit.
+        """
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
         one = self.pieces[piece]
@@ -90,7 +96,9 @@ class Courses:
 
 @lru_cache(maxsize=64)
 def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
-    """The courses of a block, no unit; the bulk modulus is in shear moduli."""
+    """The courses of a block, no unit: Hermite's cubics (textbook) through `pad_law`'s values and slopes; the bulk
+    modulus is in shear moduli.
+    """
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
     (shear_x, cubic_x), (shear_y, cubic_y) = pad_law.shear(block), pad_law.shear(across)
@@ -180,11 +188,15 @@ class BondedPad:
         return pad_law.sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
-        """Normal force (N, positive for a press) at compressive strains (n,) of a target that stays level."""
+        """Normal force (n,; N, positive for a press) at compressive strains (n,) of a target that stays level:
+        `pad_law.compression` times shear modulus and area.
+        """
         return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
-        """Compressive strain (n,) under normal forces (n,) of 0 or more (N), of a target that stays level."""
+        """Compressive strain (n,; no unit) under normal forces (n,) of 0 or more (N), of a target that stays level: the
+        inverse of `pressure`. Raises ValueError for negative forces.
+        """
         force = np.asarray(force, dtype=float)
         if not np.all(force >= 0.0):
             raise ValueError("the compressive force must be 0 or more")
@@ -206,14 +218,16 @@ class BondedPad:
 
     @cached_property
     def _middle(self) -> Array:
-        """Where the middle of what holds the target lies from the target's own (3,; m)."""
+        """Where the middle of what holds the target lies from the target's own (3,; m): `web_law.Stiffer.aside`."""
         return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
 
     @cached_property
     def _share(self) -> float:
+        """The frame's share of the turn, no unit: `pad_law.frame_share`."""
         return pad_law.frame_share(self.block)
 
     def _held(self, motion: Motion) -> Array:
+        """Force and moment (n, 6; N, N m) that hold a moved plate, NaN where it has come down on the board."""
         h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
             slopes, turning = self._slopes(motion.within / h, motion.vectors)
@@ -223,7 +237,9 @@ class BondedPad:
         return held
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Slopes (no unit) of the energy by place and by turn (n, 3 each), over modulus times area (and thickness)."""
+        """Slopes (n, 3 each; no unit) of the energy in `motion._held` by place and by turn, over modulus times area
+        (and thickness).
+        """
         law = self.courses
         strain = 1.0 - place[:, 2]
         value, slope = law.at(strain)
@@ -239,7 +255,7 @@ class BondedPad:
 
     def stiffness(self, poses: Array) -> Array:
         """How force and moment change with the pose: (n, 6, 6; N/m, N/rad, N, N m/rad), rows as in `force`, columns as
-        in a pose.
+        in a pose. By central differences of `force`.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         there = poses[:, None, :] + self._aside[1:]
@@ -290,8 +306,8 @@ class BondedPad:
         return found
 
     def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """Places and angles (n, 6) that `_balanced` finds where shear, moments, turns and places beside the middle come
-        little by little: a soft pad cannot be leapt upon.
+        """Places (thicknesses) and angles (rad), (n, 6), that `_balanced` finds where shear, moments, turns and places
+        beside the middle come little by little: a soft pad cannot be leapt upon.
         """
         whole, turns, there = np.zeros_like(wanted), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wanted[:, 2]
@@ -362,7 +378,9 @@ class BondedPad:
     def _lack_of_one(
         self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """Lack and slope of one load, in floats: NaN where the plate has come down on the board."""
+        """Lack (6) and slope (6 rows of 6) of one load, in floats, no units (`balance`): NaN where the plate has come
+        down on the board.
+        """
         place, turn = there[:3], there[3:]
         square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
         if not place[2] > 0.0 or not math.isfinite(square):
@@ -387,7 +405,7 @@ KEPT = 64
 
 @lru_cache(maxsize=256)
 def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
-    """`Pad._posed` of the numbers of arrays, which are exactly those that were asked for."""
+    """`BondedPad._posed` (n, 6; m and rad) of the numbers of arrays, which are exactly those that were asked for."""
     forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
     free = STUCK if is_stuck else LEVEL if is_level else FREE
     return pad._posed(forces.reshape(-1, 6), places, turns, free)

@@ -48,34 +48,44 @@ class Ogden:
 
     @property
     def hardening(self) -> float:
-        """What the square of a shear adds to the force per shear: (alpha^2 - 4)/24, no unit."""
+        """What the square of a shear adds to the force per shear: (alpha^2 - 4)/24, no unit; the second term of Ogden's
+        (1972) law in simple shear (textbook).
+        """
         return (self.exponent * self.exponent - 4.0) / 24.0
 
     @property
     def film_hardening(self) -> float:
-        """What the square of a shear adds to a film's force per shear: no unit."""
+        """`hardening` of the film: what the square of a shear adds to its force per shear; no unit."""
         return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
 
     def pressure(self, strain: Number) -> Number:
-        """Factor on the pad's pressure."""
+        """Factor (no unit) on the pad's pressure at a strain; fitted to our own finite elements
+        (tests/validation/ogden_figures.csv).
+        """
         flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self.oblong**2)
         linear = 0.272 * (1.0 - 0.22 * self.rimmed)
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
-        """What is added to the pad's stiffness of shear, in parts of that at rest."""
+        """What is added to the pad's stiffness of shear at a strain, in parts of that at rest (no unit); fitted to our
+        own finite elements (tests/validation/ogden_figures.csv).
+        """
         flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self.oblong)
         given_way = 1.0 - (strain / 0.43) ** 6
         return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
 
     def tilt(self, strain: Number) -> Number:
-        """Factor on the pad's stiffness of tilt: that of the slope of the pressure rather than its own."""
+        """Factor (no unit) on the pad's stiffness of tilt at a strain: that of the slope of the pressure rather than
+        its own; fitted to our own finite elements (tests/validation/ogden_figures.csv).
+        """
         square = self.shape_factor**2
         flat = 29.3 * square * (1.0 - 0.43 * self.oblong - 0.15 * self.round)
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
-        # Softer at first, like a bar, then stiffer; below 2 stiffer, then softer, and never by all that there is.
+        """What an exponent adds to 1 at a strain, no unit. Softer at first, like a bar, by (alpha - 2) of `linear` (a
+        bar's is 1/4, textbook), then stiffer; below 2 stiffer, then softer, and never by all that there is.
+        """
         more = self.hardening * square * strain * strain
         if self.hardening < 0.0:
             more = more / (1.0 - more)
@@ -135,7 +145,7 @@ class Block:
 
     @property
     def ogden(self) -> Ogden | None:
-        """How pad and film differ from neo-Hookean ones; None where they do not."""
+        """How pad and film differ from neo-Hookean ones (no unit); None where they do not."""
         exponents = self.exponent, self.skin_exponent if self.skin else NEO_HOOKEAN
         if exponents == (NEO_HOOKEAN, NEO_HOOKEAN):
             return None
@@ -166,7 +176,7 @@ class Block:
 
     @property
     def shape_factor(self) -> float:
-        """Loaded over free area (no unit) of the rectangle (of an ellipse nearly the same)."""
+        """Loaded over free area (no unit) of the rectangle, a b / 2 (a + b) (of an ellipse nearly the same)."""
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
@@ -181,8 +191,9 @@ class Block:
 
 
 def pressure_stiffness(block: Block) -> float:
-    """Share of the modulus of compression that comes from the pressure between bonded plates: 12 / h^2 times the mean
-    of the torsion function, 3 J / A (J of a rectangle: Roark's formula, within 0.5 %; of an ellipse exact).
+    """Share of the modulus of compression, in shear moduli, that comes from the pressure between bonded plates: 12 /
+    h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970; J of a rectangle: Roark's formula,
+    within 0.5 %; of an ellipse exact, Timoshenko and Goodier, Theory of Elasticity).
     """
     long, wide = max(block.along, block.across), min(block.along, block.across)
     edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)
@@ -191,9 +202,10 @@ def pressure_stiffness(block: Block) -> float:
 
 
 def compression_modulus(block: Block) -> float:
-    """Modulus of compression at rest over the shear modulus.
+    """Modulus of compression at rest over the shear modulus, no unit.
 
-    Of rubber that shears alone it would be Gent & Meinecke's, from 3 (square) to 4 (endless); bonded edges add 0.3.
+    Of rubber that shears alone it would be Gent & Meinecke's (1970), from 3 (square) to 4 (endless); bonded edges add
+    0.3, fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b = block.along, block.across
     sheared = 4.0 - 2.0 * (a * b + 1.0) / (a * a + b * b + 2.0)
@@ -201,7 +213,9 @@ def compression_modulus(block: Block) -> float:
 
 
 def _bonded(block: Block) -> float:
-    # How far bonded ends make a pad differ from a bar: not at all where it is many times as high as wide.
+    """How far (0 to 1) bonded ends make a pad differ from a bar: not at all where it is many times as high as wide.
+    Fitted as `compression_modulus`.
+    """
     return -math.expm1(-block.shape_factor / 0.1)
 
 
@@ -214,7 +228,7 @@ def sigma(block: Block) -> float:
     """
 
     def part(value: float, bounds: tuple[float, float]) -> float:
-        """How far (0 to 1) a value has gone from one bound to the other."""
+        """How far (0 to 1, no unit) a value has gone from one bound to the other."""
         return min(max((value - bounds[0]) / (bounds[1] - bounds[0]), 0.0), 1.0)
 
     oblong = max(block.along, block.across) / min(block.along, block.across)
@@ -239,14 +253,18 @@ def rimmed(block: Block, most: float, power: float, reach: float) -> float:
 
 
 def _lindley(strain: Number) -> Number:
-    """(1 / lambda^2 - lambda) / 3, no unit, of the stretch lambda = 1 - strain, without cancellation (Lindley)."""
+    """(1 / lambda^2 - lambda) / 3, no unit, of the stretch lambda = 1 - strain, without cancellation (Lindley's law,
+    the bar's in neo-Hookean rubber; textbook).
+    """
     left = 1.0 - strain
     return strain * (3.0 - 3.0 * strain + strain * strain) / (3.0 * left * left)
 
 
 @record
 class CompressionLaw:
-    """Normal pressure by strain: modulus, course (1 + first e + second e^2), and that of the film beside it."""
+    """Normal pressure by strain, in shear moduli: modulus, course (1 + first e + second e^2) over Lindley's law, and
+    that of the film beside it.
+    """
 
     modulus: float
     first: float
@@ -270,6 +288,9 @@ class CompressionLaw:
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
+        """The pressure over Lindley's strain, in shear moduli, at strains within the bounds, with what a film adds
+        there.
+        """
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
             return pad + film
@@ -277,8 +298,8 @@ class CompressionLaw:
         return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
-        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; `within` so much of
-        it (no unit), as a rule to rounding.
+        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; `within` so much of it
+        (no unit), as a rule to rounding. By secants, kept between bounds that are halved (textbook).
         """
         low, high = 0.0, 1.0
         strain, slope, before = min(load / self.at_rest, 0.5), self.at_rest, (0.0, -load)
@@ -315,6 +336,9 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
 def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
     """The course of shear along the block's first axis by compression (n,), in shear moduli: force over area and shear
     strain where that is small, and the part over the cube of the shear strain.
+
+    At rest a short column's shear and bending in series (textbook); compression takes from it what a column's axial
+    force does. Constants are fitted to our own finite elements (tests/validation/pad_figures.csv, ogden_figures.csv).
     """
     a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
@@ -350,7 +374,8 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     area, thickness and angle, in shear moduli, by compression (n,).
 
     At rest 3 mu I (1.13 + pressure), the pressure being that of an endless strip along either axis, summed as
-    resistances: a^2 / 15 where it is short along the axis, b^2 / 3.6 where it is short across.
+    resistances: a^2 / 15 where it is short along the axis, b^2 / 3.6 where it is short across. The form is derived
+    here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
     moment = (4.0 - block.round) / 48.0 * a * a
@@ -372,10 +397,10 @@ def tilt(block: Block) -> Callable[[Array], Array]:
 
 
 def twist(block: Block) -> float:
-    """Moment over area, thickness and angle of a turn in the face's own plane.
+    """Moment over area, thickness and angle of a turn in the face's own plane, in shear moduli.
 
-    Bonded faces do not warp: the polar moment of area of a flat pad, Saint-Venant's torsion constant of a tall one;
-    between them by a plain weight. Not held against finite elements.
+    Bonded faces do not warp: the polar moment of area of a flat pad, Saint-Venant's torsion constant of a tall one
+    (textbook); between them by a plain weight. Not held against finite elements.
     """
     a, b = block.along, block.across
     polar = (4.0 - block.round) / 48.0 * (a * a + b * b)
@@ -387,7 +412,8 @@ def twist(block: Block) -> float:
 
 
 def frame_share(block: Block) -> float:
-    """Share of the plate's turn by which the frame is turned in which shear and tilt stand apart: a half by symmetry,
-    less where the pad reaches beyond the plate.
+    """Share (no unit) of the plate's turn by which the frame is turned in which shear and tilt stand apart: a half by
+    symmetry, less where the pad reaches beyond the plate, fitted to our own finite elements
+    (tests/validation/pad_figures.csv).
     """
     return 0.5 * math.exp(-block.rim / 0.36)

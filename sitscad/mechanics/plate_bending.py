@@ -33,11 +33,13 @@ def rigidity(young_modulus: float, thickness: float) -> float:
 
 
 def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
-    """How much more the middle of plates goes down than their outermost place, over what a rigid one does: (n,).
+    """How much more the middle of plates goes down than their outermost place, over what a rigid one does: (n,), no
+    unit.
 
     `size` and `pressed` are the sides (m) of the plates and of the part of their middle that is pressed evenly,
     ellipses where `is_round`; `stiffness` (n,) is the rigidity over the springs' stiffness per area (m4). By Ritz's
-    method: the least of the energy of bending, springs and load over even polynomials, the edges free.
+    method (Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 1959): the least of the energy of bending,
+    springs and load over even polynomials, the edges free.
     """
     half = 0.5 * np.array(size)
     places, weights = _places(is_round)
@@ -59,7 +61,9 @@ def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, flo
 
 
 def _places(is_round: bool) -> tuple[Array, Array]:
-    """Places (n, 2) and weights (n,) of an integral over the square from -1 to 1, or the circle within it."""
+    """Places (n, 2) and weights (n,), no unit, of an integral over the square from -1 to 1, or the circle within it:
+    Gauss points along sides and radius, even ones along the angle.
+    """
     nodes, weights = legendre.leggauss(NODES)
     if not is_round:
         x, y = np.meshgrid(nodes, nodes, indexing="ij")

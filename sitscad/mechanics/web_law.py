@@ -18,7 +18,9 @@ tenth, a neo-Hookean square owes its webs the same within 2 %, and what it owes 
 
 @record
 class Webs:
-    """Webs of one width at the sides -x, +x, -y and +y of a pad: what `grip` says of each, or 0."""
+    """Webs of one width (thicknesses) at the sides -x, +x, -y and +y of a pad: what `grip` says of each (no unit), or
+    0.
+    """
 
     width: float = 0.0
     left: float = 0.0
@@ -28,7 +30,7 @@ class Webs:
 
     @property
     def turned(self) -> Webs:
-        """The webs looked at along the other axis: those at -y and +y are the first."""
+        """The webs looked at along the other axis (width in thicknesses): those at -y and +y are the first."""
         return Webs(self.width, self.front, self.back, self.left, self.right)
 
 
@@ -49,15 +51,18 @@ class Stiffer:
 
 
 def grip(length: float) -> float:
-    """How much a web of a length (thicknesses) holds in comparison with a long one: the pad at its other end is bonded
-    to a target, too, and near it holds the web.
+    """How much (no unit) a web of a length (thicknesses) holds in comparison with a long one: the pad at its other end
+    is bonded to a target, too, and near it holds the web. Fitted to our own finite elements
+    (tests/validation/web_figures.csv).
     """
     return 1.0 + 1.1 * math.exp(-length / 0.6)
 
 
 def stiffened(along: float, across: float, rim: float, webs: Webs) -> Stiffer:
-    """What webs make of the stiffness of a loaded rectangle, beyond which its pad reaches by a rim on all sides;
-    lengths in thicknesses.
+    """What webs make of the stiffness (`Stiffer`, no unit) of a loaded rectangle, beyond which its pad reaches by a rim
+    on all sides; lengths in thicknesses. Its form is from here and its constants are fitted to our own finite elements
+    (tests/validation/web_figures.csv): `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt`
+    and `twist` for their levers.
     """
     if not webs.width:
         return Stiffer()

@@ -61,7 +61,9 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
     other, averaged over all shifts, because the tracks of crossing spirals are. Charges lie on cells of both faces of
     the strips (side walls follow from these); their fields are summed over the harmonics of the pitch with the Green's
     function of the layered stack, air above and below. `reach` (m) is the size of the coil, over which a net charge's
-    field dies out. Within 2 % of finer cells for strips and gaps of comparable size.
+    field dies out. Derived here from Poisson's equation for one harmonic k (1/m) at a time, in which a slab of
+    thickness d is a chain link of eps k coth(k d) and eps k / sinh(k d). Within 2 % of finer cells for strips and gaps
+    of comparable size.
     """
     number = np.arange(HARMONICS + 1, dtype=np.float64)
     harmonics: Array = 2.0 * math.pi * number / pitch
@@ -96,7 +98,10 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
 
 
 def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
-    """Charges (F) of layers at 1 V from the influence of every cell on every other."""
+    """Charges per length (F/m) of layers at 1 V, (layers, layers), by Galerkin's method with even charges on the cells.
+    `green` (waves, faces, faces) in m/F is the potential of a charge wave, `form` (waves, cells) a wave's mean over
+    each cell, `middle` (cells; m) the cells' places, `waves` in 1/m and `shift` (layers; m).
+    """
     count = shift.size
     place = (np.repeat(shift, 2)[:, None] + middle).ravel()
     cosine, sine = np.cos(np.outer(waves, place)), np.sin(np.outer(waves, place))
@@ -111,9 +116,10 @@ def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Arra
 def winding_voltages(
     radii: Array, heights: Sequence[float], inward: Sequence[bool], size: Array, turns: Array
 ) -> Array:
-    """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii). Every radius (m, from
-    the outside in) stands for `turns` (layers, radii) of a layer, none where it ends farther out; what they see of the
-    flux of all (Maxwell's rings, `size` (radii; m) their own geometric mean distance) is the voltage that they add.
+    """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii), in parts of the
+    whole. Every radius (m, from the outside in) stands for `turns` (layers, radii) of a layer, none where it ends
+    farther out. Derived here from Faraday's law: a turn adds the voltage that its share of the flux of all turns
+    induces (Maxwell's rings, `size` (radii; m) their own geometric mean distance).
     """
     layers, count = len(heights), radii.size
     r = np.tile(radii, layers)
@@ -132,8 +138,9 @@ def winding_voltages(
 
 
 def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float:
-    """Capacitance (F) between a winding's ends, twice its electric energy at one volt. `per_area` (layers, layers) in
-    F/m2, `voltages` (layers, places) from end to end, `areas` (m2) of the places.
+    """Capacitance (F) between a winding's ends, twice its electric energy at one volt: derived here from W = C V^2 / 2
+    (textbook). `per_area` (layers, layers) in F/m2, `voltages` (layers, places) from end to end, `areas` (m2) of the
+    places.
     """
     return float(np.einsum("ki,kl,li,i->", voltages, per_area, voltages, areas))
 
@@ -144,7 +151,8 @@ def turn_capacitance(
     """Capacitance (F) that neighbouring turns of a layer add between the winding's ends. Lengths (m) of the turns at
     the places, their voltages and the turns that each place stands for; the pair's capacitance is that of coplanar
     strips and of the side walls as plates. What a turn adds to the voltage is that between places on both sides, each
-    place for itself, so that one that stands for next to nothing adds nothing.
+    place for itself, so that one that stands for next to nothing adds nothing. Derived here from the pairs' electric
+    energy, as `winding_capacitance` is.
     """
     turns = float(shares.sum())
     if turns <= 1.0 or shares.size < 2:
@@ -158,12 +166,15 @@ def turn_capacitance(
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:
     """Relative permittivity (no unit) of layers one over the other: total thickness over the sum of thickness (m) over
-    permittivity, as capacitors in series have it.
+    permittivity, as capacitors in series have it (textbook).
     """
     return math.fsum(thicknesses) / math.fsum(t / e for t, e in zip(thicknesses, permittivities, strict=True))
 
 
 def _mean(a: float, b: float) -> float:
+    """Arithmetic-geometric mean of two numbers, no unit; K(k) is pi / 2 over that of 1 and k' (Abramowitz and Stegun
+    17.6).
+    """
     for _ in range(12):
         a, b = 0.5 * (a + b), math.sqrt(a * b)
     return a

@@ -12,8 +12,8 @@ EPSILON0 = 8.8541878128e-12
 
 
 def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0) -> float:
-    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma), frequency in Hz, conductivity in S/m,
-    permeability relative; endless in what does not conduct.
+    """Depth (m) at which a field has fallen to 1/e: 1 / sqrt(pi f mu sigma) (Jackson, Classical Electrodynamics,
+    section 5.18), frequency in Hz, conductivity in S/m, permeability relative; endless in what does not conduct.
     """
     if conductivity <= 0.0:
         return math.inf

@@ -23,13 +23,17 @@ AT_ONCE = 2000
 
 @lru_cache(maxsize=64)
 def _roots(count: int) -> tuple[Array, Array]:
-    """Roots of the Chebyshev polynomial of that order, rising, and the weights of the barycentric formula there."""
+    """Roots (count,) of the Chebyshev polynomial of an order, rising, and the weights (count,) of the barycentric
+    formula there, no unit: (-1)^j sin(angle of the root) (Berrut and Trefethen, SIAM Review 46, 2004).
+    """
     angle = math.pi * (np.arange(count) + 0.5) / count
     return -np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
 
 
 def chebyshev_points(low: float, high: float, count: int) -> Array:
-    """Chebyshev's points (first kind) between two ends, rising."""
+    """Chebyshev's points (count,) of the first kind between two ends, rising and in their unit (Abramowitz and Stegun
+    22.16).
+    """
     return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * _roots(count)[0])
 
 
@@ -44,9 +48,10 @@ def shares(points: Array, at: Array) -> Array:
 
 
 def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:
-    """Chebyshev's points along half sides (m) of a box, `order` along the `longest` (m): along shorter ones fewer are
-    as good, for what is left falls as the powers of how far what sees them is outside a side, `apart` times the longest
-    at least.
+    """Numbers of Chebyshev's points along half sides (m) of a box, `order` along the `longest` (m). Along shorter sides
+    fewer are as good: the error falls like rho^-n with ln rho = acosh(1 + d), d being the distance in half sides of
+    what sees them (Trefethen, Approximation Theory and Approximation Practice, 2013, chapter 8), `apart` times the
+    longest at least.
     """
     rate = math.acosh(1.0 + apart)
     ways = (apart * longest / max(side, 1e-9 * longest) for side in half)
@@ -54,8 +59,8 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
 
 
 def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
-    """The product of polynomials through a tensor's values (Chebyshev's points of every axis of the `grid`, values), at
-    (n, axes) places: (n, values).
+    """Polynomials in several variables at (n, axes) places, (n, values): the product of those along each axis through a
+    `tensor` of values, (points of each axis of the `grid` ..., values); in the unit of the values. By `shares`.
     """
     weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
     found = np.empty((len(places), tensor.shape[-1]))
@@ -69,8 +74,8 @@ def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:
-    """Exponents (terms, variables) of all products whose weighted degree is at most `degree`, and whose plain one is at
-    least `least`; low ones first.
+    """Exponents (terms, variables), no unit, of all products whose weighted degree is at most `degree`, and whose plain
+    one is at least `least`; low ones first.
     """
     each = [range(int(degree / weight + 1e-9) + 1) for weight in weights]
     found = [row for row in product(*each) if np.dot(row, weights) <= degree + 1e-9 and sum(row) >= least]
@@ -80,7 +85,7 @@ def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Expone
 
 
 def monomials(points: Array, powers: Exponents) -> Array:
-    """Values (n, terms) of products of powers at (n, variables) points."""
+    """Values (n, terms) of products of powers at (n, variables) points; no unit."""
     found = np.ones((len(points), len(powers)))
     for k in range(points.shape[1]):
         highest = int(powers[:, k].max(initial=0))
@@ -89,8 +94,8 @@ def monomials(points: Array, powers: Exponents) -> Array:
 
 
 def chebyshev(points: Array, orders: Exponents) -> Array:
-    """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points of -1 to 1; those beyond count
-    as at the end.
+    """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points of -1 to 1, no unit: T_n(cos t)
+    = cos(n t) (Abramowitz and Stegun 22.3.15). Points beyond count as at the end.
     """
     # T_n(x) = cos(n arccos x), which keeps its digits at orders where sums of powers cancel
     angles = np.arccos(np.clip(points, -1.0, 1.0))
@@ -102,8 +107,8 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
 
 
 def spread(count: int, variables: int, skip: int = 0) -> Array:
-    """Points (count, variables) that fill 0 to 1 evenly, always the same: Halton's sequence (1960), from `skip` on.
-    Raises ValueError for more variables than there are bases here.
+    """Points (count, variables; no unit) that fill 0 to 1 evenly and are always the same: Halton's sequence (Numerische
+    Mathematik 2, 1960), from `skip` on. Raises ValueError for more variables than there are bases here.
     """
     if variables > len(PRIMES):
         raise ValueError(f"at most {len(PRIMES)} variables")
@@ -112,7 +117,7 @@ def spread(count: int, variables: int, skip: int = 0) -> Array:
 
 
 def _inverse_digits(number: int, base: int) -> float:
-    """The digits of a number behind the point, turned round."""
+    """Van der Corput's radical inverse (no unit): the digits of a number behind the point, turned round."""
     found, share = 0.0, 1.0
     while number:
         share /= base

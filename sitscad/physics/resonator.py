@@ -18,7 +18,9 @@ def resonance_frequency(inductance: float, capacitance: float) -> float:
 
 
 def parallel_resistance(inductance: float, resistance: float, frequency: float) -> float:
-    """(omega L)^2 / R in ohm, the resistance that the converter's drive sees at resonance (SNOSCY9A 7.3)."""
+    """(omega L)^2 / R in ohm of a coil (H, ohm) at a frequency (Hz): the resistance that the converter's drive sees at
+    resonance (SNOSCY9A 7.3).
+    """
     return (2.0 * math.pi * frequency * inductance) ** 2 / resistance
 
 
@@ -28,8 +30,9 @@ def quality_factor(inductance: float, resistance: float, frequency: float) -> fl
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
-    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair. L / (1 -
-    omega^2 L C) for a coil without loss; infinite and then negative about its own resonance.
+    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair, from the
+    sum of both admittances (textbook). L / (1 - omega^2 L C) for a coil without loss; infinite and then negative about
+    its own resonance.
     """
     omega = 2.0 * math.pi * frequency
     admittance = 1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance
@@ -54,7 +57,7 @@ class Network:
 
     def admittance(self, omega: float, inductance: float, resistance: float) -> tuple[complex, complex]:
         """Admittance (S) at the pins of a coil of (H, ohm) at omega (rad/s), and the coil's voltage over the pins'; of
-        arrays, too.
+        arrays, too. By Kirchhoff's laws in the chain of coil, cable and converter (textbook).
         """
         branch = 1j * omega * self.capacitor / (1.0 + 1j * omega * self.capacitor * self.capacitor_resistance)
         far = 1j * omega * self.coil_side + 1.0 / (resistance + 1j * omega * inductance)
@@ -66,9 +69,9 @@ class Network:
 
 @record
 class Oscillation:
-    """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor. `coil_share` is the
-    amplitude at the coil's contacts over that at the pins. An overdamped tank runs nowhere: then `exists` is False and
-    all but the quality factor (root of L/C over R) is NaN.
+    """Where a tank runs: frequency (Hz), parallel resistance at the pins (ohm), quality factor (no unit). `coil_share`
+    is the amplitude at the coil's contacts over that at the pins. An overdamped tank runs nowhere: then `exists` is
+    False and all but the quality factor (root of L/C over R) is NaN.
     """
 
     frequency: float

@@ -29,7 +29,7 @@ def legendre(order: int, x: Array) -> Array:
 
 def legendre_integrals(order: int, x: Array) -> Array:
     """Integrals (no unit) of P_0 to P_order from 0 to every x, the order last: (P_(n+1) - P_(n-1)) / (2 n + 1) between
-    both.
+    both (Jackson, Classical Electrodynamics, equation 3.28).
     """
     grown = legendre(order + 1, x) - legendre(order + 1, np.zeros(1))
     n = np.arange(1, order + 1)
@@ -60,7 +60,9 @@ _PHASE_0 = (-0.78539816, -0.04166397, -0.00003954, 0.00262573, -0.00054125, -0.0
 
 
 def j0(x: ArrayLike) -> Array:
-    """J0(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 1e-7."""
+    """J0(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 1e-7 (Abramowitz and Stegun
+    9.4.1 and 9.4.3).
+    """
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
     found[near] = _polynomial(_SMALL_0, (x[near] / 3.0) ** 2)
@@ -68,7 +70,9 @@ def j0(x: ArrayLike) -> Array:
 
 
 def j1(x: ArrayLike) -> Array:
-    """J1(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 4e-8."""
+    """J1(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 4e-8 (Abramowitz and Stegun
+    9.4.4 and 9.4.6).
+    """
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS, _PHASE), x < 3.0
     low = x[near]
@@ -77,8 +81,9 @@ def j1(x: ArrayLike) -> Array:
 
 
 def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
-    # Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3; in place: tables are large. The
-    # cosine by the tangent of half the phase, which costs a tenth of it.
+    """Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3: Abramowitz and Stegun 9.4.3 and
+    9.4.6; in place, for tables are large. The cosine by the tangent of half the phase, which costs a tenth of it.
+    """
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
     found = np.asarray(_polynomial(phase, inverse))
@@ -95,6 +100,7 @@ def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Arra
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
+    """A polynomial at every x by Horner's rule, constant coefficient first; no unit."""
     result = x * coefficients[-1]
     result += coefficients[-2]
     for coefficient in coefficients[-3::-1]:
@@ -111,14 +117,18 @@ def bessel_orders(x: Array, highest: int) -> Array:
 
 
 def spherical_bessel_orders(x: Array, highest: int) -> Array:
-    """Spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)): sqrt(pi / 2x) J_(n + 1/2)(x)."""
+    """Spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)): sqrt(pi / 2x) J_(n + 1/2)(x)
+    (Abramowitz and Stegun 10.1.1).
+    """
     return _downward(x, highest, 0.5)
 
 
 def _downward(x: Array, highest: int, shift: float) -> Array:
-    """Bessel functions (no unit) of all orders by recurrence from far above, made right by the sum rule they obey."""
-    # f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) from far above, made right by J0^2 + 2 sum J_n^2 = 1 or by
-    # sum (2n + 1) j_n^2 = 1. All start positive, as the functions are for orders beyond x.
+    """Bessel functions (no unit) of all orders at every x (n,), (highest + 1, n), by Miller's recurrence from far
+    above. `shift` is 0 for J_n and 1/2 for the spherical j_n: f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) (Abramowitz and
+    Stegun 9.1.27, 10.1.19), made right by J0^2 + 2 sum J_n^2 = 1 (9.1.76) or by sum (2 n + 1) j_n^2 = 1 (10.1.50).
+    """
+    # All start positive, as the functions are for orders beyond x.
     x = np.maximum(x, 1e-6)
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
     found = np.zeros((highest + 1, x.size))

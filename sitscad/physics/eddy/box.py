@@ -43,8 +43,9 @@ THICKNESS = 2
 
 @record(eq=False)
 class BoxClass:
-    """Currents of one parity along x, y and z. `numbers` say which function of the class one of a face is, (functions
-    along a, along b) by the axis across the face; `projections` by axis (see `GradedLine.projections`).
+    """Currents (A) of one parity along x, y and z. `numbers` say which function of the class one of a face is,
+    (functions along a, along b) by the axis across the face; `inductance` is in H; `projections` by axis (see
+    `GradedLine.projections`).
     """
 
     parity: Parity
@@ -84,7 +85,7 @@ class BoxClass:
         return np.concatenate(pieces)
 
     def _face(self, potential: Array, across: int) -> Array:
-        # Both faces across an axis: (2, points along a, along b, 3, fields).
+        """Both faces' potentials across an axis: (2, points along a, along b, 3, fields; Wb/m)."""
         counts = [self.projections[axis][0].shape[1] for axis in range(3)]
         sizes = [2 * counts[a] * counts[b] for a, b in ACROSS]
         a, b = ACROSS[across]
@@ -99,7 +100,9 @@ class BoxClass:
         return MU0 * of_vacuum([(mass.real, slope.real) for mass, slope in grams], members)
 
     def depths(self, skin: Skin) -> ComplexArray:
-        """Impedances over j omega (H): see `CurrentClass`."""
+        """Impedances over j omega (n, n; H): see `CurrentClass`. Depth times the squared gradient of the stream
+        function over all faces, more near the edges by `Skin`'s law.
+        """
         found = np.zeros(self.inductance.shape, dtype=complex)
         plain = [_grams(line, parity) for line, parity in zip(self.lines, self.parity, strict=True)]
         edges = [_grams(line, parity, skin.decay) for line, parity in zip(self.lines, self.parity, strict=True)]
@@ -137,7 +140,7 @@ class Box:
 
     @cached_property
     def mirrored(self) -> tuple[Index, Index]:
-        """Numbers of the points mirrored across x = 0 and y = 0: see `Surface`."""
+        """Numbers (points,; no unit) of the points mirrored across x = 0 and y = 0: see `Surface`."""
         pieces: tuple[list[Index], list[Index]] = [], []
         start = 0
         for across, (a, b) in enumerate(ACROSS):
@@ -174,7 +177,10 @@ def _of_parity(
     lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum,
     integrals: Sequence[Mapping[int, LineIntegrals]],
 ) -> tuple[Parity, Array, tuple[Index, ...]]:
-    """One class of parity: its inductance matrix (H per unit functions) and numbers."""
+    """One class of parity: its inductance matrix (n, n; H per unit functions) and numbers. Derived here: Neumann's
+    integral of n x grad psi with 1/R as `GaussianSum`, which is a product of one-dimensional integrals for every
+    Gaussian.
+    """
     own = [integrals[axis][parity[axis]] for axis in range(3)]
     numbers = _numbers([lines[axis].values[parity[axis]].shape[1] for axis in range(3)])
     count = 1 + max(int(face.max()) for face in numbers)
@@ -221,7 +227,9 @@ def box(
 
 
 def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
-    # Functions that are not 0 on the surface: those with the last one along at least one axis.
+    """Numbers, by the axis across a face, of the functions that are not 0 on the surface: those with the last one along
+    at least one axis; -1 of others. No unit.
+    """
     kept = _on_surface(sizes)
     number = np.full(sizes, -1)
     number[kept] = np.arange(np.count_nonzero(kept))
@@ -229,24 +237,27 @@ def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
 
 
 def _on_surface(sizes: Sequence[int]) -> Flags:
+    """Which products of functions are not 0 on the surface: flags of the `sizes`."""
     kept = np.zeros(sizes, dtype=bool)
     kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
     return kept
 
 
 def _with_axis(numbers: Index, first: int, across: int) -> Index:
-    # A face's numbers with that axis first.
+    """A face's numbers with that axis first."""
     return numbers if ACROSS[across][0] == first else numbers.T
 
 
 def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
-    # of a pose's few fields einsum would take longer to find its way than to go it
+    """A field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...): of a
+    pose's few fields einsum would take longer to find its way than to go it.
+    """
     half = along_a @ field.reshape(field.shape[0], -1)
     return along_b @ half.reshape(len(along_a), *field.shape[1:])
 
 
 def _summed(weights: Array, one: Array, other: Array) -> Array:
-    # Sum over Gaussians of Kronecker products.
+    """Sum over Gaussians of Kronecker products (n m, n m), in the weights' unit times both tables'."""
     n, m = one.shape[1], other.shape[1]
     flat = (weights[:, None] * one.reshape(len(one), -1)).T @ other.reshape(len(other), -1)
     return flat.reshape(n, n, m, m).transpose(0, 2, 1, 3).reshape(n * m, n * m)

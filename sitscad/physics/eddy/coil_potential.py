@@ -108,7 +108,9 @@ class CoilPotential:
     dipoles: tuple[_Dipole, ...]
 
     def __call__(self, points: Array) -> ComplexArray:
-        """A_x + i A_y (Wb/m) at points (n, 3) in metres; A_z is 0. Far away the coil is a dipole."""
+        """A_x + i A_y (n; Wb/m) at points (n, 3) in metres; A_z is 0. Far away the coil is a dipole
+        (`_dipole_potential`).
+        """
         height = np.maximum(points[:, 2] - self.top, self.nearest)
         octave = np.floor(np.log2(height / self.nearest) + 1e-12).astype(np.intp)
         widest = max(octave.spacing for octave in self.octaves)
@@ -130,8 +132,9 @@ def coil_potential(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
     returned: Returned | None = None, direct: bool = True,
 ) -> CoilPotential:
-    """The potential of tracks in series, layers one above the other, currents along their corners. It holds from
-    `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A mirror at z = `floor` (m)
+    """The potential (Wb/m) of tracks in series, layers one above the other, currents along their corners. It holds from
+    `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A wave of sheet current makes
+    mu0 / 2 k of it, which falls with height like exp(-k z) (Laplace's equation, textbook). A mirror at z = `floor` (m)
     returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does, where that is None.
     Without `direct` it is what the mirror returns alone: the part out of phase of a lossy one's.
     """
@@ -162,7 +165,9 @@ def coil_potential(
 def _octave(
     rising: ComplexArray, side: float, lowest: float, top: float, dipoles: tuple[_Dipole, ...], number: int
 ) -> _Octave:
-    """A coil's potential on grids over one octave of heights, without the dipoles that repeat beyond the grid."""
+    """A coil's potential (Wb/m) on grids over one octave of heights, without the dipoles that repeat beyond the grid;
+    the spline's own values at the nodes, (2 + cos) / 3 of a wave, are divided out.
+    """
     whole = rising.shape[0]
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
     kept = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
@@ -174,14 +179,17 @@ def _octave(
 
 
 def _wave_numbers(count: int, spacing: float) -> Array:
+    """Wave numbers (count, count; 1/m) of a grid of a spacing (m), as a Fourier transform has them."""
     k = 2.0 * math.pi * np.fft.fftfreq(count, spacing)
     return np.asarray(np.hypot(k[:, None], k))
 
 
 @lru_cache(maxsize=2)
 def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
-    # Spectrum of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's `corners` (n, 2; m).
-    # Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
+    """Spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's
+    `corners` (n, 2; m). What the splines smear is divided out: their transform is sinc^4 (Hockney and Eastwood 1988).
+    Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
+    """
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(STRANDS)
     sheet = np.zeros(count * count, dtype=complex)
@@ -213,7 +221,9 @@ def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
 
 
 def _spline(x: Array) -> tuple[Index, Array]:
-    # The four nodes about every place (in spacings) and the cubic spline's weights there.
+    """The four nodes (n, 4) about every place (n; spacings) and the weights (n, 4; no unit) of the cubic B-spline there
+    (de Boor, A Practical Guide to Splines, 1978).
+    """
     first = np.floor(x).astype(np.intp)
     t = x - first
     u = 1.0 - t
@@ -223,7 +233,9 @@ def _spline(x: Array) -> tuple[Index, Array]:
 
 
 def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
-    """The potential at points (n, 2; m) and heights (n; m), by cubic splines on the grids and in their unit."""
+    """The potential (n; Wb/m) at points (n, 2; m) and heights (n; m), by cubic splines on the grids and Lagrange's
+    polynomial over the logarithm of the height (Abramowitz and Stegun 25.2.13).
+    """
     count = len(octave.waves)
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
@@ -247,7 +259,7 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
 
 
 def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
-    """The coil as dipoles (areas in m2, ends in m), and its image below the floor."""
+    """The coil as dipoles (areas in m2 by Gauss's shoelace formula, ends in m), and its image below the floor."""
     areas, ends = [], []
     for track in tracks:
         x, y = track.corners.T
@@ -260,6 +272,9 @@ def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, dir
 
 
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
+    """A_x + i A_y (n; Wb/m) of a loop's moment, mu0 / (4 pi) m x r / r^3 (Jackson, Classical Electrodynamics, equation
+    5.55), and of its open ends as one short piece of current, at points (n, 3; m).
+    """
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
     around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))
     return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
@@ -267,5 +282,5 @@ def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
 
 @lru_cache(maxsize=OCTAVES)
 def _to_grid(count: int) -> Array:
-    # What takes a smooth field at Gauss points of a side to its grid's nodes.
+    """What takes a smooth field at Gauss points of a side to its grid's nodes: (count, SMOOTH), no unit."""
     return interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)

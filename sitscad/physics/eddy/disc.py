@@ -25,9 +25,10 @@ downwards (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
 
 
 def toroidal(excess: Array, order: int) -> Array:
-    """Q_(n - 1/2)(1 + excess) for n = 0 to `order`, first axis, no unit; `excess` (> 0) of any shape. The integral of
-    cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, 1 + excess being (r1^2 + r2^2 +
-    z^2) / (2 r1 r2).
+    """Q_(n - 1/2)(1 + excess), a Legendre function of the second kind, for n = 0 to `order`, first axis, no unit;
+    `excess` (> 0) of any shape. The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of
+    radii r1 and r2, 1 + excess being (r1^2 + r2^2 + z^2) / (2 r1 r2) (Cohl and Tohline, Astrophysical Journal 527,
+    1999); recursion after Gil and Segura (2000).
     """
     x = excess.ravel()
     first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))
@@ -52,7 +53,9 @@ def toroidal(excess: Array, order: int) -> Array:
 
 
 def _elliptic(complement: Array) -> tuple[Array, Array]:
-    """K and E by the arithmetic-geometric mean, from the complementary modulus."""
+    """K and E, no unit, by the arithmetic-geometric mean of 1 and the complementary modulus (Abramowitz and Stegun
+    17.6).
+    """
     a, b = np.ones_like(complement), complement
     total, weight = 0.5 * (1.0 - complement**2), 1.0
     for _ in range(8):
@@ -124,7 +127,9 @@ class DiscClass:
 
     @cached_property
     def _linkage(self) -> Array:
-        """What a potential at the points (points, 3, n; m) drives: along the radius, round the axis, up the wall."""
+        """What a potential at the points drives (points, 3, n; m): along the radius, round the axis, up the wall.
+        Derived here from the current n x grad psi of a stream function psi.
+        """
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
         radius, weight = shape.places[on_face, 0], shape.weights[on_face]
@@ -241,7 +246,9 @@ class Disc:
         return radii, values if order < 2 else values * (radii[:, None] / self.face.half) ** (1 + order % 2)
 
     def radial_grams(self, order: int) -> tuple[Array, Array]:
-        """Integrals over radius times its step of products of functions (m2) and of gradients (no unit), (n, n)."""
+        """Integrals over radius times its step of products of functions (n, n; m2) and of gradients (n, n; no unit), of
+        an order m: (d/d rho)^2 + m^2 / rho^2 (textbook).
+        """
         radii, nodes = self._radial(order)
         at, share = gauss(4)
         steps = np.diff(radii)
@@ -269,7 +276,9 @@ class Disc:
         return values, np.repeat(slopes, POINTS, axis=0)
 
     def _inductance(self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array) -> Array:
-        """Currents along x +- i y have the orders m +- 1."""
+        """Inductance (n, n; H) of one order and parity: Neumann's integral with `_kernel`. Currents along x +- i y have
+        the orders m +- 1 (derived here).
+        """
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
         more, less = slopes * radius - out, slopes * radius + out
@@ -292,6 +301,7 @@ def disc(
 
 
 def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
+    """Points (circles times azimuths, 3; m) on circles of radii and heights (n; m)."""
     found = np.empty((radius.size, cosine.size, 3))
     found[..., 0], found[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
     found[..., 2] = height[:, None]
@@ -299,9 +309,9 @@ def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
 
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
-    """Integrals (no unit) of cos(n phi) / distance for every pair of points, (orders + 1, points, points), with
-    weights. `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand without
-    the logarithm of the distance, and that in closed form or by graded points.
+    """Integrals (orders + 1, points, points; m) of cos(n phi) / distance for every pair of points, with both weights:
+    `toroidal`. `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand
+    without the logarithm of the distance, and that in closed form or by graded points (derived here).
     """
     image = np.array([1.0, side])
     places, weights = shape.places, shape.weights
@@ -324,8 +334,9 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
 
 
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
-    # Weights (n, POINTS) of a function's values at a piece's Gauss points in its integral with ln(distance from a
-    # point), the piece's length being 1.
+    """Weights (n, POINTS; no unit) of a function's values at a piece's Gauss points in its integral with ln(distance
+    from a point), the piece's length being 1: by points graded like x^4 about the nearest place.
+    """
     along = ends - starts
     nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)
     at, share = gauss(16)

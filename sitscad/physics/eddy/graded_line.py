@@ -37,7 +37,9 @@ class GaussianSum:
 
 
 def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
-    """The sum that holds from `nearest` to `farthest` (m)."""
+    """The sum that holds from `nearest` to `farthest` (m): the trapezoidal rule of `GaussianSum`, its tail the integral
+    over larger s.
+    """
     count = math.ceil(math.log(40.0 * farthest / nearest) / STEP)
     scales = 0.05 / farthest * np.exp(STEP * np.arange(count + 1))
     weights = 2.0 / math.sqrt(math.pi) * STEP * scales
@@ -45,8 +47,8 @@ def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
 
 
 def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Array]:
-    """First to fourth integral of exp(-s^2 u^2) from 0 or of odd and even parity, each (scales, *u.shape). n I_n+1 = u
-    I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
+    """First to fourth integral (m to as many) of exp(-s^2 u^2) over u (m; any shape) from 0, of odd and even parity,
+    each (scales, *u.shape); scales s in 1/m. n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
     """
     s = scales.reshape(-1, *(1,) * u.ndim)
     narrow = 0.5 / (s * s)
@@ -78,8 +80,8 @@ EQUAL = 1e-12
 
 @record(eq=False)
 class LineIntegrals:
-    """Integrals for every Gaussian: of two functions, of two slopes (scales, n, n), and of a slope against the upper
-    end.
+    """Integrals for every Gaussian: `mass` (m2) of two functions, `slope` (no unit) of two slopes (scales, n, n), and
+    `end` (scales, n; no unit) of a slope against the upper end.
     """
 
     mass: Array
@@ -109,7 +111,9 @@ class GradedLine:
         return np.diff(np.concatenate([nothing, slopes, nothing]), axis=0)
 
     def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
-        """Integrals with exp(-s^2 (x - x')^2) for every s (1/m): by parts, those of jumps with repeated integrals."""
+        """Integrals with exp(-s^2 (x - x')^2) for every s (1/m), by parity: by parts (derived here), the jumps of the
+        slopes with repeated integrals.
+        """
         # each distance of nodes once, for they come in equal steps and with both signs; (scales, nodes, nodes)
         apart = self.nodes[:, None] - self.nodes
         steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
@@ -128,8 +132,8 @@ class GradedLine:
         return found
 
     def grams(self, parity: int, decay: complex | None = None) -> tuple[ComplexArray, ComplexArray]:
-        """Integrals of products of functions (m) and of slopes (1/m); with a `decay` (1/m) weighted by the exponential
-        of it times the distance from the nearer end.
+        """Integrals of products of functions (n, n; m) and of slopes (n, n; 1/m); with a `decay` (1/m) weighted by the
+        exponential of it times the distance from the nearer end. By Gauss points, exact without a decay.
         """
         at, share = gauss(3)
         place = self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)
@@ -160,7 +164,8 @@ class GradedLine:
 
 def interpolation(count: int, places: Array) -> Array:
     """What takes values at `count` Gauss points to their polynomial at `places` (n) between -1 and 1: (n, count), no
-    unit.
+    unit. By its Legendre coefficients, (k + 1/2) times the integral with P_k (Jackson, Classical Electrodynamics,
+    equation 3.24).
     """
     nodes, weights = gauss(count)
     order = np.arange(count)
@@ -170,7 +175,9 @@ def interpolation(count: int, places: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
-    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each."""
+    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each.
+    B-splines by Cox and de Boor's recursion (de Boor, A Practical Guide to Splines, 1978), the end knots repeated.
+    """
     # knots from -half to half (m), the first step from each end given, none wider than `widest`
     steps: list[float] = []
     while sum(steps) < half:

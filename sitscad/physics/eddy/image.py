@@ -47,7 +47,7 @@ class Folding:
 
 def folding(surface: Surface) -> Folding | None:
     """The folding (shares, no unit) of a surface; None of one without such planes, or whose currents are parted
-    otherwise.
+    otherwise. Derived here: see `Folding`.
     """
     mirrored = surface.mirrored
     if mirrored is None:
@@ -60,9 +60,9 @@ def folding(surface: Surface) -> Folding | None:
 
 
 def signs(parity: tuple[int, int]) -> Array:
-    """Signs of currents whose stream function has a parity along x and y: each component at a point's mirrored ones, in
-    parts of that at the point, (4, 3). Currents are at right angles to how the stream function climbs: along x they are
-    like it across x = 0 and unlike it across y = 0.
+    """Signs (4, 3; no unit) of currents whose stream function has a parity along x and y: each component at a point's
+    mirrored ones, in parts of that at the point. Derived here: currents are at right angles to how the stream function
+    climbs, along x they are like it across x = 0 and unlike it across y = 0.
     """
     x, y = parity
     across_x, across_y = np.array([x, -x, -x], dtype=float), np.array([-y, y, -y], dtype=float)
@@ -121,7 +121,10 @@ class ImageModes:
     parities: tuple[tuple[tuple[int, int], int], ...] = ()
 
     def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
-        """Inductances (k, k) with their images: turned by (3, 3) about the near face's middle at `place` (3; m)."""
+        """Inductances (k, k; H) of the combinations with their images, turned by (3, 3) about the near face's middle at
+        `place` (3; m): the method of images (Jackson, Classical Electrodynamics, problem 5.17, for a permeable
+        half-space; a perfect conductor's have the other sign).
+        """
         fold = self.folding
         if fold is None or turn[2, 2] != 1.0:
             points = self.points @ turn.T + place
@@ -181,6 +184,7 @@ def _modes(
 ) -> tuple[list[Array], Array]:
     """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k); of a
     quarter's points and with their share where that is folded. `inverse` distances (1/m) are by the axis of a current.
+    They are the eigenvectors of the coupling (`_coupling`) over a current's own energy.
     """
     factors = [_factor(one.inductance) for one in classes]
     seen = np.concatenate([_by_energy(one, factor, fold) for one, factor in zip(coarse, factors, strict=True)])
@@ -195,10 +199,10 @@ def _modes(
 
 
 def _factor(inductance: Array) -> Array:
-    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit). The faces of a foil
-    all but cancel: currents that run against each other on both have an energy below what the integrals over the
-    surface are good for, which may come out negative. They are given what those are good for: with more energy than
-    they have they couple with the image even less.
+    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit's root): Cholesky's. The
+    faces of a foil all but cancel: currents that run against each other on both have an energy below what the integrals
+    over the surface are good for, which may come out negative. They are given what those are good for: with more energy
+    than they have they couple with the image even less.
     """
     try:
         return np.asarray(np.linalg.cholesky(inductance), dtype=float)
@@ -235,11 +239,12 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
 
 
 def _is_kept(size: Array) -> Flags:
+    """Which combinations, by squared values (n; H2/m2), are more than too little."""
     return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # of squared values (H2 m-2)
 
 
 def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
-    # Currents at the points (n, points, 3) of functions that store one unit of energy each and share none.
+    """Currents at the points (n, points, 3; A m) of functions that store one unit of energy each and share none."""
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
     spread = one.spread(unit)
     if fold is not None:
@@ -248,7 +253,9 @@ def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
 
 
 def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
-    # Of currents (3, points, k) with inverse distances (1/m) by axis; a symmetry may keep none.
+    """Inductances (k, k; H) of currents (3, points, k; A m) with their images at inverse distances (1/m) by axis:
+    Neumann's formula; a symmetry may keep none.
+    """
     found = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
     return np.asarray(MU0 / (4.0 * math.pi) * found)
 

@@ -55,8 +55,10 @@ class Skin:
 
 
 def skin(frequency: float, conductivity: float, thickness: float, permeability: float = 1.0) -> Skin:
-    """The skin of a plate (thickness in m, conductivity in S/m, relative permeability) at a frequency (Hz), by
-    the equation of diffusion across a slab whose faces carry the same current or opposite ones.
+    """The skin of a plate (thickness in m, conductivity in S/m, relative permeability) at a frequency (Hz), by the
+    equation of diffusion across a slab whose faces carry the same current or opposite ones (Landau and Lifshitz,
+    Electrodynamics of Continuous Media, section 59, has the half-space): coth and tanh of half the thickness in skin
+    depths.
     """
     decay = cmath.sqrt(2j * math.pi * frequency * MU0 * permeability * conductivity)
     half = 0.5 * thickness * decay
@@ -120,8 +122,8 @@ class Surface(Protocol):
 
 
 def made_definite(inductance: Array) -> Array:
-    """The matrix (H) of a class with an even stream function throughout: a constant one is no current and stores
-    nothing, so it is given some, which nothing drives.
+    """The matrix (n, n; H) of a class with an even stream function throughout: a constant one is no current and stores
+    nothing, so it is given some, which nothing drives. Derived here.
     """
     count = len(inductance)
     return np.asarray(inductance + np.trace(inductance) / count**2)
@@ -157,7 +159,9 @@ def of_vacuum(lines: Sequence[Grams], members: Sequence[Index]) -> Array:
 
 
 def _energies(lines: Sequence[Grams], rows: Sequence[Index], columns: Sequence[Index]) -> Array:
-    """Energies (m) of products of functions: over the axes, the stiffness along one times the others' masses."""
+    """Energies (rows, columns; m) of products of functions: over the axes, the stiffness along one times the others'
+    masses, as the squared gradient of a product falls apart.
+    """
     found = np.zeros((rows[0].size, columns[0].size))
     for turn in range(len(lines)):
         part = np.ones_like(found)

@@ -63,23 +63,28 @@ class SolvedTarget:
         return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
 
     def _system(self, one: CurrentClass) -> ComplexArray:
+        """A class's system (n, n; H): its inductance, and its impedance over j omega (`CurrentClass.depths`,
+        `through_magnet`).
+        """
         material = one.depths(self.skin)
         if self.skin.permeability != 1.0:
             material = through_magnet(material, one.vacuum, self.skin)
         return np.asarray(one.inductance + material, dtype=complex)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
-        """Change of the coils' inductance matrix (H, complex; times j omega the impedance): (poses, coils, coils). The
+        """Change of the coils' inductance matrix (poses, coils, coils; H, complex; times j omega the impedance). The
         target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3) in
-        metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2).
+        metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2; m).
         """
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(
         self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], once: bool
     ) -> ComplexArray:
-        # The change (H) from what the coils drive (Wb) of every class, and what the image couples in every pose; `once`
-        # without the systems' inverses.
+        """The change (poses, coils, coils; H) from what the coils drive (Wb) of every class, and what the image couples
+        in every pose: Woodbury's formula (Golub and Van Loan, Matrix Computations, section 2.1); `once` without the
+        systems' inverses.
+        """
         total, driven, among = self._answered_once(linked, shape) if once else self._answered(linked, shape)
         if driven is None or among is None:
             return total
@@ -90,8 +95,10 @@ class SolvedTarget:
         return total
 
     def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        # The change (H) without the image, (poses, coils, coils); what the coils drive (1) of the image's combinations,
-        # (combinations, poses, coils), and those of each other (1/H): by the systems' inverses.
+        """The change (poses, coils, coils; H) without the image; what the coils drive (combinations, poses, coils; no
+        unit) of the image's combinations, and those of each other (1/H): by the systems' inverses. A target's change is
+        -drive' system^-1 drive (reciprocity, derived here).
+        """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         for drive, answer in zip(linked, self.answers, strict=True):
             ways = drive.reshape(-1, *shape).transpose(1, 2, 0)
@@ -104,7 +111,7 @@ class SolvedTarget:
         return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
 
     def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """The answer by systems that are solved for these poses alone."""
+        """`_answered` (H, no unit, 1/H) by systems that are solved for these poses alone."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses, among = self._driven_once(linked)
         for drive, response in zip(linked, responses, strict=True):
@@ -190,7 +197,9 @@ def solve(
 
 
 def turned(angles: Array) -> Array:
-    """Rotations (n, 3, 3) about x, y and z by angles (n, 3) in rad: Rx Ry Rz, as applied to a point of the target."""
+    """Rotations (n, 3, 3; no unit) about x, y and z by angles (n, 3) in rad: Rx Ry Rz (textbook), as applied to a point
+    of the target.
+    """
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
     one, none = np.ones_like(cx), np.zeros_like(cx)
     about_x = _stacked((one, none, none), (none, cx, -sx), (none, sx, cx))
@@ -211,4 +220,5 @@ def _complex(parts: Array, axis: int) -> ComplexArray:
 
 
 def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
+    """Matrices (n, 3, 3) of rows of elements (n,) each."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

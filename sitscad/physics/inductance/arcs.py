@@ -43,19 +43,24 @@ CLEAR = 5.0
 
 
 def _crowded(count: int) -> Rule:
-    # Gauss points of [0, 1] crowded towards both ends, where a piece that continues this one has a logarithm.
+    """Points of [0, 1] and their weights (count; no unit): Gauss points under t^2 (3 - 2 t), which crowds them towards
+    both ends, where a piece that continues this one has a logarithm.
+    """
     nodes, weights = gauss(count)
     t = 0.5 * (1.0 + nodes)
     return t * t * (3.0 - 2.0 * t), 3.0 * weights * t * (1.0 - t)
 
 
 def _plain(count: int) -> Rule:
+    """Gauss points of [0, 1] and their weights (count; no unit)."""
     nodes, weights = gauss(count)
     return 0.5 * (1.0 + nodes), 0.5 * weights
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    # At a rule's p shares of m arcs, for k strands: points (m, k, p, 2), unit tangents (m, 1, p, 2), lengths (m, k, p).
+    """At a rule's p shares of m arcs, for k strands: points (m, k, p, 2; m), unit tangents (m, 1, p, 2), lengths (m, k,
+    p; m).
+    """
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
     azimuth = arcs[:, 3, None] + (arcs[:, 4] * arcs[:, 5])[:, None] * t
@@ -70,7 +75,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def half_lengths(arcs: Array) -> Array:
-    """Half the length (m) of arcs (n, 6)."""
+    """Half the length (n; m) of arcs (n, 6): radius times half the angle."""
     return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
 
 
@@ -81,25 +86,28 @@ def middles(arcs: Array) -> Array:
 
 
 def _far_rule(arcs: Array) -> Rule:
+    """The rule for arcs that see far pieces: as many points as POINTS gives the largest angle."""
     turn = math.degrees(float(arcs[:, 5].max()))
     return _plain(next(number for most, number in POINTS if turn <= most))
 
 
 def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) in the plane that pairs of arcs have at least; below nothing where they may touch."""
+    """Distances (n; m) in the plane that pairs of arcs have at least: of their middles less both half lengths; below
+    nothing where they may touch.
+    """
     a, b = one.arcs, other.arcs
     away = middles(a)[pairs.first] - middles(b)[pairs.second]
     return np.asarray(np.hypot(*away.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
 
 
 def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) of pairs of the one's arcs and the other's sides."""
+    """Distances (n; m) that pairs of the one's arcs and the other's sides have at least, as `arc_distances`."""
     arcs = one.arcs
     return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
 
 
 def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    # Distances (n; m) of arcs' middles from sides.
+    """Distances (n; m) of arcs' middles from sides."""
     start, end = other.starts[pairs.second], other.ends[pairs.second]
     t = directions(end - start)
     away = middles(one.arcs)[pairs.first] - start
@@ -124,7 +132,10 @@ def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> 
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of arcs and sides: Neumann's inner integral over the side is closed."""
+    """Sum of t1.t2 / distance (m) over pairs of arcs and sides. Neumann's inner integral over the side is closed:
+    asinh(a / rho) + asinh(b / rho), a and b being the ways to its ends along it and rho the distance from its line
+    (Grover 1946, chapter 6).
+    """
     where, tangent, length = _arc_points(arcs[pairs.first], strands.offsets[0], rule)
     start, end = strands.ends(other, pairs.second, 1)
     t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
@@ -145,7 +156,9 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bund
 
 
 def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """Integral of t1.t2 / distance (m) over pairs of arcs."""
+    """Integral of t1.t2 / distance (m; Neumann's) over pairs of arcs, by the method and points that each pair's
+    distance asks for.
+    """
     if not pairs.first.size:
         return 0.0
     far = _far_rule(np.concatenate([one.arcs, other.arcs]))
@@ -160,7 +173,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
 
 
 def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
-    """Whether each pair is far, and to which one of METHODS the others go."""
+    """Whether each pair is far, and to which one of METHODS the others go: flags (n,) each, no unit."""
     a, b = one.arcs[pairs.first], other.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
@@ -184,7 +197,7 @@ def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
 
 
 def _distances(a: Array, b: Array) -> Array:
-    """Least distances (m) of pairs of arcs (n, 6), as their samples have it."""
+    """Least distances (n; m) of pairs of arcs (n, 6), as their SAMPLES points have it."""
     one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     found = np.empty(len(a))
     for k in range(0, len(a), 500):
@@ -194,7 +207,9 @@ def _distances(a: Array, b: Array) -> Array:
 
 
 def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
-    """Sum over pairs of arcs about centres well apart (m), points crowded at the ends where they may meet."""
+    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs about centres well apart: a product of two
+    rules, its points crowded at the ends where the arcs may meet.
+    """
     rule, middle = rule or _crowded(10), np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
     x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
@@ -219,7 +234,10 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
 
 
 def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
-    """Sum over pairs of arcs about one centre (m): only the difference of azimuths matters."""
+    """Sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre: derived here. Only the difference
+    v of azimuths matters, so Neumann's double integral is that of 2 (a - v) r1 r2 cos v / distance over v from 0 to a,
+    its points graded by v = scale sinh(t) about the peak at 0.
+    """
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
     angle = a[:, 5, None, None]
@@ -240,7 +258,9 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float
 
 
 def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
-    """Sum over the other pairs of arcs (m): points of the one in the graded inner integral over the other."""
+    """Sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs: points of the one in the inner
+    integral over the other, whose points are graded about the azimuth that is nearest (`_TurnedTangents`).
+    """
     where, tangent, length = _arc_points(a, strands.offsets[0], rule or _crowded(20))
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
@@ -276,8 +296,9 @@ class _TurnedTangents:
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """Integral from the nearest azimuth to an edge, of tangents' product over distance; points graded by `scale`
-        (rad).
+        """Integral (1/m) from the nearest azimuth to an edge (rad), of tangents' product over distance; points graded
+        by v = `scale` sinh(t) (rad). Derived here: with h the tangent of half the angle from the foot, the squared
+        distance is gap + four h^2 / (1 + h^2) (m2), and cosine and sine are rational in h.
         """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)

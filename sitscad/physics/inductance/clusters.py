@@ -67,7 +67,9 @@ class Cluster:
 
     @cached_property
     def seen(self) -> Points:
-        """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (m), or its own points."""
+        """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (n, plans, 2; m), each point's
+        element shared out by the weights of Chebyshev's interpolation (Fong and Darve 2009); or its own points.
+        """
         counts = node_counts(self.half.tolist(), max(*self.half.tolist(), 1e-300), ORDER, APART)
         if math.prod(counts) >= len(self.places):
             return self.places, self.elements
@@ -81,9 +83,9 @@ class Cluster:
 
 
 def neumann_sum(first: Plans, second: Plans) -> float:
-    """Sum of dp.dq / distance (m) over all pairs of points of two windings on all their layers. Right to 1e-6 where
-    they lie side by side. The copper of two layers counts at the two heights that keep the mean and the variance of the
-    distance through both thicknesses.
+    """Sum of dp.dq / distance (m; Neumann's integral) over all pairs of points of two windings on all their layers, by
+    interpolation between far clusters (Fong and Darve 2009). Right to 1e-6 where they lie side by side. The copper of
+    two layers counts at the two heights that keep the mean and the variance of the distance through both thicknesses.
     """
     heights = _Heights(first, second)
     one, other = (_whole(plans) for plans in (first, second))
@@ -91,7 +93,7 @@ def neumann_sum(first: Plans, second: Plans) -> float:
 
 
 class _Heights:
-    """The squared heights between all layers of two windings, as few nodes of a polynomial as the distance allows."""
+    """The squared heights (m2) between all layers of two windings, as few polynomial nodes as the distance allows."""
 
     def __init__(self, first: Plans, second: Plans) -> None:
         found: dict[tuple[int, int, float], float] = {}
@@ -118,7 +120,9 @@ class _Heights:
         return self.squares, self.times
 
     def sum(self, one: Points, other: Points, apart: float) -> float:
-        """The sum over all pairs of some points (n, 2) with elements (n, plans, 2), at least `apart` (m)."""
+        """The sum (m) of dp.dq / distance over all pairs of points (n, 2; m) with elements (n, plans, 2; m), at least
+        `apart` (m) from each other.
+        """
         middle = 0.5 * (one[0].mean(axis=0) + other[0].mean(axis=0))
         p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
         elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
@@ -146,8 +150,7 @@ def _cluster(places: Array, elements: Array) -> Cluster:
 
 
 def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
-    """Points that stand for pairs of clusters, and how far (m) these are apart at least."""
-    # Distance (m) of two clusters' boxes.
+    """Points that stand for pairs of clusters, and how far (m) these are apart at least: their boxes' distance."""
     away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
     size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*away.tolist())
     if gap >= APART * max(size, other_size, 1e-300):

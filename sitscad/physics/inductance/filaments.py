@@ -42,7 +42,9 @@ class PolylineTrack:
         return PolylineTrack(self.corners + np.array([dx, dy]), self.width, self.thickness, self.z)
 
     def strand(self, offset: float) -> Array:
-        """Corners (n, 2) of the parallel line `offset` metres to the left, mitred at corners, square at the ends."""
+        """Corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at the ends:
+        the sum of both normals over 1 + their product (derived here).
+        """
         sides = np.diff(self.corners, axis=0)
         tangents = sides / np.hypot(sides[:, 0], sides[:, 1])[:, None]
         normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
@@ -73,7 +75,7 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
 
 
 def _twice(u: Array, rho: Array) -> Array:
-    # Second integral of 1 / sqrt(u^2 + rho^2); the sum of four of them needs no constant.
+    """Second integral (m) of 1 / sqrt(u^2 + rho^2) over u; the sum of four of them needs no constant."""
     return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
 
 
@@ -97,9 +99,9 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
 
 
 def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
-    """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical.
-    `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each group's partial inductance. One
-    filament a track, the geometric mean distance kept.
+    """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical
+    (Ruehli, IBM J. Res. Dev. 16, 1972). `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each
+    group's partial inductance. One filament a track, the geometric mean distance kept.
     """
     starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
     sizes = np.cumsum([0, *(len(s.starts) for s in sets)])
@@ -130,14 +132,16 @@ Segments = tuple[Array, Array]
 
 
 def _directions(p: Segments) -> tuple[Array, Array]:
+    """Unit vectors (n, 2) along segments, and their lengths (n; m)."""
     sides = p[1] - p[0]
     lengths = np.hypot(sides[:, 0], sides[:, 1])
     return sides / lengths[:, None], lengths
 
 
 def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
-    # Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined. `clearance` (m2) of
-    # each pair (n, m) is the square of the height between them and what keeps the mean distance.
+    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined, in closed form.
+    `clearance` (n, m; m2) of each pair is the square of the height between them and what keeps the mean distance.
+    """
     t, lengths = _directions(p)
     other, _ = _directions(q)
     parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
@@ -157,7 +161,7 @@ def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
 def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
-    """Mutual inductance over cosine (H) of pairs of inclined sides: Campbell's closed form in `inclined_integral`."""
+    """Mutual inductance over cosine (n; H) of pairs of inclined sides: Campbell's form in `inclined_integral`."""
     own = (p[1][i] - p[0][i]) / lengths[:, None]
     sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
     away = q[0][j] - p[0][i]
@@ -205,17 +209,17 @@ def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, squ
 
 
 def via_inductance(length: float, diameter: float) -> float:
-    """Partial self-inductance (H) of a plated hole's barrel: a tube with its current on the surface (Grover 1946).
-    mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)), lengths in metres.
+    """Partial self-inductance (H) of a plated hole's barrel, lengths in metres: a tube with its current on the surface,
+    whose mean distance is its radius (Grover 1946). mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)).
     """
     ratio = 0.5 * diameter / length
     return MU0 / (2.0 * math.pi) * length * (math.asinh(1.0 / ratio) + ratio - math.sqrt(1.0 + ratio * ratio))
 
 
 def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clearance: float) -> float:
-    """Mutual inductance (H) of a sampled curve with all straight segments of a set. The curve is (points (n, 3),
-    elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the closed potential of every segment.
-    `clearance` (m) keeps pieces that touch apart, as their mean distance does.
+    """Mutual inductance (H) of a sampled curve with all straight segments of a set: Neumann's integral. The curve is
+    (points (n, 3), elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the closed potential
+    of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
     """
     points, elements = curve
     rows = max(1, AT_ONCE // max(1, len(segments.starts)))
@@ -225,7 +229,9 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
 
 
 def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
-    # Sum of elements (n, 2) times the potential of every segment at points (n, 3), in mu0 / (4 pi).
+    """Sum (m) of elements (n, 2; m) times the potential of every segment at points (n, 3; m), in mu0 / (4 pi): the
+    integral of 1 / distance along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6).
+    """
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])
     axis = (sides / lengths[:, None]).T

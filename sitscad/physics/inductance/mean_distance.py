@@ -25,12 +25,13 @@ SERIES_FROM = 4.0
 def log_mean_distance(
     across: Array | float, height: float, widths: tuple[float, float], thicknesses: tuple[float, float]
 ) -> Array:
-    """Mean of ln(distance / 1 m) between two rectangles with parallel sides.
+    """Mean of ln(distance / 1 m) between two rectangles with parallel sides (Maxwell 1873, art. 691).
 
     `across` (m, any shape) is the offset of their centres along the width, `height` (m) the one along the thickness,
     `widths` and `thicknesses` (m) are each rectangle's. Returns an array of the shape of `across`; overlapping
-    rectangles are allowed (offset 0, 0 gives the self distance). Relative error of the GMD below 1e-6, where rectangles
-    touch or coincide below 1.1e-5 (squares; 4e-6 from a third as thick as wide).
+    rectangles are allowed (offset 0, 0 gives the self distance). Far apart it is the mean of the Taylor series of
+    ln|zeta + xi|, derived here: the even moments of the difference xi of two places. Relative error of the GMD below
+    1e-6, where rectangles touch or coincide below 1.1e-5 (squares; 4e-6 from a third as thick as wide).
     """
     unit = max(*widths, *thicknesses)
     d = np.abs(np.asarray(across, dtype=float)) / unit
@@ -95,13 +96,17 @@ def strand_clearance(
 def clearance_table(
     height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int = 1
 ) -> tuple[Array, Array]:
-    """Distances (m), and by how much squared distances of strands are longer there (m2; `strand_clearance`), kept."""
+    """Distances (101; m), and by how much squared distances of strands are longer there (101; m2), kept: see
+    `strand_clearance`.
+    """
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
     return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
 
 
 def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
-    """The height (m) between two mid-planes, or the two that have its variance over both thicknesses."""
+    """The height (m) between two mid-planes, or the two that have its mean and its variance over both thicknesses: t^2
+    / 12 of each (textbook).
+    """
     if levels == 1:
         return (height,)
     spread = math.sqrt((thicknesses[0] ** 2 + thicknesses[1] ** 2) / 12.0)
@@ -110,6 +115,9 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
 
 @lru_cache(maxsize=256)
 def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float, ...]:
+    """Real moments <xi^2> to <xi^10> (no unit: lengths in the largest side) of the difference xi = x + i z of two
+    places in rectangles of widths w and thicknesses t: the binomial theorem.
+    """
     x = _difference_moments(*w)
     z = _difference_moments(*t)
     return tuple(sum(math.comb(2 * n, 2 * k) * (-1) ** k * x[n - k] * z[k] for k in range(n + 1)) for n in range(1, 6))
@@ -117,7 +125,9 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 @lru_cache(maxsize=64)
 def _difference_moments(a: float, b: float) -> tuple[float, ...]:
-    """Even moments (m to the power of each) of the difference of two uniform variables of widths a and b (m)."""
+    """Even moments of order 0 to 10 (no unit, as its widths) of the difference of two uniform variables of widths a and
+    b: (a / 2)^(2 n) / (2 n + 1) of each (textbook), by the binomial theorem.
+    """
 
     def uniform(width: float, n: int) -> float:
         return (width / 2) ** (2 * n) / (2 * n + 1)
@@ -128,7 +138,9 @@ def _difference_moments(a: float, b: float) -> tuple[float, ...]:
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """Mean logarithm of distance (m) of two rectangles: closed across, Gauss points over the heights."""
+    """Mean logarithm of the distance of two rectangles, (n,), lengths in the largest side: derived here. The mean
+    across is the second difference of `_twice_integrated`, the one over the heights a sum over Gauss points.
+    """
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])
     x = d[..., None]
@@ -143,15 +155,16 @@ def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) 
 
 
 def _twice_integrated(x: Array, z: Array) -> Array:
-    # Second integral over x of ln sqrt(x^2 + z^2); z > 0.
+    """Second integral over x of ln sqrt(x^2 + z^2) for z > 0, all in one unit of length; by parts."""
     square = x * x + z * z
     return 0.25 * (x * x - z * z) * np.log(square) - 0.75 * x * x + x * z * np.arctan(x / z)
 
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    # Nodes (m) and weights (no unit) over the difference of two uniform heights: its density is a trapezium with
-    # corners at outer and inner.
+    """Nodes (m) and weights (no unit) over the difference of two uniform heights, derived here: its density is a
+    trapezium with corners at outer and inner, and Gauss points lie between these.
+    """
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:
         return np.array([max(h, 1e-12)]), np.array([1.0])
@@ -174,7 +187,11 @@ RIGHT = math.log(3e-8)
 
 
 def nodes_enough(squares: Array, apart: Array) -> Index:
-    """How many nodes stand for sorted squared heights (m2) of points `apart` (n; m): all of them, where no fewer do."""
+    """How many nodes (n; no unit) stand for sorted squared heights (m2) of points `apart` (n; m): all of them, where no
+    fewer do. 1 / sqrt(apart^2 + h^2) has its pole in h^2 at -apart^2, so the polynomial's error falls like rho^-count
+    with ln rho = acosh(1 + distance of the pole in half the range) (Trefethen, Approximation Theory and Approximation
+    Practice, 2013, chapter 8).
+    """
     low, high = float(squares[0]), float(squares[-1])
     if high <= low:
         return np.ones(apart.shape, dtype=np.intp)
@@ -184,7 +201,9 @@ def nodes_enough(squares: Array, apart: Array) -> Index:
 
 
 def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
-    """So many squared heights (count; m2), and what each of `squares` (m2) weighs at them (heights, count)."""
+    """So many squared heights (count; m2) at Chebyshev's points, and what each of `squares` (m2) weighs at them in the
+    polynomial (heights, count; no unit).
+    """
     if count >= squares.size:
         return squares, np.eye(squares.size)
     low, high = float(squares[0]), float(squares[-1])

@@ -25,7 +25,9 @@ MOST = 60
 
 
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
-    """Radii (m), for every layer, at which its centre line meets the half-plane of an azimuth (rad)."""
+    """Radii (m), an array for every layer, at which its centre line r = radius - pitch theta / (2 pi) meets the
+    half-plane of an azimuth (rad).
+    """
     found = []
     for layer in layers:
         first = (layer.sense * (azimuth - layer.angle)) % (2.0 * math.pi)
@@ -50,7 +52,8 @@ def azimuths(layers: Sequence[SpiralLayer], points: int) -> list[tuple[float, fl
 
 
 def ring_winding_inductance(layers: Sequence[SpiralLayer], points: int | None = None) -> float:
-    """Inductance (H) of the layers in series as coaxial rings, averaged over azimuths; self terms by the GMD.
+    """Inductance (H) of the layers in series as coaxial rings (Maxwell 1873, art. 701), averaged over azimuths; self
+    terms by the GMD.
 
     Rings of every pair keep the geometric mean distance of their rectangles. Half of 198 random coils of five turns and
     more are within 0.014 %, nine in ten within 0.08 %, all within 0.23 %; a ring ignores that a fractional turn is
@@ -80,7 +83,9 @@ class MeanRings:
 
 
 def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
-    """The mean rings of spiral layers (m) from the outside in, the last broken turn of each as its fraction."""
+    """The mean rings of spiral layers (m) from the outside in, the last broken turn of each as its fraction; derived
+    here: the spiral's radius in the middle of each turn.
+    """
     parts = [np.minimum(1.0, layer.turns - np.arange(math.ceil(layer.turns))) for layer in layers]
     radii = [layer.radius - layer.pitch * (np.arange(part.size) + 0.5 * part)
              for layer, part in zip(layers, parts, strict=True)]
@@ -90,9 +95,10 @@ def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
 
 def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
     """Inductance (H) of the layers in series as one ring a turn, every pair once: a hundredth of the cost of azimuths.
-    The squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense, which stay beside
-    each other at one of two places; of crossing ones, which pass each other by two pitches in a turn. Widths and
-    thicknesses enter by their second moments, of a track with itself by 0.2235 (w + t) (Grover 1946).
+
+    Derived here: the squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense,
+    which stay beside each other at one of two places; of crossing ones, which pass each other by two pitches in a turn.
+    Widths and thicknesses enter by their second moments, of a track with itself by 0.2235 (w + t) (Grover 1946).
     """
     rings, first = mean_rings(layers), layers[0]
     z, sense, angle, circulation, thickness = np.array(
@@ -116,7 +122,9 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
 
 def _passing(gap: Array, height: Array, reach: float) -> Array:
-    """Mean of ln(distance) of tracks (m) that pass each other, from `reach` (m) on one side of their mean on."""
+    """Mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m), from `reach` (m) on one side of
+    their mean `gap` (m) to as much on the other: the integral of ln sqrt(x^2 + z^2) over x in closed form.
+    """
 
     def integral(x: Array) -> Array:
         return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)
@@ -125,13 +133,17 @@ def _passing(gap: Array, height: Array, reach: float) -> Array:
 
 
 def _enough(layers: Sequence[SpiralLayer]) -> int:
-    # In a full turn crossing layers pass each other by two pitches; what they are to each other changes within about
-    # their distance and a share of their width.
+    """Azimuths between two ends that are enough (no unit). In a full turn crossing layers pass each other by two
+    pitches; what they are to each other changes within about their distance and a share of their width.
+    """
     reach = [abs(a.z - b.z) + 0.25 * a.width for a in layers for b in layers if a.sense != b.sense]
     return min(MOST, max(3, math.ceil(PASSING * layers[0].pitch / min(reach)))) if reach else 3
 
 
 def _block(first: SpiralLayer, second: SpiralLayer, one: Array, other: Array) -> float:
+    """Sum of the mutual inductances (H) of rings of radii `one` and `other` (m) of two layers, their mean distances
+    kept.
+    """
     height = first.z - second.z
     gap = one[:, None] - other[None, :]
     clearance = strand_clearance(gap, height, (first.width, second.width), (first.thickness, second.thickness), 1)

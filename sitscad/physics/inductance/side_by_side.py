@@ -105,7 +105,10 @@ class Pieces:
         return replace(self, rows=self.rows + np.array(step))
 
     def points(self, index: Index, s: Array, left: float) -> tuple[Array, Array]:
-        """Points and derivatives (k, m, 2) at fractions s (k, m) of pieces (k), `left` metres off the centre line."""
+        """Points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces (k), `left` metres off
+        the centre line. A parallel curve is shorter on the inner side, by the curvature (r^2 + 2 f^2) / (r^2 +
+        f^2)^(3/2) of a spiral that falls by f per radian (textbook).
+        """
         rows = self.rows[index][:, None, :]
         if not self.is_curved:
             start, end = rows[..., :2] + left * rows[..., 4:6], rows[..., 2:4] + left * rows[..., 6:]
@@ -132,6 +135,7 @@ class Pieces:
         return np.concatenate([from_one(part).min(axis=1) for part in parts])
 
     def _from_sides(self, p: Array) -> Array:
+        """Distances (points, pieces; m) of points (points, 1, 2; m) from straight pieces."""
         start, step = self.rows[:, :2], self.rows[:, 2:4] - self.rows[:, :2]
         s = np.clip(np.sum((p - start) * step, axis=-1) / np.sum(step * step, axis=-1), 0.0, 1.0)
         away = p - start - s[..., None] * step
@@ -181,12 +185,14 @@ def _plans(layers: Sequence[Array]) -> list[int]:
 
 
 def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
+    """The pieces of each plan's first layer (m), plan after plan."""
     first = [plans.index(plan) for plan in range(max(plans) + 1)]
     owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
     return Pieces(np.concatenate([rows[k] for k in first]), owner, width)
 
 
 def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Layers:
+    """Plan, mid-plane (m) and thickness (m) of every layer."""
     return tuple((plan, layer.z, layer.thickness) for plan, layer in zip(plans, layers, strict=True))
 
 
@@ -229,7 +235,7 @@ def tracks_side_by_side(
 
 
 def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
-    """Mutual inductance (H) of two windings that do not overlap, by Neumann's sum over parts."""
+    """Mutual inductance (H) of two windings that do not overlap: mu0 / (4 pi) times Neumann's sum over parts."""
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]
     other_parts = [_parts(pieces, outline) for pieces in second]
@@ -299,18 +305,21 @@ def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
 
 
 def _counts(ratio: Array, angle: Array) -> Index:
-    # Gauss points of parts by their length over their distance from the other winding, and by their angle.
+    """Gauss points (n; no unit) of parts by their length over their distance from the other winding, and by their
+    angle.
+    """
     found = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
     return np.minimum(found, POINTS)
 
 
 def _strands(pieces: Pieces, away: Array) -> Index:
-    # As many strands as a part's width asks for.
+    """As many strands (n; no unit) as a part's width over its distance `away` (n; m) asks for."""
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
     return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
+    """All parts as points, their elements and owners, with the layers of their winding."""
     found = [
         _points(one, count, strands)
         for one in parts

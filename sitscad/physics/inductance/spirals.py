@@ -41,7 +41,7 @@ class SpiralLayer:
 
     @property
     def span(self) -> float:
-        """The angle that the layer runs through (rad)."""
+        """The angle (rad) that the layer runs through: 2 pi for each turn."""
         return 2.0 * math.pi * self.turns
 
     @property
@@ -79,7 +79,9 @@ def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution
 
 
 def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
-    """Inductance matrix (H) of the layers, each pair that is alike by symmetry computed once."""
+    """Inductance matrix (layers, layers; H) by `spiral_mutual_inductance`, each pair that is alike by symmetry computed
+    once.
+    """
     count = len(layers)
     matrix = np.empty((count, count))
     known: dict[tuple[object, ...], float] = {}
@@ -101,7 +103,9 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
-    # Gauss points on [low, high] crowded about 0 with x = scale * sinh(t); arrays (panels, count).
+    """Points on [low, high] and their weights, (panels, count) in the unit of `low`: Gauss points in t, crowded about 0
+    with x = scale sinh(t).
+    """
     nodes, weights = gauss(count)
     a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
     t = 0.5 * (a + b) + 0.5 * (b - a) * nodes
@@ -121,7 +125,10 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind alike, over their angles."""
+    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind alike, over their angles:
+    derived here. With v the difference of both azimuths and b the fall of the radius per radian, dl1.dl2 = ((b^2 + r1
+    r2) cos v + b (r2 - r1) sin v) dv dtheta.
+    """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)
@@ -163,10 +170,11 @@ def _over_strands(
     one: Sequence[Strand], other: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
-    # The sum over all pairs of strands (`_beside`) of `weight` over their distance. The other's centre line lies `step`
-    # farther out at an azimuth that is `v` (rad) further, and winds like the one's (`sense` 1) or against it (-1);
-    # `extra` is what heights and sections add to the square of the distance. Near each other radii are nearly equal:
-    # their difference is taken from the step.
+    """The sum (in units of length) over all pairs of strands (`_beside`) of `weight` over their distance, by the law of
+    cosines. The other's centre line lies `step` farther out at an azimuth that is `v` (rad) further, and winds like the
+    one's (`sense` 1) or against it (-1); `extra` is what heights and sections add to the square of the distance. Near
+    each other radii are nearly equal: their difference is taken from the step.
+    """
     half, sine = (2.0 * np.sin(0.5 * v) ** 2)[..., None], np.sin(v)[..., None]
     total = 0.0
     for share, p, a, x1, stretch in one:
@@ -180,8 +188,10 @@ def _over_strands(
 
 
 def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
-    # The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
-    # along radius and azimuth, how far out it lies, and how much longer it is than the centre line.
+    """The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    along radius and azimuth, how far out it lies, and how much longer it is than the centre line (no unit): 1 + x times
+    the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential geometry of r(theta), textbook). Lengths in one unit.
+    """
     speed = np.sqrt(radius**2 + b * b)
     curvature = (radius**2 + 2.0 * b * b) / speed**3
     found = []
@@ -193,21 +203,26 @@ def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
 
 
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
-    # Mean and half the difference of the squared heights at which strands are taken: two of them for two layers, whose
-    # mean distance alone does not say all where they are thick and near each other.
+    """Mean and half the difference of the squared heights at which strands are taken, in the unit of `height` squared:
+    two of them for two layers, whose mean distance alone does not say all where they are thick and near each other.
+    """
     low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
 
 
 def _inverse_distance(squared: Array, levels_apart: float) -> Array:
-    # The mean of 1/distance at both heights.
+    """The mean of 1/distance at both heights, of `_levels`."""
     if not levels_apart:
         return 1.0 / np.sqrt(squared)
     return 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """The integral (in units of length) over two spirals that wind against each other, and so cross."""
+    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind against each other, and so
+    cross: derived here. Variables are the sum of both angles and the difference of radii, `gap`, in which the
+    integrand's peak is at 0; the product of the elements follows from that in `_along_each_other` with one angle's sign
+    turned.
+    """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
     span = max(spans)
@@ -283,12 +298,12 @@ class SpiralOutline:
 
     @property
     def mean_diameter(self) -> float:
-        """d_avg = (d_out + d_in) / 2 (m)."""
+        """d_avg = (d_out + d_in) / 2 (m), as the paper defines it."""
         return 0.5 * (self.outer_diameter + self.inner_diameter)
 
     @property
     def fill(self) -> float:
-        """Rho = (d_out - d_in) / (d_out + d_in), no unit."""
+        """Rho = (d_out - d_in) / (d_out + d_in), as the paper defines it; no unit."""
         return (self.outer_diameter - self.inner_diameter) / (self.outer_diameter + self.inner_diameter)
 
     @property
@@ -298,7 +313,9 @@ class SpiralOutline:
 
 
 def current_sheet(sides: int, outline: SpiralOutline) -> float:
-    """Equation (4): mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2) (H); KeyError for other sides."""
+    """Equation (4) of Mohan et al. 1999: mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2) (H); KeyError for other
+    sides.
+    """
     c1, c2, c3, c4 = COEFFICIENTS[sides].sheet
     rho = outline.fill
     bracket = math.log(c2 / rho) + c3 * rho + c4 * rho * rho
@@ -306,7 +323,9 @@ def current_sheet(sides: int, outline: SpiralOutline) -> float:
 
 
 def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
-    """Equation (1): K1 mu0 n^2 d_avg / (1 + K2 rho) (H); None where the paper gives no constants."""
+    """Equation (1) of Mohan et al. 1999: K1 mu0 n^2 d_avg / (1 + K2 rho) (H); None where the paper gives no
+    constants.
+    """
     constants = COEFFICIENTS[sides].wheeler
     if constants is None:
         return None
@@ -314,7 +333,9 @@ def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
 
 
 def monomial(sides: int, outline: SpiralOutline) -> float | None:
-    """Equation (5): beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5 (um, nH), in henries; None without constants."""
+    """Equation (5) of Mohan et al. 1999: beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5 (um, nH), in henries; None without
+    constants.
+    """
     constants = COEFFICIENTS[sides].monomial
     if constants is None:
         return None

@@ -112,11 +112,15 @@ def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z:
 
 
 def _tangent(side: Side | BentPiece) -> Array:
+    """Unit vector (2,) along a side."""
     step = np.subtract(side[1], side[0])
     return np.asarray(step / np.hypot(*step))
 
 
 def _mitre(one: Array, other: Array) -> Array:
+    """How far (2,; m per metre of offset to the left) the joint of sides along two unit vectors moves: the sum of both
+    normals over 1 + their product (derived here).
+    """
     left, right = np.array([-one[1], one[0]]), np.array([-other[1], other[0]])
     return np.asarray((left + right) / (1.0 + left @ right))
 
@@ -142,7 +146,7 @@ class Bundle:
         return [slice(k, k + rows) for k in range(0, count, rows)]
 
     def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
-        """Starts and ends (n, k, 2) of the strands of some sides of the first (0) or the second (1) track."""
+        """Starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
         offset = self.offsets[which][:, None]
         starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
@@ -159,7 +163,9 @@ class Bundle:
 
 
 def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
-    """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m)."""
+    """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m), with the
+    clearances of `mean_distance.strand_clearance`.
+    """
     heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
     widths, thicknesses = (one.width, other.width), (one.thickness, other.thickness)
     clearances = clearance_table(abs(one.z - other.z), widths, thicknesses, count, levels)
@@ -167,12 +173,16 @@ def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
 
 
 def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
-    """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does."""
+    """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does. Of one
+    filament a track the width's second moments, w^2 / 12 each, are taken off: the mean logarithm's first term
+    (`mean_distance`).
+    """
     less = width**2 / 6.0 if count == 1 else 0.0
     return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)), (np.zeros(1), np.full(1, -less)))
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
+    """Offsets (m) of all pairs of `count` strands a track, at the Gauss points of both widths (m), and their shares."""
     nodes, weights = gauss(count)
     a, b = np.divmod(np.arange(count * count), count)
     return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
@@ -250,7 +260,9 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    """Rows that a turn leaves alone, those of the mirror images, and directions (rad)."""
+    """Of sides seen from their own direction: rows (n, 5) that a turn about the centre leaves alone, those of the
+    mirror images, and directions (n; rad).
+    """
     step = track.ends - track.starts
     along = step / np.hypot(step[:, 0], step[:, 1])[:, None]
     left = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -265,7 +277,9 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
-    """Rows that a turn leaves alone, those of the mirror images, and directions (rad), of arcs."""
+    """Of arcs seen from the direction at their middle: rows (n, 5) that a turn about the centre leaves alone, those of
+    the mirror images, and directions (n; rad).
+    """
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle
     cosine, sine = np.cos(middle), np.sin(middle)
@@ -276,6 +290,7 @@ def _arcs(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
+    """Kinds of pieces: rows (n, 5) that agree to DIGITS places are one; `found` and `headings` as `kinds` has them."""
     rows, mirrored = (np.concatenate([part[k] for part in found]) for k in (0, 1))
     both = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
     number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
@@ -314,8 +329,9 @@ def _plans(kinds: Kinds) -> list[int]:
 
 
 def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
-    # Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and how
-    # often it occurs.
+    """Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and
+    how often it occurs; some rows at a time.
+    """
     rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
     size = max(1, AT_ONCE // max(1, columns.size))
     for k in range(0, rows.size, size):

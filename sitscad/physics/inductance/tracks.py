@@ -82,14 +82,16 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
 
 
 def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
-    # Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike.
+    """Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike. Two
+    where both count, one elsewhere; no unit.
+    """
     if count > 2 and not smooth:
         return 1 if one.z == other.z else 2
     return common_levels(one, other, count)
 
 
 def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of sides, those near each other by more strands."""
+    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides, those near each other by more strands."""
     near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
     usual = _sum(
         one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
@@ -101,7 +103,9 @@ def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smoo
 
 
 def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """The sum (m) with one bundle of strands: parallel sides and inclined ones."""
+    """The sum (m) of Neumann's integrals with one bundle of strands: of parallel sides and of inclined ones; sides at
+    right angles have none.
+    """
     t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
     parallel = np.abs(sine) < 1e-9
@@ -111,8 +115,10 @@ def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
 
 
 def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
-    # Corners above each other: each strand more lessens what is missed where the tracks are wide against their
-    # distance, so twice the finer sum less the coarser one goes to the limit.
+    """Numbers of strands at which near pairs are summed, and how much each sum counts; no unit. Corners above each
+    other: each strand more lessens what is missed where the tracks are wide against their distance, so twice the finer
+    sum less the coarser one goes to the limit (Richardson's extrapolation, its order found here by comparison).
+    """
     wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
     enough = [strands for least, strands in WIDE if wide >= least]
     if smooth or strands[1] < 3 or one.z == other.z or not enough:
@@ -121,8 +127,9 @@ def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bo
 
 
 def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one."""
-    # Of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
+    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one. Derived
+    here: of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
+    """
     i, j = pairs.first, pairs.second
     p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
     return np.asarray(np.sqrt(np.minimum(_points_to_sides(*p, *q), _points_to_sides(*q, *p))))
@@ -144,7 +151,9 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
 
 
 def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
-    """Sum over pairs of parallel sides (m); `along` (n, 2) are the first sides' directions."""
+    """Sum of t1.t2 / distance (m) over pairs of parallel sides, in the closed form of `parallel_filaments`; `along` (n,
+    2) are the first sides' directions.
+    """
     away = other.starts[pairs.second] - one.starts[pairs.first]
     lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
     clearance = strands.clearance(lateral)[:, None, None]
@@ -162,7 +171,9 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
 
 
 def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
-    # Sum over pairs of inclined sides (m); over crossing tracks the mean of 1/distance needs no heights (to 4th order).
+    """Sum of t1.t2 / distance (m) over pairs of inclined sides, in the closed form of `inclined_integral`; `directions`
+    (n, 2 each). Over crossing tracks the mean of 1/distance needs no heights (to 4th order).
+    """
     extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
     total = 0.0
     for part in strands.blocks(extra.size):
@@ -182,7 +193,9 @@ def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Ar
 
 
 def ends_and_corners(one: Track, strands: int) -> float:
-    """What two or three strands miss of a track's own integral (m) at its open ends, three also at its corners."""
+    """What two or three strands miss of a track's own integral (m) at its open ends, three also at its corners: by
+    ENDS_AND_CORNERS, in proportion to the width.
+    """
     row = ENDS_AND_CORNERS
     at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 6)]
     corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
@@ -211,23 +224,28 @@ FEW_CORNERS = (3.0, 3)
 
 
 def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:
-    """Inductance (H) of layers of equal width in series about a common centre, uniform current. `strands` across the
-    width: for distant pairs of pieces, and for straight ones that nearly touch. Two or more: as many as tracks with
-    arcs need, which have one number for all their pieces.
+    """Inductance (H) of layers of equal width in series about a common centre, uniform current: Neumann's integral over
+    strands that keep the mean distance (Grover 1946). `strands` across the width: for distant pairs of pieces, and for
+    straight ones that nearly touch. Two or more: as many as tracks with arcs need, which have one number for all their
+    pieces.
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
     return _neumann(tracks, layers, strands)
 
 
 def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
-    """Mutual inductance (H) of two tracks of equal width (the self one for the same object), as above."""
+    """Mutual inductance (H) of two tracks of equal width (the self one for the same object): see
+    `winding_inductance`.
+    """
     if first is second:
         return winding_inductance([first], strands)
     return _neumann([first, second], [(0, 1, 1.0)], strands)
 
 
 def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
-    """The whole stack's inductance (H) by Neumann's formula, with what ends and corners add."""
+    """The whole stack's inductance (H): mu0 / (4 pi) times Neumann's integral in units of the tracks' size, with what
+    ends and corners add.
+    """
     size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
     scaled = [track.scaled(1.0 / size) for track in tracks]
     # The relations of layers that are alike, each once, with the heights (m) between them.
@@ -284,7 +302,7 @@ class _Stack:
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
-    """Of t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides."""
+    """The parts of Neumann's integral, t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides."""
     sides, arcs, turns = kinds(stack.tracks)
     smooth = stack.is_smooth
     if len(stack.whole.starts):
@@ -306,6 +324,9 @@ def _sums(stack: _Stack) -> Iterator[float]:
 
 
 def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
+    """The parts of the integral (m) over pairs that arcs belong to, `apart` (n; m): near ones by `summed`, distant ones
+    with all layers together.
+    """
     for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
         yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
     for some, _, squares in _distant(stack, pairs, apart):

@@ -62,7 +62,7 @@ class BentTrack:
 
     @property
     def length(self) -> float:
-        """Length of the centre line (m)."""
+        """Length of the centre line (m): of an arc the chord times half the angle over its sine."""
         half = np.maximum(0.5 * np.abs(self.turns), 1e-9)
         return float(np.sum(np.hypot(*(self.ends - self.starts).T) * half / np.sin(half)))
 
@@ -98,10 +98,11 @@ class _Chords:
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
                       alike: int = 1) -> ProximityLoss:
-    """Skin and proximity effect of tracks in series (S/m), every straight side cut `cuts` times (an even number).
-    `alike` parts of the winding are taken as each other's images. With 2, only the sides of the first half turn of
-    direction are solved and stand for the opposite ones too; with 4 so does one half of every side for the other, the
-    half where the current comes from and that where it goes by turns.
+    """Skin and proximity effect (ohm, H) of tracks in series (S/m), every straight side cut `cuts` times (an even
+    number): partial elements of modes (Ruehli 1974; `current_modes`). `alike` parts of the winding are taken as each
+    other's images. With 2, only the sides of the first half turn of direction are solved and stand for the opposite
+    ones too; with 4 so does one half of every side for the other, the half where the current comes from and that where
+    it goes by turns.
     """
     sides = _sides(tracks)
     parts = []
@@ -138,7 +139,9 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
 
 
 def _crowded(count: int, scale: float) -> tuple[Array, Array]:
-    # Points and weights on [0, 1], `count` to either half, denser towards the ends: beyond `scale` from them.
+    """Points (2 count) and weights of the mean over [0, 1], no unit, `count` to either half, denser towards the ends:
+    beyond `scale` from them, x = scale sinh(u).
+    """
     nodes, weights = gauss(count)
     top = math.asinh(0.5 / scale)
     u = 0.5 * top * (1.0 + nodes)
@@ -259,6 +262,7 @@ def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
 
 
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
+    """The tracks (m) of some sides where a plane crosses them at a fraction of their lengths."""
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
     normal = np.array([tangent[1], -tangent[0]])
@@ -266,13 +270,16 @@ def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
 
 
 def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
+    """Points (n, 2; m) of some sides at a fraction of their lengths, and the first one's unit vector."""
     span = sides.end[index] - sides.start[index]
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
                 modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
-    """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them."""
+    """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them:
+    Biot and Savart for straight filaments.
+    """
     place, tangent = _place(sides, index, fraction)
     cut = _cut(sides, index, fraction, weight)
     offset, normal = 0.5 * cut.width[:, None] * field_nodes(modes), np.array([tangent[1], -tangent[0]])
@@ -292,7 +299,10 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    """Flux (Wb/m/A) of arcs as parts of rings through the modes, instead of what straight tracks make."""
+    """Flux (n, points; Wb/m/A) of arcs as parts of rings through the modes, instead of what straight tracks make:
+    derived here from `smooth_rings` and `arc_field`. `half` (n; rad) is how far each arc reaches to either side of the
+    cut.
+    """
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
     bend = cut.curvature[:, None]
@@ -343,7 +353,10 @@ def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, leas
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    """What the other tracks of the cut make along each one as straight filaments (n, points; Wb/m/A)."""
+    """What the other tracks of the cut make along each one as straight filaments (n, points; Wb/m/A): -mu0 / (2 pi)
+    ln(distance / unit), times the root of both lengths' ratio (Jackson, Classical Electrodynamics, chapter 5, for an
+    endless wire).
+    """
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
     square = np.maximum(square / cut.unit**2, 1e-20)

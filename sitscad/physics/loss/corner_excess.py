@@ -102,14 +102,16 @@ class Loops:
 
 @lru_cache(maxsize=256)
 def moment(turn: float, radius: float = 0.0) -> float:
-    """Moment of the loop over current and width squared for a turn (rad, either way) of a radius over the width."""
+    """Moment of the loop over current and width squared (no unit) for a turn (rad, either way) of a radius over the
+    width, by the tables of `corner_flow.py`.
+    """
     return _tight(MOMENTS, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def points(turn: float, radius: float = 0.0) -> Array:
-    """Its moment's places (8, 3) for a turn (rad) of a radius over the width: to the inside of where the centre lines
-    meet, to the left of that, and the share.
+    """Places of the loop's moment (8, 3; widths) for a turn (rad) of a radius over the width: to the inside of where
+    the centre lines meet, to the left of that, and the share; by the tables of `corner_flow.py`.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
@@ -120,7 +122,9 @@ def points(turn: float, radius: float = 0.0) -> Array:
 
 @lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
-    """What it makes of the inductance (H, negative) of a corner between long arms; metres, radius over width."""
+    """What the loop makes of the inductance (H, negative) of a corner between long arms; metres, radius over width: by
+    the table OWN.
+    """
     return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
 
 
@@ -134,22 +138,25 @@ def tight_squares(turn: float, radius: float) -> float:
 
 @lru_cache(maxsize=256)
 def gentle_squares(turn: float, radius: float) -> float:
-    """Resistance in squares of a wider arc between straight sides, in which the current goes over into 1 / radius and
-    back: turn (rad) over ln of the radii, and what is fitted for both ends.
+    """Resistance in squares (no unit) of a wider arc between straight sides, in which the current goes over into 1 /
+    radius and back: turn (rad) over ln of the radii (textbook), and what is fitted for both ends (GENTLE).
     """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + _gentle(GENTLE[:, 1:4], turn, radius)
 
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Inductance (H) of such an arc less that of a current that goes as 1 / radius all along it."""
+    """Inductance (H) of such an arc less that of a current that goes as 1 / radius all along it: by the table GENTLE,
+    turn in rad, metres, radius over the width.
+    """
     profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)
     return MU0 * width * profile * _gentle(GENTLE[:, 4:], turn, radius)
 
 
 def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
     """The inductance (H) that such a bend loses to alternating current, and the relaxation time (s) with which it does:
-    L falls by the one times w2 tau2 / (1 + w2 tau2). Turn in rad, metres, radius over the width, S/m.
+    L falls by the one times w2 tau2 / (1 + w2 tau2), by the table RELAXATION. Turn in rad, metres, radius over the
+    width, S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]
@@ -162,15 +169,23 @@ def relaxation(turn: float, width: float, thickness: float, radius: float, condu
 
 
 def _sharp(turn: float, aspect: float) -> float:
+    """What a sharp corner's loop makes of its inductance (mu0 widths) for a turn (rad): the table OWN at an aspect
+    ratio.
+    """
     row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
     return float(np.interp(abs(turn), TURNS, row))
 
 
 def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
+    """A table of tight corners (one row a radius of TIGHT) at a turn (rad) and a radius over the width, in its own
+    unit.
+    """
     return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))
 
 
 def _gentle(table: Array, turn: float, radius: float) -> float:
-    # Both ends of a longer arc are apart from each other, as at a quarter turn.
+    """A column of GENTLE at a turn (rad) and a radius over the width, in its own unit. Both ends of a longer arc are
+    apart from each other, as at a quarter turn.
+    """
     columns = [0.0, *(float(np.interp(radius, GENTLE[:, 0], column)) for column in table.T)]
     return float(np.interp(abs(turn), TURNS, columns))

@@ -112,7 +112,9 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
-    """Resistance (ohm) of a track to direct current (S/m), which cuts corners and in arcs goes as 1 / radius."""
+    """Resistance (ohm) of a track to direct current (S/m), which cuts corners (`corner_excess`) and in arcs goes as 1 /
+    radius: squares a / ln(outer / inner radius) for an angle a (textbook).
+    """
     length = float(np.sum(_lengths(track)[track.turns == 0.0]))
     for bend in _bends(track):
         if bend.radius == 0.0:
@@ -173,7 +175,9 @@ def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
-    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides."""
+    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides: by
+    the loops of `corner_excess`, twice their moments times the field there (reciprocity), and their own.
+    """
     arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
                      for track in tracks for bend in _bends(track)
                      if bend.is_between_sides and not bend.is_tight)
@@ -206,7 +210,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
     """What direct current has more than an even one at the bends of a track, for metal no nearer than `nearest` (m).
     Every corner's loop as eight places or, where metal is far enough, as its middle. In an arc the current goes as 1 /
-    radius, which is a moment of width^2 / 12 for every radian, whatever the radius.
+    radius, which is a moment of width^2 / 12 for every radian, whatever the radius (derived here).
     """
     whole, width = nearest > FAR_METAL * track.width, track.width
     places, moments = [np.zeros((0, 2))], [np.zeros(0)]
@@ -240,7 +244,7 @@ class _TrackBend:
 
 
 def _lengths(track: BentTrack) -> Array:
-    # Of the chords, for arcs.
+    """Lengths (n; m) of a track's pieces, of arcs those of the chords."""
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
@@ -299,7 +303,7 @@ def _chords(track: BentTrack) -> Index:
 
 
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
-    """A track's chords with the mitres at their ends, height and width (m)."""
+    """A track's chords (n, 2 each) with the mitres at their ends, height and width (n; m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
         nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
@@ -314,6 +318,9 @@ def _pieces(track: BentTrack) -> tuple[Array, ...]:
 
 
 def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
+    """The point (2,; m) at a fraction of an arc that turns by an angle (rad), by the chord's length and direction up to
+    there.
+    """
     span = end - start
     chord = math.sin(0.5 * turn * fraction) / math.sin(0.5 * turn)
     angle = 0.5 * turn * (fraction - 1.0)
@@ -322,7 +329,7 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
 
 
 def _distances(point: Array, filaments: MitredFilaments) -> Array:
-    # In the plane, of points (n, 1, 2) from filaments.
+    """Distances (n, filaments; m) in the plane of points (n, 1, 2) from filaments."""
     span = filaments.end - filaments.start
     away = point - filaments.start
     along = np.clip(np.sum(away * span, axis=2) / np.sum(span * span, axis=1), 0.0, 1.0)
@@ -330,7 +337,9 @@ def _distances(point: Array, filaments: MitredFilaments) -> Array:
 
 
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
-    """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are."""
+    """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are: Biot and Savart for
+    STRANDS filaments, endless ones for a loop's own arms.
+    """
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
     within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
@@ -351,8 +360,9 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
 
 
 def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
-    """Normal field (T/A) at points (..., 2) and heights of straight filaments, all broadcast (Biot and Savart). Beyond
-    a filament's ends nothing is a difference of nearly equal numbers.
+    """Normal field (T/A) at points (..., 2; m) and heights (m) of straight filaments, all broadcast (Biot and Savart;
+    Jackson, Classical Electrodynamics, section 5.2). Beyond a filament's ends nothing is a difference of nearly equal
+    numbers.
     """
     span = end - start
     length = np.hypot(span[..., 0], span[..., 1])
@@ -370,7 +380,9 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
 
 
 def _onwards(point: Array, end: Array, way: Array) -> Array:
-    """The field (T/A) in its own plane of an endless filament from `end` along `way`, its current along it."""
+    """The field (n; T/A) in its own plane of an endless filament from `end` (n, 2; m) along `way`, its current along it
+    (Biot and Savart).
+    """
     t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
     away = point - end
     back = -np.sum(away * t, axis=1)
@@ -380,7 +392,10 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
 
 
 def _between(corners: Corners) -> float:
-    """Twice the mutual inductances (H) of different loops: coaxial ones as the map has them, others as dipoles."""
+    """Twice the mutual inductances (H) of different loops: dipoles above or beside each other (Jackson, Classical
+    Electrodynamics, equation 5.56), the height between them lengthened so that coaxial ones have what the map has
+    (fitted, tests/validation/corner_flow.py).
+    """
     total = 0.0
     for k in range(corners.width.size - 1):
         rest = slice(k + 1, None)

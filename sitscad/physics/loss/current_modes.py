@@ -65,8 +65,8 @@ class ProximityLoss:
         return self.direct_change - self._added(frequencies)[1]
 
     def _added(self, frequencies: Array) -> tuple[Array, Array]:
-        """What eddy currents add to R (ohm) and take of L (H) at (n,) frequencies (Hz), kept: coils and states share
-        them.
+        """What eddy currents add to R (ohm) and take of L (H) at (n,) frequencies (Hz), the sums of `ProximityLoss`;
+        kept, for coils and states share them.
         """
         key = frequencies.tobytes()
         if key not in self._known:
@@ -88,7 +88,7 @@ class ProximityLoss:
 
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
-    """Parts of one winding in series that do not see each other's modes."""
+    """Parts (ohm, H) of one winding in series that do not see each other's modes: their sums."""
     kept = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
         math.fsum(part.direct for part in kept),
@@ -116,7 +116,9 @@ class ModeSystem:
     change: float
 
     def project(self, vector: Array) -> Array:
-        """Vectors of modes (n modes, ...) without what carries net current in any track, in the unit they have."""
+        """Vectors of modes (n modes, ...) without what carries net current in any track, in the unit they have: the
+        projection across each track's carrier.
+        """
         tracks, modes = self.carrier.shape
         table = vector.reshape(tracks, modes, -1)
         net = np.matmul(self.carrier[:, None, :], table)
@@ -140,8 +142,8 @@ class ModeSystem:
 
 
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
-    """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side,
-    because what they cost is reading the matrix.
+    """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side
+    (`_lanczos`), because what they cost is reading the matrix.
     """
     known = [system.whole() for system in systems]
     found = [measure for measure in known if measure is not None]
@@ -205,8 +207,11 @@ def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: M
 def _lanczos(
     matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
 ) -> list[tuple[Array, Array]]:
-    # Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
-    # nodes and weights, exact in 2 * steps moments; fewer steps where what they are for no longer changes.
+    """Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
+    nodes (s) and weights (ohm s2), exact in 2 * steps moments, by Lanczos' recursion with full orthogonalisation (Golub
+    and Meurant, Matrices, Moments and Quadrature with Applications, 2010); fewer steps where what they are for no
+    longer changes.
+    """
     norms = np.linalg.norm(vectors, axis=1)
     count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
     basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))
@@ -233,8 +238,9 @@ def _lanczos(
 
 
 def _effect(diagonal: Array, beside: Array) -> Array:
-    # What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
-    # `SETTLED_AT`, each of a vector of length one: (2, k).
+    """What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
+    `SETTLED_AT`, each of a vector of length one: (2, k), no unit.
+    """
     size = np.arange(diagonal.shape[1])
     table = np.zeros((len(diagonal), size.size, size.size))
     table[:, size, size] = diagonal
@@ -246,7 +252,9 @@ def _effect(diagonal: Array, beside: Array) -> Array:
 
 
 def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
-    # Nodes and weights of a symmetric tridiagonal matrix and the vector's norm.
+    """Nodes (s) and weights (norm squared) of a symmetric tridiagonal matrix and the vector's norm (Golub and Welsch
+    1969).
+    """
     if not diagonal.size:
         return np.zeros(1), np.zeros(1)
     values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1))

@@ -72,7 +72,7 @@ class NearAndFar:
         return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
 
     def _near(self, table: Array) -> Array:
-        """What every near pair's second track does to its first: (pairs, k, modes)."""
+        """What every near pair's second track does to its first: (pairs, k, modes), in the table's unit."""
         given = np.ascontiguousarray(np.swapaxes(table, 1, 2))[self.second]
         turned = np.swapaxes(self.blocks, 1, 2)
         if len(turned) == len(given):
@@ -86,7 +86,10 @@ class NearAndFar:
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
-    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes)."""
+    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes). Partial
+    inductances of straight parallel currents, -mu0 / (2 pi) <P_m ln(distance) P_n> (Ruehli 1974; Jackson, Classical
+    Electrodynamics, chapter 5, for an endless wire), which those without net current have alone.
+    """
     scale = mode_conductances(cut, conductivity, modes)
     if len(scale) >= MANY:
         return _near_and_far(cut, modes, scale)
@@ -160,7 +163,7 @@ def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
 
 
 def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
-    # The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once.
+    """The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once."""
     step = max(1, AT_ONCE // max(blocks[0].size, 1)) if len(blocks) else 1
     for low in range(0, way.size, step):
         part = slice(low, min(low + step, way.size))
@@ -168,7 +171,9 @@ def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
 
 
 def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None) -> Array:
-    """<P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes); `kept` modes only."""
+    """<P_m ln(distance / unit) P_n> (no unit) of pairs of tracks (pairs, modes, modes), by Gauss points over both;
+    `kept` modes only.
+    """
     x, z = (table / cut.unit for table in points_of(cut, modes))
     weights = projection(modes) if kept is None else projection(modes)[kept]
     points = x.shape[1]
@@ -197,9 +202,9 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 @lru_cache(maxsize=32)
 def log_block(aspect: float, modes: ModeSet) -> Array:
     """Means (no unit) over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
-    The quadruple integral becomes a double one over the differences of both coordinates, whose densities are
-    polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean distance.
-    The points of the set are not used.
+    Derived here: the quadruple integral becomes a double one over the differences of both coordinates, whose densities
+    are polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean
+    distance. The points of the set are not used.
     """
     nodes, weights = gauss(16 + modes.through)
     t = 0.5 * (1.0 + nodes)
@@ -220,7 +225,9 @@ def log_block(aspect: float, modes: ModeSet) -> Array:
 
 
 def _difference_density(gap: Array, order: int) -> Array:
-    # Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c).
+    """Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c), no unit;
+    exact by Gauss points.
+    """
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]
     low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])

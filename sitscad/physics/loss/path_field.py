@@ -60,8 +60,9 @@ class Filaments:
 
 def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, block: Index) -> Array:
     """Normal field per ampere (tracks, nodes; 1/m, without the factor of Biot and Savart) of straight filaments at
-    points (tracks, nodes, 2; m) of heights (tracks; m). Less 2 `ratio` (tracks, own) straight ones without end for the
-    cut's own tracks; nothing of filaments of the tracks' own `block` (tracks).
+    points (tracks, nodes, 2; m) of heights (tracks; m), far ones by interpolation (Fong and Darve 2009). Less 2 `ratio`
+    (tracks, own) straight ones without end for the cut's own tracks; nothing of filaments of the tracks' own `block`
+    (tracks).
     """
     nodes = point.shape[1]
     where = np.column_stack([point.reshape(-1, 2), np.repeat(level, nodes)])
@@ -105,7 +106,7 @@ class PointBox:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """Nodes along every axis."""
+        """Nodes along every axis (no unit): `node_counts`."""
         return node_counts(self.half.tolist(), float(self.half[0]), ORDER, APART)
 
     @property
@@ -150,9 +151,9 @@ def box_of(points: Array) -> PointBox:
 
 
 def _summed(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
-    """The field (n; 1/m) at points (n, 3; m), of all filaments. For each its distance to the right, where the field
-    points down (the current's own normal is to the right), over the squared distance, times the difference of the
-    cosines at its ends.
+    """The field (n; 1/m) at points (n, 3; m), of all filaments: Biot and Savart, integrated along each. For each its
+    distance to the right, where the field points down (the current's own normal is to the right), over the squared
+    distance, times the difference of the cosines at its ends.
     """
     # Where they lie to the points in double precision, the rest in single.
     axis = (filaments.end - filaments.start).T

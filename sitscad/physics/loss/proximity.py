@@ -70,8 +70,9 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = 0.03,
                  resolution: LossResolution | None = None) -> ProximityLoss:
-    """Skin and proximity effect of spiral layers in series (conductivity in S/m), averaged over azimuths. `tolerance`
-    is that of R (relative) up to 10 MHz: 3e-2, or 1e-2 when it is below 2e-2; L is within a tenth of it.
+    """Skin and proximity effect (ohm, H) of spiral layers in series (conductivity in S/m), averaged over azimuths:
+    partial elements of modes (Ruehli 1974; `current_modes`). `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or
+    1e-2 when it is below 2e-2; L is within a tenth of it.
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)
@@ -80,7 +81,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
 
 @record(eq=False)
 class WindingCut:
-    """The turns of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
+    """The turns (m) of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
 
     cut: Cut
     system: ModeSystem
@@ -102,9 +103,9 @@ def winding_cuts(
 
 
 def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
-    """One half-plane for all of a winding: a whole number of rings a layer, all a little longer or shorter for broken
-    turns, and driven by as much more or less. Crossing turns stand a quarter of a pitch past each other, as they do
-    where what they do to each other is the mean, and layers end nowhere.
+    """One half-plane (m) for all of a winding, chosen here: a whole number of rings a layer, all a little longer or
+    shorter for broken turns, and driven by as much more or less. Crossing turns stand a quarter of a pitch past each
+    other, as they do where what they do to each other is the mean, and layers end nowhere.
     """
     senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
     crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
@@ -183,7 +184,9 @@ MISSED, MISSED_MOST = 2.2, 0.3
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
-    """Least distance (m) that counts for the points on a track: to the next layer, or past the spacing."""
+    """Least distance (m) that counts for the points on a track: to the next layer, or past the spacing (m). Chosen
+    here.
+    """
     ordered = sorted(heights)
     return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
 
@@ -209,8 +212,8 @@ def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, cond
 
 
 def ring_flux(cut: Cut, modes: ModeSet) -> Array:
-    """Flux per ampere (Wb/A) through the circles at every point (n, points), of rings that carry the current as
-    filaments, without the logarithm that straight tracks have.
+    """Flux per ampere (n, points; Wb/A) through the circles at every point, of rings that carry the current as
+    filaments (Maxwell 1873, art. 701), without the logarithm that straight tracks have.
     """
     r, z = points_of(cut, few_points(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
@@ -230,14 +233,18 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
-    """Mutual inductance (H) of coaxial rings at a squared distance (m2) without their logarithm, in units of `unit`."""
+    """Mutual inductance (H) of coaxial rings (radii in m) at a squared distance (m2) without their logarithm, in units
+    of `unit` (m): near each other M goes to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of Maxwell's
+    integral (textbook).
+    """
     return coaxial_rings(radius, other, squared) + MU0 * np.sqrt(radius * other) * 0.5 * np.log(squared / unit**2)
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
-    """Flux (n, points; Wb/m/A) of what a layer's ends are more or less than full rings: an arc at either end."""
-    # Full rings reach from half a turn before a layer's first passage to half a turn after its last one. What the real
-    # layer has more (or less) than that is an arc at either end. (n, points; Wb/m/A)
+    """Flux (n, points; Wb/m/A) of what a layer's ends are more or less than full rings. Full rings reach from half a
+    turn before a layer's first passage to half a turn after its last one; what the real layer has more (or less) than
+    that is an arc at either end (Biot and Savart).
+    """
     radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)
     field = np.zeros_like(radius)
     nodes, weights = gauss(16)
@@ -257,9 +264,9 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
 
 
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
-    """Normal field (T/A) at radii (n, nodes) of an arc about the same centre (Biot and Savart). The arc's quadrature
-    points have radii `source` (m), angles from the places (rad) and weights (rad); `clearance` (n, 1; m2) is added to
-    the squared distances.
+    """Normal field (n, nodes; T/A) at radii (n, nodes; m) of an arc about the same centre (Biot and Savart; Jackson,
+    Classical Electrodynamics, section 5.2). The arc's quadrature points have radii `source` (m), angles from the places
+    (rad) and weights (rad); `clearance` (n, 1; m2) is added to the squared distances.
     """
     r = radius[..., None]
     squared = (r - source) ** 2 + 4.0 * r * source * np.sin(0.5 * angle) ** 2 + clearance[..., None]

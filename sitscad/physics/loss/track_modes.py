@@ -40,10 +40,11 @@ class ModeSet:
 
 
 def suited_modes(width: float, thickness: float, gap: float, depth: float, fine: bool) -> ModeSet:
-    """Modes for tracks (m) at a skin depth: R within 1 % when `fine`, else 3 %. Legendre polynomials resolve a boundary
-    layer of width / order^2: the orders follow the square root of width over depth, and of thickness over depth. The
-    points follow them (a Gauss rule takes orders above its number of points for lower ones) and the width over `gap`
-    (m), the least distance of tracks.
+    """Modes for tracks (m) at a skin depth (m): R within 1 % when `fine`, else 3 %. Legendre polynomials resolve a
+    boundary layer of width / order^2 (Gottlieb and Orszag, Numerical Analysis of Spectral Methods, 1977): the orders
+    follow the square root of width over depth, and of thickness over depth, by factors found here. The points follow
+    them (a Gauss rule takes orders above its number of points for lower ones) and the width over `gap` (m), the least
+    distance of tracks.
     """
     across = math.ceil((2.2 if fine else 1.8) * math.sqrt(width / depth))
     through = math.ceil((2.2 if fine else 1.5) * math.sqrt(thickness / depth))
@@ -53,7 +54,9 @@ def suited_modes(width: float, thickness: float, gap: float, depth: float, fine:
 
 
 def rough_modes(width: float, thickness: float, gap: float, depth: float) -> ModeSet:
-    """The fewest modes for tracks (m) at a skin depth, as `suited_modes`: what they add to R within a tenth or so."""
+    """The fewest modes for tracks (m) at a skin depth (m), as `suited_modes`: what they add to R within about a
+    tenth.
+    """
     across = min(max(2, math.ceil(1.1 * math.sqrt(width / depth))), 8)
     through = min(max(1, math.ceil(0.9 * math.sqrt(thickness / depth))), 4)
     return ModeSet(across, through, (min(max(across + 1, math.ceil(1.0 + width / gap)), 8), through + 1))
@@ -94,13 +97,17 @@ def field_nodes(modes: ModeSet) -> Array:
 
 
 def integrated(field: Array, cut: Cut, modes: ModeSet) -> Array:
-    """Flux (n, points; Wb/m/A) between a track's centre line and its points, from the field (n, nodes; T/A)."""
+    """Flux (n, points; Wb/m/A) between a track's centre line and its points, from the field (n, nodes; T/A): the
+    integral of the polynomial through the nodes.
+    """
     return np.asarray(0.5 * cut.width[:, None] * (field @ _integrals(modes)), dtype=np.float64)
 
 
 @lru_cache(maxsize=16)
 def _integrals(modes: ModeSet) -> Array:
-    # Values at the nodes to the integral of the polynomial through them, at the points.
+    """What takes values at the nodes (nodes, points; in half widths) to the integral, from the middle to the points, of
+    the polynomial through them.
+    """
     nodes = field_nodes(modes)
     coefficients = np.linalg.inv(legendre(nodes.size - 1, nodes))
     return np.asarray(coefficients.T @ legendre_integrals(nodes.size - 1, local_points(modes)[0]).T)
@@ -132,7 +139,9 @@ def _interpolation(modes: ModeSet) -> Array:
 
 
 def mode_conductances(cut: Cut, conductivity: float, modes: ModeSet) -> Array:
-    """Square roots of what each mode of a metre of track conducts (n, modes)."""
+    """Square roots (n, modes; sqrt(S m)) of what each mode of a metre of track conducts: sigma w t (2 a + 1) (2 b + 1),
+    for the mean square of P_a is 1 / (2 a + 1) (Abramowitz and Stegun 22.2.10).
+    """
     area = np.sqrt(conductivity * cut.width * cut.thickness)
     return np.asarray(area[:, None] * np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders]))
 
@@ -155,6 +164,6 @@ def split_projection(modes: ModeSet) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def projection(modes: ModeSet) -> Array:
-    """Modes times the weights of the mean over a cross-section (modes, points), no unit."""
+    """Modes times the weights of the mean over a cross-section (modes, points), no unit: Gauss-Legendre quadrature."""
     across, through = split_projection(modes)
     return np.array([np.outer(across[a], through[b]).ravel() for a, b in modes.orders])

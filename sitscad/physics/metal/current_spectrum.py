@@ -29,9 +29,10 @@ AT_ONCE = 100_000
 
 @record(eq=False)
 class CurrentSpectrum:
-    """What reflection needs of a coil: wave numbers (1/m), weights, heights (m) and power spectra of its layers.
-    `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so that the mutual inductance
-    is mu0 pi times the weighted sum of power times exp(-k distance) of the layers' mid-planes.
+    """What reflection needs of a coil: wave numbers (k; 1/m), weights (k; 1/m), heights (layers; m) and power spectra
+    (k, layers, layers; m2). `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so
+    that the mutual inductance is mu0 pi times the weighted sum of power times exp(-k distance) of the layers'
+    mid-planes (Dodd and Deeds 1968, of rings).
     """
 
     wave_numbers: Array
@@ -43,7 +44,9 @@ class CurrentSpectrum:
     """What was reflected already: see `half_spaces.reflected_inductances`."""
 
     def shift(self, distance: float) -> Array:
-        """The mean over directions of waves shifted by a distance (m), J0 (k d), for each wave number; kept."""
+        """The mean over directions of waves shifted by a distance (m), J0(k d), for each wave number, no unit; kept.
+        Bessel's integral (Abramowitz and Stegun 9.1.18).
+        """
         if distance not in self.shifts:
             self.shifts[distance] = j0(self.wave_numbers * distance)
         return self.shifts[distance]
@@ -62,9 +65,9 @@ class CurrentSpectrum:
 
 
 def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
-    """Nodes and weights (1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m) on.
-    Up to where exp(-2 k nearest) has died out (6e-6), as dense as products of two waves of the coil's size ask; roughly
-    a third as many, up to 2e-4.
+    """Nodes and weights (n; 1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m)
+    on: Gauss panels, chosen here by comparison. Up to where exp(-2 k nearest) has died out (6e-6), as dense as products
+    of two waves of the coil's size ask; roughly a third as many, up to 2e-4.
     """
     top = (4.2 if is_rough else 6.0) / max(nearest, 1e-3 * outer)
     panels = 1 + math.ceil(top * outer / 18.0) if is_rough else 3 + math.ceil(top * outer / 12.0)
@@ -103,7 +106,10 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
 
 
 def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
-    """The spectrum of a ring for every turn, where it is on average: what ends and slopes add is left out."""
+    """The spectrum (m2, see `CurrentSpectrum`) of a ring for every turn, where it is on average, for reflectors no
+    nearer than `nearest` (m): what ends and slopes add is left out. A ring of radius r has r J1(k r) (Dodd and Deeds
+    1968).
+    """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
     known: dict[tuple[float, ...], Array] = {}
     for layer in layers:
@@ -129,7 +135,7 @@ class _Radial:
 
 
 def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
-    # Radii between a spiral's ends, dense enough for waves up to `top` (1/m), and their weights (m).
+    """Radii between a spiral's ends (r; m), dense enough for waves up to `top` (1/m), and their weights (r; m)."""
     low = layer.inner_radius
     half = 0.5 * (layer.radius - low)
     nodes, share = gauss(12 + math.ceil(0.6 * (half * top + math.pi * highest * layer.turns)))
@@ -137,7 +143,9 @@ def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
 
 
 def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
-    """Harmonics (m) of one layer across and along the waves, (2, highest + 1, k)."""
+    """Harmonics of one layer across and along the waves, (2, highest + 1, k) in m, by the integrals in
+    `spiral_spectrum`.
+    """
     r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
     angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
     m = np.arange(len(values))[:, None]
@@ -157,13 +165,17 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> Complex
 
 
 def thickness_waves(k: Array, thickness: float) -> Array:
-    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle."""
+    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle: sinh(x) /
+    x with x = k t / 2, no unit (by integration).
+    """
     up = np.maximum(0.5 * k * thickness, 1e-9)
     return np.asarray(np.sinh(up) / up)
 
 
 def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
-    """J_m(x) and J_m'(x) for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large enough."""
+    """J_m(x) and J_m'(x), no unit, for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large
+    enough (Abramowitz and Stegun 9.1.27).
+    """
     orders = np.empty((highest + 2, *x.shape))
     orders[0], orders[1] = j0(x), j1(x)
     inverse = 2.0 / np.maximum(x, 1e-9)

@@ -27,7 +27,10 @@ class Rows:
     counts: Array
 
     def sums(self, wave: Array) -> ComplexArray:
-        """Sum of exp(-i k.r) over each row's places (n, directions); `wave` (2, directions) in 1/m."""
+        """Sum of exp(-i k.r) over each row's places (n, directions), no unit; `wave` (2, directions) in 1/m. Over a row
+        about its middle it is sin(count x / 2) / sin(x / 2), x being the phase from place to place (Dirichlet's kernel,
+        textbook).
+        """
         found = turned(self.middles @ wave)
         longer = self.counts > 1.0
         # Sum (no unit) of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2),
@@ -60,7 +63,7 @@ class Figures:
 
     @cached_property
     def _rows(self) -> tuple[Rows, Index]:
-        """The places as rows, figure by figure, and where each figure's begin."""
+        """The places as rows (m), figure by figure, and the number of each figure's first row."""
         rows: list[tuple[Array, Array, int]] = []
         begins = []
         for low, high in pairwise([*self.begins.tolist(), len(self.places)]):
@@ -70,7 +73,9 @@ class Figures:
         return Rows(np.array(middles), np.array(steps), np.array(counts, dtype=float)), np.array(begins)
 
     def sums(self, wave: Array, factors: Array) -> ComplexArray:
-        """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points; `wave` (2, directions) in 1/m."""
+        """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points, (..., directions) in the factors'
+        unit; `wave` (2, directions) in 1/m.
+        """
         if len(self.places) == len(self.begins):  # none repeats: all points one by one
             phases = turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
             return np.asarray(np.einsum("...kd,kd->...d", factors, phases))
@@ -121,7 +126,9 @@ def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
 
 
 def turned(phase: Array) -> ComplexArray:
-    """exp(-i phase) for phases in radians, by the tangent of half the phase, which costs a tenth of sine and cosine."""
+    """exp(-i phase), no unit, for phases in radians: 2 / (1 + t^2) - 1 and 2 t / (1 + t^2) with t the tangent of half
+    the phase (textbook), which costs a tenth of sine and cosine.
+    """
     tangent = np.tan(0.5 * phase)
     both = 2.0 / (1.0 + tangent * tangent)
     found = np.empty(phase.shape, dtype=np.complex128)

@@ -54,13 +54,14 @@ class CoaxialRings:
     turns: Array
 
     def spectrum(self, wave_numbers: Array, roof: float, floor: float) -> Array:
-        """The field's spectrum at the plane z = `roof`: the sum of turns a J1(k a) exp(-k distance), less that of the
-        image in a mirror at z = `floor` (-inf: none); in units of mu0 pi it is the normal flux density's.
+        """The field's spectrum (k; m) at the plane z = `roof`: the sum of turns a J1(k a) exp(-k distance), less that
+        of the image in a mirror at z = `floor` (-inf: none); in units of mu0 pi it is the normal flux density's (Dodd
+        and Deeds 1968).
         """
         return self.spectra(wave_numbers, np.array([roof]), floor)[0]
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
-        """The field's spectrum at several planes (m): (planes, wave numbers)."""
+        """The field's spectrum at several planes (m): (planes, wave numbers; m), as `spectrum`."""
         k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._alike
         waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
@@ -86,13 +87,14 @@ class FinitePlate:
 
 
 def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
-    """Change of inductance by the plate over that by an endless one, both with their near faces at z = `gap` (m).
+    """Change of inductance by the plate over that by an endless one (no unit), both with their near faces at z = `gap`
+    (m).
 
     `offsets` (m, shape (n, 2)) are the places of the coil's axis seen from the plate's centre; the answer has shape
-    (n,). The plate is a sheet in its middle plane, or near its face where it is thick, a little larger for the current
-    on its side walls, and a volume that keeps out the field along it. That field is the coil's and the eddy currents'
-    own, half and half; the first half is shared out by its square on the plate, the second like the sheet's effect.
-    For endless plates this is exact. No plate does less than a thinner one, or than the sheet that is
+    (n,). Derived here: the plate is a sheet in its middle plane, or near its face where it is thick, a little larger
+    for the current on its side walls, and a volume that keeps out the field along it. That field is the coil's and the
+    eddy currents' own, half and half; the first half is shared out by its square on the plate, the second like the
+    sheet's effect. For endless plates this is exact. No plate does less than a thinner one, or than the sheet that is
     its near face.
     """
     found, front = _changes(plate, coil, offsets, gap, floor)
@@ -121,7 +123,9 @@ def plate_loss_share(
 
 
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
-    """Size of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi."""
+    """Size (places,) of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi
+    (m).
+    """
     places = np.atleast_2d(np.asarray(offsets, dtype=float))
 
     def question() -> tuple[object, ...]:
@@ -135,6 +139,9 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 def _solved_changes(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
+    """`_changes` (m) worked out: the sheet by `_disc` or `_sheet_energies`, and what the thickness keeps out by
+    `_field_on`.
+    """
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
     depth, reach = _depth_and_reach(coil, offsets, gap)
@@ -192,8 +199,8 @@ def magnetic_share(
 
 
 def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Relative error of a magnetic share, from boxes of poles (tests/validation), by the plate's shorter side over the
-    coil's diameter; longer than twice its width was not compared.
+    """Relative error (no unit) of a magnetic share, from boxes of poles (tests/validation), by the plate's shorter side
+    over the coil's diameter; longer than twice its width was not compared.
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
@@ -203,8 +210,10 @@ def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
-    # How far (m) the sheet reaches beyond a plate with side walls: t / 2 pi ln(D / t). The form is that of a thick
-    # strip's (a logarithm of size over thickness), the coil's diameter D in it a fit to boxes of surface loops.
+    """How far (m) the sheet reaches beyond a plate with side walls: t / 2 pi ln(D / t). The form is that of a thick
+    strip's (a logarithm of size over thickness), the coil's diameter D in it a fit to boxes of surface loops
+    (tests/validation).
+    """
     thickness = _counted_thickness(plate, outer)
     if thickness <= 0.0:
         return 0.0
@@ -212,25 +221,30 @@ def _edge_growth(plate: FinitePlate, outer: float) -> float:
 
 
 def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[float, float]:
-    # Down to the nearest ring (m; no less than a hundredth of the largest's radius), and how far out the field counts.
+    """Down to the nearest ring (m; no less than a hundredth of the largest's radius), and how far out (m) the field
+    counts.
+    """
     outer = float(coil.radii.max())
     depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
     return depth, float(np.hypot(*offsets.T).max()) + outer + MARGIN * (outer + depth)
 
 
 def _sheet_depth(plate: FinitePlate, outer: float) -> float:
-    # In the middle of a thin plate, nowhere deeper than DEEPEST, without a kink: the loss is a slope of it.
+    """Depth (m) of the sheet within a plate: in the middle of a thin one, nowhere deeper than DEEPEST, without a kink,
+    for the loss is a slope of it. Chosen here by comparison with boxes of loops.
+    """
     middle, deepest = 0.5 * _counted_thickness(plate, outer), DEEPEST * 2.0 * outer
     return float(middle * (1.0 + (middle / deepest) ** 4) ** -0.25)
 
 
 def _counted_thickness(plate: FinitePlate, outer: float) -> float:
+    """How much (m) of a plate's thickness counts: see THICKEST and STOUTEST."""
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 
 def share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Relative error of a share, from the comparison with boxes of surface loops and discs of rings (tests/validation),
-    by thickness and width over the coil's diameter.
+    """Relative error (no unit) of a share, from the comparison with boxes of surface loops and discs of rings
+    (tests/validation), by thickness and width over the coil's diameter.
     """
     thick, wide = _slenderness(plate, coil)
     narrow, broad = eased(thick, 0.03 / EASED, 0.05, 0.12), eased(thick, 0.055, 0.03, 0.05)
@@ -265,13 +279,15 @@ def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> 
 
 
 def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
-    # Thickness and shorter side over the coil's diameter.
+    """Thickness and shorter side over the coil's diameter; no unit."""
     diameter = 2.0 * float(coil.radii.max())
     return plate.thickness / diameter, min(plate.size) / diameter
 
 
 def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
-    # Size of the change of inductance by an endless plate, in units of mu0 pi; `room` is its distance from the mirror.
+    """Size of the change of inductance by an endless plate, in units of mu0 pi (m): the integral of the spectrum's
+    square (Dodd and Deeds 1968); `room` (m) is its distance from the mirror, whose echo is a geometric series.
+    """
     sign = 1.0 if poles else -1.0
     echo = 1.0 + sign * np.exp(-2.0 * k * room) if math.isfinite(room) else 1.0
     return float(np.sum(weights * spectrum**2 / echo))
@@ -280,7 +296,10 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
 def _field_on(
     plate: FinitePlate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
-    """The share (no unit) of the squared field that falls on the plate: along its plane with J1, through it with J0."""
+    """The share (places,; no unit) of the squared field that falls on the plate: along its plane with J1, through it
+    with J0. The field at a distance is the Hankel transform of the spectrum, its square over all the plane by
+    Parseval's theorem (textbook).
+    """
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
     nodes, share = (np.tile(values, panels) / panels for values in gauss(16))
@@ -301,7 +320,9 @@ def _field_on(
 
 
 def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[Array, Array]:
-    # k = top t^2: dense where the coil's own size lies, up to where exp(-k depth) has died out.
+    """Nodes and weights (1/m) with k = top t^2: dense where the coil's own size lies, up to where exp(-k depth) has
+    died out.
+    """
     nodes, share = gauss(16)
     panels = panels or min(40, 8 + math.ceil(top * reach / 25.0))
     t = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).ravel()
@@ -309,7 +330,9 @@ def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[
 
 
 def _modes(half: float, detail: float) -> int:
-    # Even: half the functions for even, half for odd fields. These resolve half / n; the field varies over the detail.
+    """Functions along a side (no unit), even in number: half for even, half for odd fields. These resolve half / n; the
+    field varies over the `detail` (m).
+    """
     return 2 * min(MOST_MODES // 2, 3 + math.ceil(0.8 * half / detail))
 
 
@@ -317,8 +340,10 @@ def _modes(half: float, detail: float) -> int:
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
-    # Flux through every function of a rectangle at every place, of every one of several spectra (s, k): (s, places,
-    # functions along x, along y).
+    """Flux (in units of mu0 / 2; m) through every function of a rectangle at every place, of every one of several
+    spectra (s, k): (s, places, functions along x, along y). By `_chebyshev_projection` of the field, the integral of k
+    J0(k r) times the spectrum.
+    """
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
     radii = np.linspace(0.0, farthest, 4 * max(counts) + 40)
@@ -333,11 +358,12 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 
 def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int = 16) -> Array:
-    # Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
-    # functions) through it, in planes so far (m) from a mirror: (planes, places). What of a rectangle's energies
-    # neither side has alone, at nodes along both: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the first two terms
-    # separate into closed integrals, the last falls off fast enough for plain quadrature. Then the mirror's echo,
-    # k exp(-2 k room), where there is one.
+    """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
+    functions) through it, in planes so far (m) from a mirror: (planes, places). Derived here: what of a rectangle's
+    energies neither side has alone is summed at nodes along both, k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the
+    first two terms separate into closed integrals, the last falls off fast enough for plain quadrature. Then the
+    mirror's echo, k exp(-2 k room), where there is one.
+    """
     q, weights, transforms = _transforms(max(counts), nodes)
     kx, ky = q[:, None] / half[0], q / half[1]
     k = np.hypot(kx, ky)
@@ -355,7 +381,9 @@ def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Ar
 
 
 def _chebyshev_projection(count: int) -> tuple[Array, Array]:
-    # Gauss-Chebyshev points of the second kind, and the weights that project a field on sqrt(1 - u^2) U_m(u).
+    """Gauss-Chebyshev points (n; no unit) of the second kind (Abramowitz and Stegun 25.4.40), and the weights
+    (functions, n) that project a field on sqrt(1 - u^2) U_m(u).
+    """
     points = 2 * count + 8
     angle = math.pi * np.arange(1, points + 1) / (points + 1)
     weights = math.pi / (points + 1) * np.sin(angle)
@@ -363,7 +391,9 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:
-    """Catmull and Rom's spline through values at 0, step, 2 step ... of an even function, or of several (steps, n)."""
+    """Catmull and Rom's spline (1974) through values at 0, step, 2 step ... of an even function, or of several (steps,
+    n), in their unit; `at` and `step` in one.
+    """
     padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
     a, b, c, d = (padded[shift : shift + len(table) - 1] for shift in range(4))
     terms = np.array([b, 0.5 * (c - a), a - 2.5 * b + 2.0 * c - 0.5 * d, 0.5 * (3.0 * (b - c) + d - a)])
@@ -380,8 +410,8 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
 def sheet_shares(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
 ) -> Array:
-    """`plate_share` roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few waves and
-    functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
+    """`plate_share` (no unit) roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few
+    waves and functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)
@@ -405,8 +435,9 @@ nodes in a panel of their energies (twice as many change shares by 2e-4)."""
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
-    """Energies of products of Chebyshev's functions of orders `x` and `y`, closed but for `mixed`, of one plane or
-    several: (planes, products, products).
+    """Energies (m) of products of Chebyshev's functions of orders `x` and `y`, closed but for `mixed`, of one plane or
+    several: (planes, products, products). Derived here from k |psi|^2 in Fourier space with the transforms of
+    `_transforms`.
     """
     rest, transforms = mixed
     fx, fy = transforms[x.astype(int)], transforms[y.astype(int)]
@@ -421,7 +452,9 @@ def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array
 
 
 def _overlap(orders: Array) -> Array:
-    # Integral over q > 0 of two transforms: pi times that of (1 - u^2) U_m U_n over the side, divided by pi^2.
+    """Integral over q > 0 of two transforms (no unit): pi times that of (1 - u^2) U_m U_n over the side, divided by
+    pi^2, by Parseval's theorem and U_m = sin((m + 1) t) / sin t (textbook).
+    """
     one, other = orders[:, None], orders
     difference, total = (one - other) ** 2, (one + other + 2) ** 2
     return np.asarray((1.0 / (1.0 - difference) - 1.0 / (1.0 - total)) / math.pi)
@@ -430,7 +463,8 @@ def _overlap(orders: Array) -> Array:
 @lru_cache(maxsize=8)
 def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
     """Nodes, `panel` in each panel of 8, and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign
-    of i^m folded in.
+    of i^m folded in; no unit. They are the Fourier transforms of sqrt(1 - u^2) U_m(u) over pi: Bessel's integral
+    (Abramowitz and Stegun 9.1.21) by parts.
     """
     panels = math.ceil((count + 40) / 8)
     nodes, share = gauss(panel)
@@ -445,11 +479,11 @@ def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
 
 def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False) -> Array:
     """Size of the change by a disc (m; times mu0 pi H) of every one of several spectra (s, k), in planes so far (m)
-    from a mirror, at every place: (s, places); one angular order after another.
+    from a mirror, at every place: (s, places); one angular order after another. Derived here: functions exp(i m phi)
+    with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., have the energies 1 / (2 l + 1), for these j_l are
+    orthogonal over k (Abramowitz and Stegun 11.4.6), apart from the mirror's echo. Poles have j_l (k R), l = m, m + 2
+    ... but not 0, the same energies, and an echo of the other sign.
     """
-    # Functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., whose energies are 1 / (2l + 1)
-    # apart from the mirror's echo: every angular order stands alone. Poles have j_l (k R), l = m, m + 2 ... but not 0,
-    # the same energies, and an echo of the other sign.
     k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4
     highest = 2 * count

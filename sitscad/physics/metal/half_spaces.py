@@ -36,10 +36,11 @@ class Reflector:
 
 
 def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[MetalLayer]) -> ComplexArray:
-    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing. At
-    one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the surface
-    admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma, from the last plate (vacuum behind it unless it is a
-    half-space) to the first. The result cannot be written to.
+    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing, no
+    unit. At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the
+    surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma (Dodd and Deeds 1968, for two layers; any
+    number derived here from the same continuity), from the last plate (vacuum behind it unless it is a half-space) to
+    the first. The result cannot be written to.
     """
     k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
     solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
@@ -55,7 +56,7 @@ def _reflection(
     wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...],
     plates: tuple[MetalLayer, ...],
 ) -> ComplexArray:
-    """`reflection` of the numbers of arrays and their shapes."""
+    """`reflection` (no unit) of the numbers of arrays and their shapes."""
     k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)
     # From the farthest plate to the nearest, each before what lies behind it like a line before its load; by decays and
     # not by hyperbolic functions, which overflow in thick plates.
@@ -79,10 +80,10 @@ def returned_waves(
     levels: tuple[float, float], raised: Array | float = 0.0
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
-    summed exactly: (frequencies, wave numbers). `levels` (m) are the lowest and the highest height of the current. A
-    wave that decays as exp(-k (highest - z)), or as exp(-k (z - lowest)), is reflected into such ones: coefficients up
-    to up, up to down, and down to down. What is above may be farther by `raised` (m), or at one frequency by each of
-    (n, 1) and then (n, wave numbers).
+    summed exactly (a geometric series, derived here): (frequencies, wave numbers), no unit. `levels` (m) are the lowest
+    and the highest height of the current. A wave that decays as exp(-k (highest - z)), or as exp(-k (z - lowest)), is
+    reflected into such ones: coefficients up to up, up to down, and down to down. What is above may be farther by
+    `raised` (m), or at one frequency by each of (n, 1) and then (n, wave numbers).
     """
     k, (low, high) = wave_numbers, levels
     top, bottom = (
@@ -103,8 +104,8 @@ def returned_waves(
 def reflected_impedance(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector | None, below: Reflector | None
 ) -> tuple[float, float]:
-    """Change of inductance (H) and of resistance (ohm) by reflectors above (z > 0) and below (z < 0), both acting.
-    Distances count from z = 0 outwards; the multiple reflection between the two is summed exactly.
+    """Change of inductance (H) and of resistance (ohm) at a frequency (Hz) by reflectors above (z > 0) and below (z <
+    0), both acting: see `reflected_inductances`. Distances count from z = 0 outwards.
     """
     change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
     return change.real, -2.0 * math.pi * frequency * change.imag
@@ -114,7 +115,8 @@ def reflected_inductances(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     distances: Sequence[float]
 ) -> ComplexArray:
-    """What the reflectors add to the mutual inductance (H, complex) of two alike coils side by side. One value for each
+    """What the reflectors add to the mutual inductance (frequencies, distances; H, complex) of two alike coils side by
+    side: mu0 pi times the weighted sum of power times the waves returned (Dodd and Deeds 1968). One value for each
     frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
     resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
     """
@@ -132,8 +134,8 @@ def reflected_inductances(
 def raised_inductances(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector, below: Reflector | None, raised: Array
 ) -> ComplexArray:
-    """What the reflectors add to a coil's inductance (H, complex) at a frequency (Hz), that above being farther by each
-    of (n,) lengths (m).
+    """What the reflectors add to a coil's inductance (n,; H, complex) at a frequency (Hz), that above being farther by
+    each of (n,) lengths (m): as `reflected_inductances`.
     """
     k, z, (up, cross, down) = spectrum.wave_numbers, spectrum.heights, spectrum.sums
     levels = float(z.min()), float(z.max())
@@ -142,10 +144,11 @@ def raised_inductances(
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
-    """Change of the mutual inductance of every two layers with their distance (H/m), 0 on the diagonal. dM/dh = -mu0 pi
-    times the sum of k S_i S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S are those of the
-    spectrum's layers, or of its only one where all are alike, its `nearest` no more than the least of the distances, or
-    a small part of the winding's radial width.
+    """Change of the mutual inductance of every two layers with their distance (layers, layers; H/m), 0 on the diagonal.
+    The slope of mu0 pi times the sum of S_i S_j exp(-k h) (`CurrentSpectrum`): dM/dh = -mu0 pi times the sum of k S_i
+    S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S are those of the spectrum's layers, or
+    of its only one where all are alike, its `nearest` no more than the least of the distances, or a small part of the
+    winding's radial width.
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])

@@ -75,8 +75,8 @@ class CrowdingNearMetal:
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
-        """What the reflection of an even current plus the crowding in free air lack (H; imaginary part times -omega is
-        a resistance), at a frequency (Hz).
+        """What the reflection of an even current plus the crowding in free air lack (H, complex; its imaginary part
+        times -omega is a resistance), at a frequency (Hz), with reflectors above and below.
         """
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
@@ -102,7 +102,7 @@ class CrowdingNearMetal:
         return total
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
-        # Weights of products of waves (frequencies, k): up with up, up with down, down with down.
+        """Weights (H) of products of waves (frequencies, wave numbers): up with up, up with down, down with down."""
         found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
         return [0.5 * MU0 * self.weights * part for part in found]
 
@@ -129,7 +129,7 @@ class _Waves:
     other: NDArray[Any]
 
     def returned(self, waves: tuple[Array, Array]) -> tuple[NDArray[Any], NDArray[Any]]:
-        # What comes back of waves (k, ...) up and down.
+        """What comes back of waves (k, ...) up and down. (k, ...), in the waves' unit times H."""
         up, down = waves
         shape = (-1, *([1] * (up.ndim - 1)))
         both, mixed, other = (part.reshape(shape) for part in (self.both, self.mixed, self.other))
@@ -138,9 +138,10 @@ class _Waves:
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
                         bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:
-    """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane.
-    `conductivity` (S/m) and `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct
-    current in the spirals' bend has more than an even one is left out, as for coils whose spectrum has it as loops.
+    """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane: partial
+    elements (Ruehli 1974) with the reflection of Dodd and Deeds (1968), brought together here. `conductivity` (S/m) and
+    `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct current in the spirals' bend
+    has more than an even one is left out, as for coils whose spectrum has it as loops.
     """
     k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest, steps < STEPS)
     heights = np.concatenate([one.cut.height for one in cuts])
@@ -154,8 +155,9 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
                 modes: ModeSet) -> NDArray[np.float32]:
-    # Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
-    # upwards.
+    """Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
+    upwards, by Gauss points over each cross-section.
+    """
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
     x, z = (table.reshape(-1, *modes.points) for table in points_of(cut, modes))
@@ -189,8 +191,9 @@ class _Reduced:
     down: Array
 
     def changes(self, frequencies: Array, waves: Sequence[Array]) -> ComplexArray:
-        """Change of the inductance (H, complex) at frequencies (Hz), from the waves' weights: real parts at all
-        frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`.
+        """Change of the inductance (frequencies; H, complex) at frequencies (Hz), from the waves' weights: real parts
+        at all frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`. Derived here: the modes obey (1 + i
+        omega (rates + reflected)) current = -i omega drive, in free air without what is reflected.
         """
         first, second, products = self._products
         flat = np.concatenate(waves, axis=1) @ products
@@ -208,8 +211,9 @@ class _Reduced:
 
     @cached_property
     def _products(self) -> tuple[Index, Index, Array]:
-        # Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
-        # with up, down with down.
+        """Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
+        with up, down with down; in the waves' unit squared.
+        """
         first, second = np.triu_indices(self.up.shape[1])
         across = self.up[:, first] * self.down[:, second] + self.down[:, first] * self.up[:, second]
         alike = [waves[:, first] * waves[:, second] for waves in (self.up, self.down)]
@@ -217,7 +221,9 @@ class _Reduced:
 
 
 def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool, steps: int) -> _Reduced:
-    """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings."""
+    """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings, by a Rayleigh-Ritz
+    projection on the block Krylov space of the drives (textbook).
+    """
     system = cut.system
     up, down = waves.returned(cut.waves(system.source))
     image = cut.seen(up.real, down.real), cut.seen(up.imag, down.imag)
@@ -235,9 +241,10 @@ def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool, steps: int) -> _Red
 
 
 def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array, steps: int) -> Array:
-    """Orthonormal basis of the block, its image, that one's image ..., without directions that are there already."""
-    # Orthonormal basis of the block, its image, that one's image ...; directions that are there already are left out,
-    # and all end where the space is full.
+    """Orthonormal basis (modes, size; no unit) of the block (modes, k), its image, that one's image ... (block Lanczos
+    with full orthogonalisation; Golub and Van Loan, Matrix Computations), without directions that are there already; it
+    ends where the space is full.
+    """
     most = system.coupling.size - len(system.carrier)
     basis = np.zeros((block.shape[0], 0))
     for step in range(steps):

@@ -42,7 +42,8 @@ def gained_inductance(
 ) -> float:
     """Inductance (H) that tracks in series have more for an opening in a slab below them, its middle at x = y = 0. The
     slab's face is at z = -`gap` (m); a mirror stands over it at a distance `room` (m), above the tracks: a perfect
-    conductor with an `echo` of 1, a perfect magnet with one of -1.
+    conductor with an `echo` of 1, a perfect magnet with one of -1. Derived here: see the module. The energy that the
+    opening adds is mu0 times the flux through its mouth times the coil's potential there.
     """
     borders = [_borders(side, gap) for side in opening.size]
     middles = np.stack(np.meshgrid(*(0.5 * (b[1:] + b[:-1]) for b in borders), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -77,14 +78,16 @@ def gained_inductance(
 
 
 def _borders(side: float, gap: float) -> Array:
-    # Of panels along a side (m), about half as wide at its ends as in the middle.
+    """Borders (n; m) of panels along a side (m), about half as wide at its ends as in the middle."""
     count = min(LEAST + math.ceil(side / gap), MOST)
     t = np.arange(count + 1) / count
     return np.asarray(0.5 * side * (t - 0.5 - 0.5 * np.cos(math.pi * t)))
 
 
 def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
-    """What a mirror so far (m) before the plane adds to it, but for a constant."""
+    """Potential (panels, panels; m) that a mirror so far (m) before the plane adds to that of flux through the panels,
+    but for a constant: the images' (textbook).
+    """
     if math.isinf(room):
         return np.zeros((area.size, area.size))
     away = np.hypot(*np.moveaxis(middles[:, None] - middles, -1, 0))
@@ -95,8 +98,9 @@ def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
 
 
 def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
-    # Potential (A) of a track with 1 A on the face without an opening would be twice this, its images in a mirror so
-    # far (m) over the face counted, but for a constant.
+    """Half the potential (points; A) that a track with 1 A makes on the face without an opening, its images in a mirror
+    so far (m) over the face counted, but for a constant.
+    """
     height = gap + track.z
     found = _potential(track.corners, points, height)
     if math.isfinite(room):
@@ -107,8 +111,9 @@ def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: 
 
 
 def _potential(corners: Array, points: Array, height: float) -> Array:
-    # Magnetic potential (A) of a closed flat loop with 1 A so high (m) over points (n, 2): its solid angle over 4 pi,
-    # side by side in closed form.
+    """Magnetic potential (points; A) of a closed flat loop with 1 A so high (m) over points (n, 2; m): its solid angle
+    over 4 pi (Jackson, Classical Electrodynamics, problem 5.1), side by side in closed form, derived here.
+    """
     starts = corners[None] - points[:, None]
     along = np.roll(corners, -1, axis=0) - corners
     length = np.maximum(np.hypot(*along.T), 1e-12)

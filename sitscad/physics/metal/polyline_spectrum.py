@@ -63,7 +63,9 @@ class TrackImage:
 
     def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
               ) -> ComplexArray:
-        """The track's waves (2, rows, n) at `wave` (2, rows, n; 1/m), of the other's."""
+        """The track's waves (2, rows, n; m) at `wave` (2, rows, n; 1/m), of the other's: a turn or mirror of the plane
+        turns them alike, a shift by d multiplies them by exp(-i k.d) (Fourier's shift theorem).
+        """
         seen = other[..., found]
         np.conjugate(seen, out=seen, where=opposite)
         phase = np.tensordot(self.offset, wave, axes=1)
@@ -84,8 +86,9 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
 
 
 def _image(of: int, source: Array, target: Array) -> TrackImage | None:
-    # How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
-    # not.
+    """How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
+    not.
+    """
     if source.shape != target.shape:
         return None
     for sense, aim in ((1.0, target), (-1.0, target[::-1])):
@@ -97,7 +100,9 @@ def _image(of: int, source: Array, target: Array) -> TrackImage | None:
 
 
 def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
-    """The turn, or the mirror (no unit), and the shift (m) that take points (n, 2; m) nearest to others."""
+    """The turn, or the mirror (2, 2; no unit), and the shift (2; m) that take points (n, 2; m) nearest to others by
+    least squares: Procrustes' problem, whose angle is closed in the plane (textbook).
+    """
     middles = source.mean(axis=0), target.mean(axis=0)
     x, y = (source - middles[0]).T
     u, v = (target - middles[1]).T
@@ -111,7 +116,7 @@ def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
 
 
 def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
-    """Whether a track's loops are the images of the other's: they make the same of some waves."""
+    """Whether a track's loops (m2) are the images of the other's: they make the same of the waves PROBES."""
     if source.moments.size != target.moments.size or source.spread != target.spread:
         return False
     if not source.moments.size:
@@ -145,8 +150,9 @@ ROUNDING = 1e-8
 
 
 def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
-    """A track with every arc as a few chords, for metal no nearer than `nearest` (m); they enclose what the arc does.
-    The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on it.
+    """A track (m) with every arc as a few chords, for metal no nearer than `nearest` (m); they enclose what the arc
+    does. The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on
+    it (derived here).
     """
     nodes = [track.starts[0]]
     for start, end, turn in zip(track.starts, track.ends, track.turns, strict=True):
@@ -165,8 +171,9 @@ def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
 
 
 def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Sequence[Loops] = ()) -> CurrentSpectrum:
-    """The spectrum of tracks along straight sides, each layer where it lies, for reflectors no nearer than `nearest`
-    (m) to any mid-plane; `loops` are what each track's current has at its bends beyond an even one (none when empty).
+    """The spectrum (m2, see `CurrentSpectrum`) of tracks along straight sides, each layer where it lies, for reflectors
+    no nearer than `nearest` (m) to any mid-plane; `loops` are what each track's current has at its bends beyond an even
+    one (none when empty). The mean over directions of the products of `_Mitred.waves`, over 4 pi^2.
     """
     everything = np.concatenate([track.corners for track in tracks])
     centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
@@ -195,8 +202,9 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
 
 def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], numbers: Array, angle: Array,
                tangents: Array) -> ComplexArray:
-    # The waves of shapes (shapes, 2, k, directions) at wave numbers (k; 1/m) and directions (k, n; rad), of images
-    # those of what they are images of.
+    """The waves (shapes, 2, k, directions; m) at wave numbers (k; 1/m) and directions (k, n; rad), of images those of
+    what they are images of.
+    """
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
     flat = _beside(unit.reshape(2, -1), tangents)
@@ -281,7 +289,9 @@ class _Directions:
 
 
 def _beside(unit: Array, tangents: Array) -> Array:
-    # Directions (2, n), those across a side to within rounding turned a little off: there the nodes' waves cancel.
+    """Directions (2, n; no unit), those across a side to within rounding turned a little off: there the nodes' waves
+    cancel.
+    """
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
     return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
 
@@ -308,7 +318,10 @@ class _Mitred:
             self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
 
     def waves(self, numbers: Array, unit: Array) -> ComplexArray:
-        """Fourier transform of the current at wave numbers (n; 1/m) and directions (2, n): x and y (2, n)."""
+        """Fourier transform (2, n; m) of the current at wave numbers (n; 1/m) and directions (2, n): x and y. Of sides
+        as Lee and Mittra (1983) have it for polygons, of loops the curl of their moments, i k times the moment across
+        the wave.
+        """
         wave = numbers * unit
         factors = _share(self.after, wave) - _share(self.before, wave)
         x = self.mitres @ wave
@@ -324,7 +337,7 @@ class _Mitred:
 
 
 def _share(tangents: Array, wave: Array) -> Array:
-    # t / (k.t) of sides along t (n, 2), x and y (2, n, directions); nothing where a track has no side.
+    """T / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2); nothing where a track has no side."""
     along = tangents @ wave
     along[~tangents.any(axis=1)] = np.inf
     return np.asarray(tangents.T[:, :, None] / along)
