@@ -103,6 +103,11 @@ def _good(board: Board, scan: Scan) -> Array | None:
     return np.array([float(scan[k].counts) for k in range(len(board.bands))])
 
 
+def _when(scan: Scan) -> float:
+    """The time (s) of a scan: that of its last result."""
+    return max(one.time for one in scan.values())
+
+
 def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, Any]:
     """A scan for programs: when it was read (s), of every coil counts, frequency (Hz) and the number of its status,
     newtons.
@@ -114,13 +119,13 @@ def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, A
         for k, one in sorted(scan.items())
     }
     forces = {f"{axis}_N": round(force, 5) for axis, force in newtons.items()}
-    return {"timestamp": round(max(one.time for one in scan.values()), 6), **coils, **forces}
+    return {"timestamp": round(_when(scan), 6), **coils, **forces}
 
 
 def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
     """A line a scan."""
     for scan in rows:
-        told = [f"{max(one.time for one in scan.values()):8.4f} s"]
+        told = [f"{_when(scan):8.4f} s"]
         told += [
             f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
             for k, one in sorted(scan.items())
@@ -138,7 +143,7 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))])
     for scan in rows:
-        row: list[object] = [f"{max(one.time for one in scan.values()):.6f}"]
+        row: list[object] = [f"{_when(scan):.6f}"]
         for k in range(len(names)):
             one = scan.get(k)
             row += ["", "", STALE] if one is None else [one.counts, f"{board.frequency(one.counts):.1f}", one.status]

@@ -112,8 +112,9 @@ def _nets(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _holes(board: ExtractedBoard) -> Iterator[Difference]:
-    # Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
-    # netlist has at their place.
+    """Holes off their pads, vias that the netlist names and no drill file makes, plated holes of another size than the
+    netlist has at their place.
+    """
     plated = [hole for hole in board.artwork.holes if hole.is_plated]
     for hole in board.artwork.holes:
         for layer in hole.layers:
@@ -155,8 +156,9 @@ def _netlists(board: ExtractedBoard) -> Iterator[Difference]:
 
 
 def _openings(board: ExtractedBoard) -> Iterator[Difference]:
-    # Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where an
-    # opening is not where it belongs. Of the outer layers whose coverlay has a file.
+    """Contacts that the coverlay covers, in part or altogether; then copper in its openings that is no contact, where
+    an opening is not where it belongs. Outer layers are looked at whose coverlay has a file.
+    """
     exposed: list[Difference] = []
     for side, layer in (("Top", 1), ("Bot", len(board.artwork.copper))):
         if side not in board.artwork.openings:

@@ -133,8 +133,12 @@ def inside_rails(listed: PanelList) -> Box:
     return rail, rail, listed.size[0] - rail, listed.size[1] - rail
 
 
-def cut_differences(cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str) -> Iterator[str]:
-    """Whether the cut round one copy, moved to its origin, stops at the bridges and nowhere else."""
+def cut_differences(
+    cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str, apertures: Sequence[str]
+) -> Iterator[str]:
+    """Whether the cut round one copy, moved to its origin, stops at the bridges and nowhere else, and reaches into them
+    no farther than with its round ends: a line drawn there and back ends nowhere.
+    """
     if not len(cuts.objects):
         yield f"{where} is not cut out"
         return
@@ -148,6 +152,12 @@ def cut_differences(cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where
             yield f"{where}: the cut does not stop at both ends of the bridge at {shown_place(middle)} of the board"
     if others := opened - {at for bridge in bridges for at in bridge}:
         yield f"{where}: the cut stops where no bridge is, first at {shown_place(min(others))} of the board"
+    area = shown(cuts, apertures)
+    reach = max((mark_reach(tool, "", apertures) for tool in cuts.objects[:, 0].tolist()), default=0)
+    for begin, end in bridges:
+        across = shapely.LineString([(x * 1e-9, y * 1e-9) for x, y in (begin, end)])
+        if across.difference(area).length < across.length - reach * 1e-9 - 2.0 * NEAR:
+            yield f"{where}: the cut goes into the bridge at {shown_place(begin)} of the board"
 
 
 def _diameter(tool: int, name: str, apertures: Sequence[str]) -> int:
@@ -214,7 +224,7 @@ def compare_panel(board: Path, panel: Path) -> tuple[int, tuple[str, ...]]:
     room = _box([objects.boxes_of_ends() for objects in single.objects.values()])
     cuts, taken = whole.of(CUTS), np.zeros(len(whole.of(CUTS).objects), bool)
     for move in listed.boards:
-        taken |= _inside(cuts, room, move)
+        taken |= _copy(cuts, room, move)[0]
     coupon = (0, 0, 0, 0)
     if listed.coupons:
         left = cuts.chosen(~taken)
@@ -255,26 +265,21 @@ def _differences(single: _Folder, whole: _Folder, copies: _Copies, apertures: li
         there, name = whole.of(function), whole.names[function]
         own, taken = single.of(function), np.zeros(len(there.objects), bool)
         if function == CUTS:
-            first = listed.boards[0]
-            own = there.chosen(_inside(there, copies.board, first)).shifted(-first[0], -first[1])
+            _, own = _copy(there, copies.board, listed.boards[0])
             if not shapely.covers(shown(single.of(OUTLINE), apertures).buffer(NEAR), shown(own, apertures)):
                 yield f"{name} does not cut along the board's outline"
-            yield from cut_differences(own, listed.bridges, f"{name}, board 1")
-            yield from _cut_bridges(own, listed.bridges, f"{name}, board 1", apertures)
+            yield from cut_differences(own, listed.bridges, f"{name}, board 1", apertures)
         for number, move in enumerate(listed.boards, 1):
-            inside = _inside(there, copies.board, move)
+            inside, copy = _copy(there, copies.board, move)
             taken |= inside
-            copy = there.chosen(inside).shifted(-move[0], -move[1])
             yield from _unequal(own, copy, f"{name}, board {number}")
         for number, move in enumerate(listed.coupons, 1):
-            inside = _inside(there, copies.coupon, move)
+            inside, copy = _copy(there, copies.coupon, move)
             taken |= inside
-            copy = there.chosen(inside).shifted(-move[0], -move[1])
             coupon.setdefault(function, copy)
             yield from _unequal(coupon[function], copy, f"{name}, coupon {number}", "the first coupon")
         if function == CUTS and listed.coupons:
-            yield from cut_differences(coupon[function], listed.coupon_bridges, f"{name}, coupon 1")
-            yield from _cut_bridges(coupon[function], listed.coupon_bridges, f"{name}, coupon 1", apertures)
+            yield from cut_differences(coupon[function], listed.coupon_bridges, f"{name}, coupon 1", apertures)
         rest = there.chosen(~taken)
         if function.startswith(EXTENT):
             yield from _off_rails(rest, name, listed, apertures)
@@ -307,24 +312,13 @@ def _off_rails(rest: Plotted, name: str, listed: PanelList, apertures: Sequence[
         yield f"{name} does not show just the rails beside boards and coupons"
 
 
-def _cut_bridges(
-    cuts: Plotted, bridges: Sequence[tuple[Place, Place]], where: str, apertures: Sequence[str]
-) -> Iterator[str]:
-    """Bridges into which the cut reaches farther than with its round ends: drawn there and back, it ends nowhere."""
-    area = shown(cuts, apertures)
-    ends = max((mark_reach(tool, "", apertures) for tool in cuts.objects[:, 0].tolist()), default=0)
-    for begin, end in bridges:
-        across = shapely.LineString([(x * 1e-9, y * 1e-9) for x, y in (begin, end)])
-        if across.difference(area).length < across.length - ends * 1e-9 - 2.0 * NEAR:
-            yield f"{where}: the cut goes into the bridge at {shown_place(begin)} of the board"
-
-
-def _inside(objects: Plotted, box: Box, move: Place) -> Flags:
-    """Which objects begin and end in a box that was moved."""
+def _copy(objects: Plotted, box: Box, move: Place) -> tuple[Flags, Plotted]:
+    """Which objects begin and end in a box that was moved, and these objects moved back with it."""
     ends = objects.boxes_of_ends()
     (dx, dy), (x0, y0, x1, y1) = move, box
     low = (ends[:, 0] >= x0 + dx) & (ends[:, 1] >= y0 + dy)
-    return low & (ends[:, 2] <= x1 + dx) & (ends[:, 3] <= y1 + dy)
+    inside = low & (ends[:, 2] <= x1 + dx) & (ends[:, 3] <= y1 + dy)
+    return inside, objects.chosen(inside).shifted(-dx, -dy)
 
 
 def _box(boxes: Sequence[NDArray[np.int64]]) -> Box:

@@ -41,9 +41,9 @@ class FabricationFile:
 
     path: str
     function: str
-    polarity: str
     title: str
     layer: int | None = None
+    polarity: str = "Positive"
 
     @property
     def name(self) -> str:
@@ -77,7 +77,6 @@ def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
         FabricationFile(
             fabrication_path(layout.spec, f"{layer_name(number, count)}.gbr"),
             f"Copper,L{number},{sides.get(number, 'Inr')}",
-            "Positive",
             f"copper layer {number} of {count}",
             number,
         )
@@ -93,8 +92,8 @@ def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
         FabricationFile(
             fabrication_path(spec, f"{letter}_Mask.gbr"),
             f"Soldermask,{side}",
-            "Negative",
             f"openings in the {word} coverlay (what is drawn is cut away)",
+            polarity="Negative",
         )
         for letter, side, word in sides
     )
@@ -105,7 +104,7 @@ def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
     if layout.stiffener is None:
         return ()
     path = fabrication_path(layout.spec, "B_Stiffener.gbr")
-    return (FabricationFile(path, "Other,Stiffener_Bottom", "Positive", "stiffener on the bottom face"),)
+    return (FabricationFile(path, "Other,Stiffener_Bottom", "stiffener on the bottom face"),)
 
 
 def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -117,7 +116,7 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     which = names.replace("_", " ").replace("L", "")
     title = f"extent of copper {which} and of what lies between and below (the tail is without)"
     path = fabrication_path(layout.spec, "Body_Layers.gbr")
-    return (FabricationFile(path, f"Other,Extent_of_{names}", "Positive", title),)
+    return (FabricationFile(path, f"Other,Extent_of_{names}", title),)
 
 
 def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -127,12 +126,12 @@ def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
     last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
     title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
     path = fabrication_path(layout.spec, "Tail_Coverlay.gbr")
-    return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", "Positive", title),)
+    return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", title),)
 
 
 def profile_file(spec: SensorSpec) -> FabricationFile:
     """The board's outline."""
-    return FabricationFile(fabrication_path(spec, "Edge_Cuts.gbr"), "Profile,NP", "Positive", "outline of the board")
+    return FabricationFile(fabrication_path(spec, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
 
 
 def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -147,21 +146,19 @@ def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
     )
 
 
-def drill_file(layout: Layout, lowest: int) -> FabricationFile:
-    """The drill file of the plated holes from the first copper layer to the `lowest`, called as KiCad calls its own."""
-    if lowest == layout.copper_layers:
-        function, title = f"Plated,1,{lowest},PTH", "plated holes through all copper layers"
-        return FabricationFile(fabrication_path(layout.spec, "PTH.drl"), function, "Positive", title, lowest)
-    ending = f"front-in{lowest - 1}.drl"
-    title = f"plated holes in the tail, through copper 1 to {lowest}"
-    return FabricationFile(fabrication_path(layout.spec, ending), f"Plated,1,{lowest},Blind", "Positive", title, lowest)
-
-
 def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
-    """One drill file for each kind of hole: those through the whole board, and those in a tail of fewer layers.
-    ``layer`` is the last copper layer that its holes go through.
+    """One drill file for each kind of plated hole, called as KiCad calls its own: holes through the whole board, and
+    holes in a tail of fewer layers. ``layer`` is the last copper layer that its holes go through.
     """
-    return tuple(drill_file(layout, lowest) for lowest in layout.spans)
+    found = []
+    for lowest in layout.spans:
+        ending, kind, title = "PTH.drl", "PTH", "plated holes through all copper layers"
+        if lowest != layout.copper_layers:
+            ending, kind = f"front-in{lowest - 1}.drl", "Blind"
+            title = f"plated holes in the tail, through copper 1 to {lowest}"
+        path = fabrication_path(layout.spec, ending)
+        found.append(FabricationFile(path, f"Plated,1,{lowest},{kind}", title, lowest))
+    return tuple(found)
 
 
 def drill_title(spec: SensorSpec, title: str) -> str:
@@ -183,13 +180,13 @@ def panel_path(spec: SensorSpec, ending: str) -> str:
 def cut_file(spec: SensorSpec) -> FabricationFile:
     """The cuts round the parts of a panel."""
     title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
-    return FabricationFile(panel_path(spec, "-Part_Cuts.gbr"), CUTS, "Positive", title)
+    return FabricationFile(panel_path(spec, "-Part_Cuts.gbr"), CUTS, title)
 
 
 def tooling_file(layout: Layout) -> FabricationFile:
     """The drill file of a panel's tooling holes."""
     function = f"NonPlated,1,{layout.copper_layers},NPTH"
-    return FabricationFile(panel_path(layout.spec, "-NPTH.drl"), function, "Positive", "tooling holes, not plated")
+    return FabricationFile(panel_path(layout.spec, "-NPTH.drl"), function, "tooling holes, not plated")
 
 
 def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
@@ -231,7 +228,7 @@ def project_guid(name: str) -> str:
 
 def drill_map_file(path: str) -> FabricationFile:
     """What a drill map is called in the set."""
-    return FabricationFile(path, "Drillmap", "Positive", "drill map")
+    return FabricationFile(path, "Drillmap", "drill map")
 
 
 def stack_names(layout: Layout) -> list[str]:

@@ -174,8 +174,7 @@ def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
     require = tuple(_requirements(document, said))
     search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, said)}
     if not said.flaws:
-        _fixed_goals(goals, space, said)
-        _never_had(base, goals, require, space, said)
+        _out_of_reach(base, goals, require, space, said)
         if search["method"] == "grid" and space.size > MOST_GRID:
             said.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
                       "larger steps, fewer keys, or method: auto")
@@ -324,6 +323,12 @@ def _is_measure(name: Any, place: str, said: Remarks) -> bool:
     return False
 
 
+EXAMPLES = {
+    "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
+    "V": ">= 1.2 V", "A": "<= 5 mA", "": ">= 95 %",
+}
+"""A limit of a measure as it may be written, by the measure's unit."""
+
 _LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
 
 
@@ -336,7 +341,7 @@ def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requiremen
         factor = _factors(unit).get(match[3]) if match else None
         if match is None or factor is None:
             said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
-                      f"like {_example(name)!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
+                      f"like {EXAMPLES[unit]!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
             continue
         if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
             said.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
@@ -353,13 +358,6 @@ def _factors(unit: str) -> dict[str, float]:
     if unit in ("V", "A"):
         return {f"{prefix}{unit}": factor for prefix, factor in (("u", 1e-6), ("m", 1e-3), ("", 1.0))}
     return next({name: float(factor) for name, factor in units.items()} for units in UNITS.values() if unit in units)
-
-
-def _example(name: str) -> str:
-    return {
-        "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
-        "V": ">= 1.2 V", "A": "<= 5 mA",
-    }.get(MEASURES[name].unit, ">= 95 %")
 
 
 def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
@@ -402,20 +400,19 @@ def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, floa
             yield name, 0.01 * float(match[1])
 
 
-def _fixed_goals(goals: tuple[Goal, ...], space: Space, said: Remarks) -> None:
-    """Note goals that nothing of what is varied can change."""
-    for k, goal in enumerate(goals):
-        keys = MEASURES[goal.measure].decided_by
-        if keys and not space.moves(keys):
-            said.flaw("SIT009", _place(k, goal), f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
-                      "here varies: all designs have the same", "vary it, or choose another goal")
-
-
-def _never_had(
+def _out_of_reach(
     base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, said: Remarks
 ) -> None:
-    """Note measures that need what the base has not and nothing of what is varied brings."""
-    places = [(goal.measure, _place(k, goal)) for k, goal in enumerate(goals)]
+    """Note goals that nothing of what is varied can change, and measures that need what the base has not and nothing of
+    what is varied brings.
+    """
+    places = [(goal.measure, dotted(dotted("goals", k), goal.words.partition(" ")[0])) for k, goal in enumerate(goals)]
+    for goal, (_, place) in zip(goals, places, strict=True):
+        keys = MEASURES[goal.measure].decided_by
+        if keys and not space.moves(keys):
+            said.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
+                      "here varies: all designs have the same", "vary it, or choose another goal")
+
     places += [(one.measure, dotted("require", one.measure)) for one in require]
     for name, place in places:
         for need in MEASURES[name].needs:
@@ -423,11 +420,6 @@ def _never_had(
                 said.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
                           "varies: no design has it", "give it to the base, or ask for another measure")
                 break
-
-
-def _place(number: int, goal: Goal) -> str:
-    """Where a goal's measure is written."""
-    return dotted(dotted("goals", number), goal.words.partition(" ")[0])
 
 
 STARTED = """\
@@ -502,7 +494,7 @@ def _worth(spec: SensorSpec) -> Iterator[str]:
     """Two goals of a spec."""
     felt = spec.target is not None and spec.elastomer is not None
     yield "minimize: resolution.normal" if felt else "maximize: rp"
-    if spec.mount is not None and spec.mount.jaw is not None:
+    if spec.jaw is not None:
         yield "minimize: fit.closed_pair"
     elif felt and spec.requirements.shear_force:
         yield "minimize: resolution.shear_x"

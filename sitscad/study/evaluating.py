@@ -265,8 +265,6 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
     )
 
 
-
-
 SECONDS = 1.0
 """Work that a chunk is to hold."""
 

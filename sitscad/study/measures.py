@@ -77,14 +77,20 @@ def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
     return coil.inductance_error * coil.winding_inductance + by_target
 
 
+def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[CoilEstimate, StateEstimate]:
+    """The coil and the state in which a figure of all tanks is at its worst: what `pick` (min or max) takes."""
+    pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
+    if not pairs:
+        raise AbsentError("no tank of this design oscillates")
+    found: tuple[CoilEstimate, StateEstimate] = pick(pairs, key=lambda pair: getattr(pair[1], name))
+    return found
+
+
 def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
     """Reads a figure of all tanks at its worst; `by_inductance` and `by_loss` are its exponents in L and R."""
 
     def read(design: Design) -> Figure:
-        pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
-        if not pairs:
-            raise AbsentError("no tank of this design oscillates")
-        coil, state = pick(pairs, key=lambda pair: getattr(pair[1], name))
+        coil, state = _worst_tank(design, pick, name)
         value = float(getattr(state, name))
         relative = abs(by_inductance) * inductance_error(coil, state) / state.inductance
         return value, abs(value) * (relative + abs(by_loss) * (state.resistance_error or 0.0))
@@ -96,8 +102,7 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
     """Reads one sigma of manufacture of a figure of all tanks, where that is at its worst."""
 
     def read(design: Design) -> Figure:
-        pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
-        spread = pick(pairs, key=lambda pair: getattr(pair[1], name))[1].spread if pairs else None
+        spread = _worst_tank(design, pick, name)[1].spread
         if spread is None:
             raise AbsentError("no tank of this design oscillates")
         return float(getattr(spread, name)), 0.0
@@ -262,7 +267,7 @@ PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
           Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
 FORCE = Need("requirements.normal_force", lambda spec: spec.requirements.normal_force is not None,
              ("requirements.normal_force",))
-JAW = Need("mount.jaw", lambda spec: spec.mount is not None and spec.mount.jaw is not None, ("mount",))
+JAW = Need("mount.jaw", lambda spec: spec.jaw is not None, ("mount",))
 CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
 TWO_COILS = Need("two coils", lambda spec: len(cell_placements(spec)[0]) > 1, ("array", "cells"))
 
@@ -274,9 +279,6 @@ def _told_apart(axis: str) -> Need:
         return axis in axes_told_apart(cell_placements(spec)[0])
 
     return Need("coils that tell it apart", is_had, ("array", "cells"))
-
-
-BOTH = (SCREEN, FULL)
 
 
 def _rows() -> Iterator[DesignMeasure]:
@@ -296,11 +298,11 @@ def _rows() -> Iterator[DesignMeasure]:
                         "requirements.normal_force, of the coil where it changes least",
                         (*PADDED, FORCE), _signal)
     quick = (("resolution", "one sigma of noise on {axis} at the scan rate, the worst of rest, half and full load",
-              _by_axis(_resolution, NEARLY), BOTH),
+              _by_axis(_resolution, NEARLY), (SCREEN, FULL)),
              ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), BOTH),
+              "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), (SCREEN, FULL)),
              ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
               _by_axis(_by_tilt, NEARLY_TILTED), (FULL,)))
     for name, meaning, read, levels in quick:

@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.checks import all_rules
+from sitscad.checks import judged as checked
+from sitscad.design import Design
 from sitscad.finding import Severity
+from sitscad.inspection import as_configured
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.policy import stands_for
@@ -36,7 +39,7 @@ from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_fo
 from sitscad.study.evaluating import Executor, Workers, judged
 from sitscad.study.evaluation import ARCHIVE, Archive, Evaluation
 from sitscad.study.running import IN_VAIN, Found, Progress, StudyRun
-from sitscad.study.space import Base, Changes, Point
+from sitscad.study.space import Base, Point
 from sitscad.study.spreads import DRAWS, Yield, yield_of
 
 
@@ -199,24 +202,16 @@ def _text(asked: Asked, one: Kept, number: int) -> str:
     """
     base = asked.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
-    changes: Changes = (*((key, value) for key, value in one.changed.items()), ("name", name))
-    text = base.written(changes)
-    found = _findings(Base(text, base.path, base.profiles))
+    text = base.written((*one.changed.items(), ("name", name)))
+    spec = Base(text, base.path, base.profiles).spec
+    said = as_configured(spec, checked(Design(spec), "none"))
+    in_vain = [found.line for found in said.findings
+               if found.rule == IN_VAIN and found.line and found.severity is Severity.WARNING]
     own = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
     changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
     head = f"# Design {number} of a study of {own}, with other values of {changed}. Comments below are the base's.\n"
     mark = text[: text.startswith("\ufeff")]  # of byte order, which stays first
-    return mark + head + answer.without_vain_comments(text.removeprefix(mark), found)
-
-
-def _findings(base: Base) -> list[int]:
-    """Lines of a spec whose comments silence nothing."""
-    from sitscad.checks import judged as checked
-    from sitscad.design import Design
-    from sitscad.inspection import as_configured
-
-    said = as_configured(base.spec, checked(Design(base.spec), "none"))
-    return [one.line for one in said.findings if one.rule == IN_VAIN and one.line and one.severity is Severity.WARNING]
+    return mark + head + answer.without_vain_comments(text.removeprefix(mark), in_vain)
 
 
 def _read(text: str, path: str) -> Study:

@@ -141,7 +141,6 @@ def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
     return key.strip(), counted(parts[0].strip(), parts[1].strip(), int(parts[2]))
 
 
-
 def shown(name: str, value: float, digits: int = 4) -> str:
     """A figure of a measure for people; a dash where there is none."""
     unit = MEASURES[name].unit

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 from tolerance import approx
 
-from sitscad.bench.registers import NoAnswer
+from sitscad.bench.converter import NoAnswer
 from sitscad.papers import firmware_readme
 from tests.bench.conftest import HERE, SANE, STRICT
 

@@ -10,8 +10,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.bench.converter import FAULTS, Fault
-from sitscad.bench.registers import NoAnswer, Registers, Tank
+from sitscad.bench.converter import FAULTS, Fault, NoAnswer, Registers, Tank
 from sitscad.data import FOLDER
 from sitscad.estimates.circuit.settings import devices
 from sitscad.readout import ldc_registers as at
