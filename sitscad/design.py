@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.estimates.cells import AlikeCells, CellCrosstalk
     from sitscad.estimates.performance.curves import Curves
-    from sitscad.estimates.performance.manufacture import Scatter
     from sitscad.estimates.performance.points import Felt
     from sitscad.estimates.performance.values import Loads, Performance
     from sitscad.estimates.response.model import ResponseModel
     from sitscad.estimates.response.values import Response
+    from sitscad.estimates.scatter import Scatter
     from sitscad.layout.board import Layout
     from sitscad.layout.escape import SearchLimit
     from sitscad.layout.panel import Panel
@@ -269,7 +269,7 @@ class Design:
     @cached_property
     def scatter(self) -> tuple[Scatter, ...]:
         """By how much one unit differs from the next, cause by cause."""
-        from sitscad.estimates.performance.manufacture import manufacturing_scatter
+        from sitscad.estimates.scatter import manufacturing_scatter
 
         return manufacturing_scatter(self.spec, self.estimates)
 

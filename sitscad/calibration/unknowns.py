@@ -9,11 +9,11 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.data import rows
-from sitscad.estimates.performance import manufacture as scatter
-from sitscad.estimates.performance.manufacture import manufacturing_scatter
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.plate import USUAL as CHANGE_SIGMA
-from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.estimates.scatter import CAPACITOR, CLOCK, OFFSET_X, OFFSET_Y, TILT_X, TILT_Y, YAW, coil_scatter
+from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD
+from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
@@ -53,33 +53,32 @@ def usual(name: str) -> float:
 
 
 def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
-    """All that a sensor of a design may be off by, in the order of the rows that `units` gives. Sigmas are those of
-    `manufacturing_scatter`. To tilts is added what one end of a pad may be thicker than the other, as much as two pads
-    differ; the coils of one board have most of their inductance's scatter in common. Raises NoResponse without a pad.
+    """All that a sensor of a design may be off by, in the order of the rows that `units` gives. Sigmas of what
+    manufacture scatters are those of `estimates.scatter`, others are of the pad's law and of the model. To tilts is
+    added what one end of a pad may be thicker than the other, as much as two pads differ; the coils of one board have
+    most of their inductance's scatter in common. Raises NoResponse without a pad.
     """
-    law, pad, target = soft_pad(spec).sigma, spec.elastomer, spec.target
-    assert pad is not None and target is not None
-    known = {one.name: one.sigma for one in manufacturing_scatter(spec, estimates)}
-    height, (x, y) = known[scatter.THICKNESS], target.size
-    tilts = (scatter.TILT_X, y), (scatter.TILT_Y, x)
-    tilt_x, tilt_y = (math.hypot(known.get(name, 0.0), height / width) for name, width in tilts)
+    law, target = soft_pad(spec).sigma, spec.target
+    assert target is not None
+    known, (x, y) = sigmas(spec), target.size
+    inductance = next((one.sigma for one in coil_scatter(estimates)), usual("coil_inductance"))
     found = [
-        Unknown("gap", "m", height),
-        Unknown("glue", "m", known.get(scatter.GLUE, 0.0)),
-        Unknown("offset_x", "m", known[scatter.OFFSET_X]),
-        Unknown("offset_y", "m", known[scatter.OFFSET_Y]),
-        Unknown("tilt_x", "rad", tilt_x),
-        Unknown("tilt_y", "rad", tilt_y),
-        Unknown("twist", "rad", known[scatter.YAW]),
-        Unknown("modulus", "1", known[scatter.MODULUS]),
+        Unknown("gap", "m", known[PAD]),
+        Unknown("glue", "m", known[GLUE]),
+        Unknown("offset_x", "m", known[OFFSET_X]),
+        Unknown("offset_y", "m", known[OFFSET_Y]),
+        Unknown("tilt_x", "rad", math.hypot(known[TILT_X], known[PAD] / y)),
+        Unknown("tilt_y", "rad", math.hypot(known[TILT_Y], known[PAD] / x)),
+        Unknown("twist", "rad", known[YAW]),
+        Unknown("modulus", "1", known[MODULUS]),
         Unknown("shear_modulus", "1", law),
         Unknown("pad_curve", "1", usual("pad_curve")),
         Unknown("softening", "1", law),
         Unknown("shear_curve", "1", usual("shear_curve")),
         Unknown("exponent", "1", usual("exponent"), False),
-        Unknown("inductance", "1", known.get(scatter.INDUCTANCE, usual("coil_inductance"))),
+        Unknown("inductance", "1", inductance),
         Unknown("target_change", "1", CHANGE_SIGMA),
-        Unknown("clock", "1", known[scatter.CLOCK], False),
+        Unknown("clock", "1", known[CLOCK], False),
     ]
     for coil in estimates.coils:
         found.append(Unknown(f"capacitor.{coil.name}", "1", known[CAPACITOR]))
@@ -95,7 +94,9 @@ SURELY = 6.0
 
 
 def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Errors (count, unknowns; m, rad, relative) of simulated sensors by a seed: normal, cut off at `WIDEST` sigmas."""
+    """Errors (count, unknowns; m, rad, relative) of simulated sensors by a seed: normal, as a fit takes them, and cut
+    off at `WIDEST` sigmas; bands of as large a sigma that are evenly filled, as studies draw them, end at 1.7 sigmas.
+    """
     generator = np.random.default_rng(seed)
     drawn = generator.normal(size=(count, len(known)))
     while np.any(beyond := np.abs(drawn) > WIDEST):

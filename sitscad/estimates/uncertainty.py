@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.data import rows
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.scatter import (
+    CAPACITOR,
+    CAUSES,
+    DIAMETER,
+    DISTANCE,
+    FOIL,
+    PERMITTIVITY,
+    PLATING,
+    WIDTH,
+    scatter,
+)
 from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, mirror
-from sitscad.estimates.states.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import MU0
@@ -21,16 +30,14 @@ from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
 from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance, reflected_inductances
-from sitscad.record import record, replace
-from sitscad.scene.bodies import lines_below_target
+from sitscad.record import kept, record, replace
+from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import LayerKind, Stackup
-from sitscad.spec.mount import Assembly
 from sitscad.spec.sensor import SensorSpec
 
-WIDTH, THICKNESS, DISTANCE, DIAMETER = "trace width", "copper thickness", "layer distance", "diameter"
-FOIL, PLATING = "copper foil", "copper plating"
-CAPACITOR, PERMITTIVITY, SHARE = "capacitor", "permittivity", "share of the target"
-WINDOW = "window in the jaw"
+THICKNESS = "copper thickness"
+SHARE, WINDOW = "share of the target", "window in the jaw"
+"""Causes beside those of `scatter.CAUSES`: foil and plating together, and how far off the metal's effect may be."""
 
 EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
 """Growth of the extra loss with the logarithm of width and thickness: shares of itself and of its growth with ln f."""
@@ -45,42 +52,16 @@ SHORT_WAVES = 0.04
 turns that lacks 0.14 %, of 80 turns 0.05 %."""
 
 
-@record
-class Tolerance:
-    """One row of the tolerances: half width of a rectangular distribution (relative, or in metres as its unit says),
-    its source, whether it was seen.
-    """
-
-    half_width: float
-    source: str
-    verified: bool
-
-    @property
-    def sigma(self) -> float:
-        """Standard deviation: half width over sqrt 3 (rectangular distribution, GUM 4.3.7)."""
-        return self.half_width / math.sqrt(3.0)
-
-
-@cache
-def tolerances() -> dict[str, Tolerance]:
-    """What a fabricator keeps to, by name (``trace width``, ...)."""
-    return {
-        row["name"]: Tolerance(float(row["half_width"]), row["source"], row["status"] == "verified")
-        for row in rows("tolerances")
-    }
-
-
 def sigmas(spec: SensorSpec) -> dict[str, float]:
-    """Standard deviations of what is manufactured, for this stack-up and by the pad's own tolerances where the spec
-    writes them: the elastomer's thickness and size and all glue below the target in metres, all others relative.
+    """Standard deviations of all causes by name, 0 of what the sensor does not have: in metres those of the pad's
+    thickness and size, of all glue below the target and of the target's place, in radians those of angles, all others
+    relative. That of the copper's thickness is of this stack-up.
     """
-    found = {name: row.sigma for name, row in tolerances().items()}
-    found |= {name: own / math.sqrt(3.0) for name, own in _own_bands(spec.assembly).items()}
-    found[THICKNESS] = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
-    found[CAPACITOR] = spec.readout.device.limit("capacitor_tolerance") / math.sqrt(3.0)
-    # of independent lines squares add up
-    found[GLUE] = math.sqrt(lines_below_target(spec)) * spec.assembly.glue_tolerance / math.sqrt(3.0)
-    return found
+    def found() -> dict[str, float]:
+        copper = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
+        return {THICKNESS: copper} | {cause.name: cause.sigma(spec) for cause in CAUSES}
+
+    return kept(spec, "_sigmas", found)
 
 
 def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
@@ -92,9 +73,9 @@ def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
     steps = math.fsum((layer.plated > 0.0) * stackup.platings(layer.number) / layer.thickness**2 for layer in copper)
-    rows = tolerances()
-    unsure = rows[PLATING].half_width if stackup.is_plating_stated else stackup.plating_thickness
-    return rows[FOIL].half_width * foil, unsure * steps / whole
+    known = usual_tolerances()
+    unsure = known[PLATING].band if stackup.is_plating_stated else stackup.plating_thickness
+    return known[FOIL].band * foil, unsure * steps / whole
 
 
 def thickest_copper(spec: SensorSpec) -> float:
@@ -102,12 +83,6 @@ def thickest_copper(spec: SensorSpec) -> float:
     thick end of what is delivered.
     """
     return sum(_copper_bands(spec))
-
-
-def _own_bands(assembly: Assembly) -> dict[str, float]:
-    """Half the bands (m) of the pad that the spec writes itself, by the name of the row they stand for."""
-    own = {PAD: assembly.tolerance("elastomer"), PAD_SIZE: assembly.tolerance("elastomer_size")}
-    return {name: band for name, band in own.items() if band is not None}
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:
@@ -120,10 +95,8 @@ def direct_resistance_sigma(spec: SensorSpec) -> float:
 
 def scatter_note(spec: SensorSpec) -> str:
     """Which of the tolerances behind the scatter nobody has seen a source for."""
-    absent = set(_own_bands(spec.assembly)) if spec.elastomer is not None else {PAD, PAD_SIZE}
-    unseen = [name for name, row in tolerances().items() if not row.verified and name not in absent]
-    if not spec.readout.device.limits["capacitor_tolerance"].verified:
-        unseen.append(CAPACITOR)
+    known = scatter(spec)
+    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in known and not known[name].verified]
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
 
 

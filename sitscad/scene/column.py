@@ -84,10 +84,15 @@ GLUE = "glue under the "
 
 @record
 class SizeTolerance:
-    """Half the band (m) of a size, and where the figure comes from."""
+    """Half the band of a size (m; of some figures relative or an angle), and where the figure comes from."""
 
     band: float
     source: str
+
+    @property
+    def sigma(self) -> float:
+        """The standard deviation of a band that is evenly filled (GUM 4.3.7)."""
+        return self.band / math.sqrt(3.0)
 
 
 @record
@@ -198,7 +203,7 @@ def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance
     """Tolerance of the sides of the elastomer or the target, of a size (m)."""
     if name == "target":
         return _tolerance(assembly, "target_size", "edge", "cut", size)
-    return _of_elastomer(assembly, "elastomer_size", "elastomer size")
+    return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
 
 
 def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
@@ -221,7 +226,7 @@ def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
 
 def _above(spec: SensorSpec) -> Iterator[Layer]:
     if spec.elastomer is not None:
-        own = _of_elastomer(spec.assembly, "elastomer", "elastomer thickness")
+        own = elastomer_tolerance(spec.assembly, "elastomer", "elastomer thickness")
         yield _layer("elastomer", spec.elastomer.thickness, own)
     if spec.target is not None:
         thickness = spec.target.thickness
@@ -232,13 +237,16 @@ def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
     return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
 
 
-def _of_elastomer(assembly: Assembly, written: str, row: str) -> SizeTolerance:
-    """The tolerance of the pad, one and the same as the electrical estimate's."""
+def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
+    """The tolerance of a size (m) of the pad: what the spec has `written`, else the table's row."""
     own = assembly.tolerance(written)
-    if own is not None:
-        return SizeTolerance(own, WRITTEN)
-    found = next(entry for entry in _read("tolerances") if entry["name"] == row)
-    return SizeTolerance(float(found["half_width"]), cited(found))
+    return usual_tolerances()[row] if own is None else SizeTolerance(own, WRITTEN)
+
+
+@cache
+def usual_tolerances() -> dict[str, SizeTolerance]:
+    """What fabricators keep to, by name (``trace width``, ...): relative, or in metres as the table's units say."""
+    return {row["name"]: SizeTolerance(float(row["half_width"]), cited(row)) for row in rows("tolerances")}
 
 
 def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:

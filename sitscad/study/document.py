@@ -391,7 +391,7 @@ def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, floa
         if name not in SPREADS:
             said.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
                       f"one of {', '.join(SPREADS)}")
-        elif not SPREADS[name].is_relative:
+        elif SPREADS[name].unit != "1":
             said.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
                       "write its tolerance into the spec's section assembly")
         elif match is None or not 0.0 <= float(match[1]) <= 100.0:

@@ -212,14 +212,14 @@ def _crosstalk(design: Design) -> Figure:
 
 def _by_gap(design: Design) -> Figure:
     from sitscad.checks.performance import NEARLY
-    from sitscad.estimates.performance.manufacture import GLUE, THICKNESS
+    from sitscad.estimates.states.pressing import GLUE, PAD
 
     found = _felt(design)
     if not found.is_range_held:
         raise AbsentError("the pad gives way sideways within the required loads")
     units, full = found.units, found.bench.range.normal
     near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
-    causes = [units.before[name][near] for name in (GLUE, THICKNESS) if name in units.before]
+    causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
     value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0)).max())

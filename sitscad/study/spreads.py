@@ -17,13 +17,10 @@ from sitscad.arrays import Array
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
-from sitscad.estimates.states.pressing import PAD
-from sitscad.estimates.uncertainty import CAPACITOR, DISTANCE, FOIL, WIDTH, sigmas
+from sitscad.estimates.scatter import CAUSES
 from sitscad.finding import Severity
 from sitscad.inspection import as_configured
 from sitscad.record import record
-from sitscad.scene.column import placement
-from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import figures, tidily
 from sitscad.study.evaluation import UnitJudged
@@ -40,109 +37,8 @@ BY_CALIBRATION = ("error.gap",)
 measures and rules ask is what a calibration leaves, or no error of a force at all.
 """
 
-LEAST_FACTOR = 0.05
-"""What a figure is scaled by at least, however large its sigma is."""
-
-
-@record
-class UnitSpread:
-    """One figure that differs from unit to unit: its standard deviation, relative where `is_relative`, else in metres
-    or radians; whether the draws are normal in its logarithm, else evenly spread over their band; and what moves it.
-    """
-
-    name: str
-    sigma: Callable[[SensorSpec], float]
-    moved: Callable[[SensorSpec, float], SensorSpec]
-    is_relative: bool = True
-    is_logarithmic: bool = False
-
-
-def _width(spec: SensorSpec, off: float) -> SensorSpec:
-    coil = spec.coil
-    width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
-    pitch = coil.trace_width + coil.trace_spacing  # the film of the artwork keeps it
-    return replace(spec, coil=replace(coil, trace_width=width, trace_spacing=pitch - width))
-
-
-def _layers(kind: LayerKind) -> Callable[[SensorSpec, float], SensorSpec]:
-    """Moves the thickness of all layers of a kind: foils and films are of one delivery."""
-
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        stackup = spec.fpc.stackup
-        layers = tuple(
-            replace(one, thickness=one.thickness + off * (one.thickness - one.plated)) if one.kind is kind else one
-            for one in stackup.layers
-        )
-        return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=layers)))
-
-    return moved
-
-
-def _capacitor(spec: SensorSpec, off: float) -> SensorSpec:
-    chosen = spec.readout.capacitance
-    return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
-
-
-def _pad_thickness(spec: SensorSpec, off: float) -> SensorSpec:
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    return replace(spec, elastomer=replace(pad, thickness=max(LEAST_FACTOR * pad.thickness, pad.thickness + off)))
-
-
-def _modulus(spec: SensorSpec, off: float) -> SensorSpec:
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(off))
-    return replace(spec, elastomer=replace(pad, material=material))
-
-
-def _glue(spec: SensorSpec, off: float) -> SensorSpec:
-    line = spec.assembly.glue_line
-    return replace(spec, assembly=replace(spec.assembly, glue_line=max(0.0, line + off)))
-
-
-def _beside(axis: int) -> Callable[[SensorSpec, float], SensorSpec]:
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        if spec.target is None:
-            return spec
-        x, y = spec.target.offset
-        offset = (x + off, y) if axis == 0 else (x, y + off)
-        return replace(spec, target=replace(spec.target, offset=offset))
-
-    return moved
-
-
-def _turned(spec: SensorSpec, off: float) -> SensorSpec:
-    return spec if spec.target is None else replace(
-        spec, target=replace(spec.target, rotation=spec.target.rotation + off))
-
-
-def _of_band(spec: SensorSpec) -> float:
-    return placement(spec.assembly).band / math.sqrt(3.0)
-
-
-SPREADS: dict[str, UnitSpread] = {
-    row.name: row
-    for row in (
-        UnitSpread("coil.trace_width", lambda spec: sigmas(spec)[WIDTH], _width),
-        UnitSpread("fpc.stackup.copper", lambda spec: sigmas(spec)[FOIL], _layers(LayerKind.COPPER)),
-        UnitSpread("fpc.stackup.dielectric", lambda spec: sigmas(spec)[DISTANCE], _layers(LayerKind.DIELECTRIC)),
-        UnitSpread("readout.capacitance", lambda spec: sigmas(spec)[CAPACITOR], _capacitor),
-        UnitSpread("elastomer.thickness", lambda spec: sigmas(spec)[PAD], _pad_thickness, is_relative=False),
-        UnitSpread("elastomer.modulus",
-                   lambda spec: spec.elastomer.material.shear_modulus_sigma if spec.elastomer else 0.0, _modulus,
-                   is_logarithmic=True),
-        UnitSpread("assembly.glue_line", lambda spec: spec.assembly.glue_tolerance / math.sqrt(3.0), _glue,
-                   is_relative=False),
-        UnitSpread("target.offset.x", _of_band, _beside(0), is_relative=False),
-        UnitSpread("target.offset.y", _of_band, _beside(1), is_relative=False),
-        UnitSpread("target.rotation", lambda spec: 2.0 * _of_band(spec) / min(spec.target.size) if spec.target else 0.0,
-                   _turned, is_relative=False),
-    )
-}
-"""What scatters, by name; sigmas are those of `estimates.uncertainty` and `scene.column`, with their sources there."""
+SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
+"""What scatters, by the names that studies have for it."""
 
 
 @cache
@@ -158,10 +54,11 @@ def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
     """The spec of one unit by its draws (spreads,); `own` are sigmas that stand for those of the tables."""
     from scipy.special import ndtri
 
-    for spread, u in zip(SPREADS.values(), row, strict=True):
-        sigma = own.get(spread.name, spread.sigma(spec))
-        off = sigma * (float(ndtri(u)) if spread.is_logarithmic else math.sqrt(3.0) * (2.0 * float(u) - 1.0))
-        spec = spread.moved(spec, off)
+    for (key, cause), u in zip(SPREADS.items(), row, strict=True):
+        assert cause.moved is not None
+        sigma = own.get(key, cause.sigma(spec))
+        off = sigma * (float(ndtri(u)) if cause.is_logarithmic else math.sqrt(3.0) * (2.0 * float(u) - 1.0))
+        spec = cause.moved(spec, off)
     return spec
 
 

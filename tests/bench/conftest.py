@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.estimates.scatter import CAPACITOR
 from sitscad.papers import firmware
 
 HERE = Path(__file__).parent

@@ -6,14 +6,17 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates import uncertainty
-from sitscad.estimates.performance import manufacture as scatter
-from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.calibration.calibration import sensors_of
+from sitscad.estimates import scatter, uncertainty
+from sitscad.estimates.performance.units import readings_of
+from sitscad.estimates.scatter import CAPACITOR
+from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -40,10 +43,10 @@ def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
 def test_it_holds_what_the_spec_says(grasper):
     """The template asks 50 um of pad and placement; a band that is evenly filled has its half over the root of 3."""
     found = _sigmas(grasper)
-    assert found[scatter.THICKNESS] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
+    assert found[PAD] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
     assert found[scatter.OFFSET_X] == found[scatter.OFFSET_Y] == approx(50e-6 / math.sqrt(3.0), rel=1e-6)
     assert found[scatter.YAW] == approx(2.0 * 50e-6 / 4.1e-3 / math.sqrt(3.0), rel=1e-6)
-    assert found[scatter.MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
+    assert found[MODULUS] == grasper.spec.elastomer.material.shear_modulus_sigma
     assert found[CAPACITOR] == approx(0.05 / math.sqrt(3.0), rel=1e-6)
 
 
@@ -57,7 +60,7 @@ def test_it_follows_the_spec(grasper):
     looser = Design(replace(grasper.spec, assembly=replace(grasper.spec.assembly, tolerances=())), grasper.layout,
                     grasper.estimates)
     assert _sigmas(looser)[scatter.OFFSET_X] == approx(2.0 * _sigmas(grasper)[scatter.OFFSET_X], rel=1e-6)
-    assert _sigmas(looser)[scatter.THICKNESS] == approx(3.0 * _sigmas(grasper)[scatter.THICKNESS], rel=1e-6)
+    assert _sigmas(looser)[PAD] == approx(3.0 * _sigmas(grasper)[PAD], rel=1e-6)
 
 
 def test_a_coil_alone_has_no_target_and_no_pad():
@@ -68,23 +71,23 @@ def test_a_coil_alone_has_no_target_and_no_pad():
 def test_the_states_gaps_scatter_by_the_glue_as_performance_has_it(grasper):
     """They had the pad alone: 29 um where performance and calibration had 33."""
     found, estimates = _sigmas(grasper), grasper.estimates
-    glue = found[scatter.GLUE]
-    assert glue == uncertainty.sigmas(grasper.spec)[scatter.GLUE] > 0.0
-    assert estimates.gap_sigmas["rest"] == approx(math.hypot(found[scatter.THICKNESS], glue), rel=1e-6)
+    glue = found[GLUE]
+    assert glue == uncertainty.sigmas(grasper.spec)[GLUE] > 0.0
+    assert estimates.gap_sigmas["rest"] == approx(math.hypot(found[PAD], glue), rel=1e-6)
     assert estimates.gap_sigmas["pressed"] == approx(math.hypot(estimates.compression_scatter.gap, glue), rel=1e-6)
     for coil in estimates.coils:
         for state in ("rest", "pressed"):
-            by_glue, by_pad = (coil.states[state].spread.shifts[one][0] for one in (scatter.GLUE, scatter.THICKNESS))
+            by_glue, by_pad = (coil.states[state].spread.shifts[one][0] for one in (GLUE, PAD))
             assert by_glue < 0.0, "from thick to thin: nearer metal takes inductance away"
             if state == "rest":  # an unloaded pad and glue are heights alike
-                assert by_glue / by_pad == approx(glue / found[scatter.THICKNESS], rel=0.05)
+                assert by_glue / by_pad == approx(glue / found[PAD], rel=0.05)
 
 
 def test_a_target_without_a_pad_has_one_line_of_glue(grasper):
     bare = replace(grasper.spec, elastomer=None)
-    two, one = (uncertainty.sigmas(spec)[scatter.GLUE] for spec in (grasper.spec, bare))
+    two, one = (uncertainty.sigmas(spec)[GLUE] for spec in (grasper.spec, bare))
     assert one == approx(two / math.sqrt(2.0), rel=1e-6)
-    assert uncertainty.sigmas(replace(bare, target=None))[scatter.GLUE] == 0.0
+    assert uncertainty.sigmas(replace(bare, target=None))[GLUE] == 0.0
 
 
 @pytest.mark.parametrize("band", ["20 um", "200 um"])
@@ -94,9 +97,50 @@ def test_the_states_and_the_pad_take_the_spec_s_own_tolerance(band):
     tolerances = (("elastomer", 1e-6 * float(band.split()[0])), ("elastomer_size", 0.1e-3))
     design = Design(replace(spec, assembly=replace(spec.assembly, tolerances=tolerances)))
     found = _sigmas(design)
-    assert found[scatter.THICKNESS] == approx(tolerances[0][1] / math.sqrt(3.0), rel=1e-6)
+    assert found[PAD] == approx(tolerances[0][1] / math.sqrt(3.0), rel=1e-6)
     assert design.estimates.gap_sigmas["rest"] == approx(
-        math.hypot(found[scatter.THICKNESS], found[scatter.GLUE]), rel=1e-6
+        math.hypot(found[PAD], found[GLUE]), rel=1e-6
     )
-    assert uncertainty.sigmas(design.spec)[scatter.SIZE] == found[scatter.SIZE]
+    assert uncertainty.sigmas(design.spec)[PAD_SIZE] == found[PAD_SIZE]
     assert not any("elastomer size" in note for note in design.estimates.notes)
+
+
+KNOWN_AS = {PAD: "gap", GLUE: "glue", MODULUS: "modulus", scatter.OFFSET_X: "offset_x", scatter.OFFSET_Y: "offset_y",
+            scatter.YAW: "twist"}
+"""What a calibration calls the causes that it shares with studies."""
+
+
+def _changed_by(design, cause, loads):
+    """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
+    sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
+    for felt in (design.felt, design.solved):
+        drawn = _readings(felt.bench, loads)
+        (one,) = readings_of(felt.bench, scatter.scatter(design.spec)[cause.name], loads)
+        yield one[0] - drawn
+    errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.known])
+    read = [np.log(sensors.under(off, np.vstack([np.zeros((1, 3)), loads]))) for off in (errors, 0.0 * errors)]
+    yield (read[0][1:] - read[0][0]) - (read[1][1:] - read[1][0])
+    capacitor = design.estimates.readout.capacitance
+    spec = cause.moved(replace(design.spec, readout=replace(design.spec.readout, capacitance=capacitor)), sigma)
+    yield _readings(Design(spec, replace(design.layout, spec=spec)).solved.bench, loads) - drawn
+
+
+def _readings(bench, loads):
+    return bench.readings(bench.poses(loads))
+
+
+@pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
+def test_three_levels_of_simulated_units_read_alike(name):
+    """One sigma of each cause, by the quick method and by the response, by a calibration's chart, and of a design that
+    is worked out anew, of what all causes together do.
+    """
+    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    full, shear = design.solved.bench.range.normal, design.solved.bench.range.shear
+    loads = np.array([[0.5 * full, 0.0, 0.0], [full, 0.0, 0.0], [0.5 * full, 0.5 * shear, 0.0], [full, -shear, 0.0]])
+    found = {cause.name: list(_changed_by(design, cause, loads))
+             for cause in scatter.CAUSES if cause.name in KNOWN_AS}
+    together = [np.sqrt(np.mean(np.sum(np.square(levels), axis=0))) for levels in zip(*found.values(), strict=True)]
+    assert together[:-1] == approx(3 * [together[-1]], rel=0.01)
+    for cause, levels in found.items():  # the part of the pad that a turned target loads is not as drawn
+        off = [float(np.sqrt(np.mean((level - levels[-1]) ** 2))) / together[-1] for level in levels[:-1]]
+        assert max(off) < 0.1, (cause, off)

@@ -10,24 +10,20 @@ import numpy as np
 import pytest
 from tolerance import approx
 
+from sitscad.data import is_unverified
 from sitscad.estimates import estimate, uncertainty
+from sitscad.estimates.scatter import CAPACITOR, DIAMETER, DISTANCE, PERMITTIVITY, WIDTH
 from sitscad.estimates.signal import signals
 from sitscad.estimates.states import pressing
 from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
-    CAPACITOR,
-    DIAMETER,
-    DISTANCE,
-    PERMITTIVITY,
     SHARE,
     THICKNESS,
-    WIDTH,
     crowding_growth,
     inductance_slopes,
     resistance_slopes,
     sigmas,
     thickest_copper,
-    tolerances,
 )
 from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
 from sitscad.layout import lay_out
@@ -36,6 +32,7 @@ from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
 from sitscad.report.measures import headline, other_rows, plus_minus, signal_rows
+from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec
@@ -256,7 +253,7 @@ def moves(monkeypatch, spec):
 
 def test_the_pad_s_thickness_scatters_rest_and_pressed(monkeypatch):
     found = moves(monkeypatch, padded())
-    sigma = tolerances()[PAD].sigma
+    sigma = usual_tolerances()[PAD].sigma
     low, high = (estimate(lay_out(padded(elastomer={"thickness": 1e-3 + s * sigma}))).coils[0] for s in (-1.0, 1.0))
     assert PAD not in found["free"]
     for state in ("rest", "pressed"):
@@ -292,10 +289,10 @@ def test_permittivity_scatters_what_the_board_has_of_the_capacitance(monkeypatch
 
 
 def test_every_tolerance_has_a_source_and_says_whether_it_was_seen():
-    for name, row in tolerances().items():
+    for name, row in usual_tolerances().items():
         assert row.source, name
-        assert 0.0 < row.sigma < row.half_width < 0.5, name
-        assert row.verified or "memory" in row.source, name
+        assert 0.0 < row.sigma < row.band < 0.5, name
+        assert not is_unverified(row.source) or "memory" in row.source, name
 
 
 def test_the_estimate_says_which_tolerances_nobody_has_seen():

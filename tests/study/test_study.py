@@ -1069,7 +1069,8 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
         row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
         made = unit(spec, row, {})
         found.append(Design(made).estimates.coils[0].resistance_dc)
-    from sitscad.estimates.uncertainty import WIDTH, sigmas
+    from sitscad.estimates.scatter import WIDTH
+    from sitscad.estimates.uncertainty import sigmas
 
     assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(sigmas(spec)[WIDTH], rel=0.05)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sitscad.estimates.uncertainty import CAPACITOR
+from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.values import Estimates, StateEstimate
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED, REST

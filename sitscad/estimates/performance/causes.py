@@ -12,7 +12,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.manufacture import Units
+from sitscad.estimates.performance.units import Units
 from sitscad.estimates.performance.values import AXES, along
 from sitscad.estimates.values import Estimates
 from sitscad.record import record

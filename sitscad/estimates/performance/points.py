@@ -18,11 +18,12 @@ from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
-from sitscad.estimates.performance.manufacture import Units, manufacturing_scatter, units_of
+from sitscad.estimates.performance.units import Units, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance, along
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import TOO_SOFT, compliance, pushed
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
+from sitscad.estimates.scatter import manufacturing_scatter
 from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.losses import SCREENING
