@@ -89,6 +89,11 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
     return made.getvalue()
 
 
+def comment_text(text: str) -> str:
+    """A text on one line that neither ends a comment of C nor begins one in it."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ").replace("\\", "/")
+
+
 def is_cut(spec: SensorSpec) -> bool:
     """Whether a sheet of elastomer, metal or ferrite is cut for the sensor."""
     return any(part is not None for part in (spec.elastomer, spec.target, spec.shield))

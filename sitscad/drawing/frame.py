@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import accumulate, pairwise
 
 from sitscad.drawing.sheet import BLACK, Pen, Sheet, text_width
@@ -236,6 +236,11 @@ def _broken(word: str, width: float, size: float) -> list[str]:
             piece = ""
         piece += character
     return [*pieces, piece]
+
+
+def numbered(texts: Iterable[str]) -> list[str]:
+    """Notes with their numbers before them, from 1."""
+    return [f"{number}. {text}" for number, text in enumerate(texts, 1)]
 
 
 def fitting_paragraph(

@@ -22,11 +22,11 @@ from sitscad.layout.bending import (
     tail_copper,
 )
 from sitscad.layout.board import Layout
-from sitscad.scene.tail_path import bends, pivot_line
+from sitscad.scene.tail_path import bends, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish, names
-from sitscad.units import show
+from sitscad.units import in_mm, show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
@@ -166,6 +166,27 @@ WAYS = {"down": "away from the face with the coils", "up": "towards the face wit
 def bend_words(bend: Bend) -> str:
     """Angle and direction of a bend."""
     return f"{math.degrees(bend.angle):.4g} deg {bend.direction} ({WAYS[bend.direction]})"
+
+
+def bent_text(layout: Layout) -> str:
+    """How the tail is bent at assembly: where, how far and how sharply, from the body on."""
+    found, mount = bends(layout), layout.spec.mount
+    if not found:
+        return "Do not bend the tail."
+    lines = [
+        f"by {bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the body"
+        f"{f' ({bend.why})' if bend.why else ''}"
+        for bend in found
+    ]
+    radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
+    said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
+    own = own_bend(layout)
+    if mount is None or mount.jaw is None or mount.jaw.hinge is None or own is None or own.is_dynamic:
+        return said
+    return (
+        f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "
+        "dynamic."
+    )
 
 
 def turn_text(tail: Tail | None) -> str:
@@ -327,6 +348,11 @@ def _band(thickness: FinishedThickness) -> str:
 
 
 TEXT_WIDTH = 100
+
+
+def hanging(start: str, text: str, width: int) -> list[str]:
+    """A text in lines of at most so many letters: `start` begins the first one, and moves the others in."""
+    return wrap(text, width, initial_indent=start, subsequent_indent=" " * len(start))
 
 
 def headed(title: str, lines: Iterable[str]) -> list[str]:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
 from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
+from sitscad.writer import comment_text
 
 WIDTH = 116  # Columns of a line at most
 
@@ -40,23 +41,24 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
     """The comment at the file's head: which sensor, how good, what goes in and comes out."""
     shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
-    device, coils = conversion.device, ", ".join(map(_plain, found.coils))
+    device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
     if device.has_gains:
         counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
                   f"   makes them of results: {device.count_bits} bits, of which a result shows some."]
     else:
         counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
-    revision = f", revision {_plain(found.revision)}" if found.revision else ""
+    axes = ", ".join(map(comment_text, found.axes))
+    revision = f", revision {comment_text(found.revision)}" if found.revision else ""
     return [
         "/*",
-        f" * Forces of the sensor {_plain(found.sensor)}{revision}, from the counts of its converter.",
+        f" * Forces of the sensor {comment_text(found.sensor)}{revision}, from the counts of its converter.",
         f" * Made by sitscad {__version__}.",
         f" * One sigma of the force: {shown} (full scale).",
-        *(f" * {_plain(line)}" for line in remarks),
+        *(f" * {comment_text(line)}" for line in remarks),
         " *",
         f" * counts: {counts[0]}",
         *(f" * {line}" for line in counts[1:]),
-        " * forces: " + ", ".join(map(_plain, found.axes)) + ", in newtons; normal is positive towards the board.",
+        f" * forces: {axes}, in newtons; normal is positive towards the board.",
         " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
         " *",
         " * C99; no heap, no state; of the library logf alone"
@@ -276,11 +278,6 @@ def _wrapped(values: Iterable[str], indent: str) -> list[str]:
             line = indent
         line += f"{value}, "
     return [*lines, line.rstrip()]
-
-
-def _plain(text: str) -> str:
-    """Text that cannot end a comment of C or begin one in it."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ").replace("\\", "/")
 
 
 PROGRAM = r"""/*

@@ -25,7 +25,7 @@ def _records(layout: Layout) -> Iterator[str]:
     name, issue = layout.spec.name, layout.spec.issue
     yield "C  Bare-board netlist, in the coordinates of the Gerber and drill files"
     yield "C  A net is one coil: its contacts .A and .B are the two ends of one conductor"
-    yield from ([f"C  {issue.words[0].upper()}{issue.words[1:]}"] if issue.rows else [])
+    yield from ([f"C  {issue.title}"] if issue.rows else [])
     yield from (f"P  JOB   {name}", "P  CODE  00", "P  UNITS CUST 1", f"P  TITLE {name}")
     yield from (f"P  NUM   {issue.part_number or 1}", f"P  REV   {issue.revision or '-'}")
     yield from ("P  VER   IPC-D-356A", "P  IMAGE PRIMARY")

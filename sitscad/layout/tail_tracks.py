@@ -179,11 +179,6 @@ def _bare_contact(tail: TailFrame, number: int) -> Pad:
     return Pad(Point(tail.pad_start + size[0] / 2, tail.row.height(number)), size, 1, "", "", number)
 
 
-def head(converter: str) -> tuple[str, ...]:
-    """The heads of the table's columns, by the converter's name."""
-    return "contact", "pin", "net", "coil", converter, "channel", "its pin"
-
-
 @record
 class Contact:
     """One contact: its number, the pin (``C1.A``), the net, the coil, the converter, its channel and that one's pin."""
@@ -198,7 +193,7 @@ class Contact:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row of a table under `head`."""
+        """The row of `contact_rows`."""
         pin = self.converter_pin
         return str(self.number), self.pin, self.net, self.coil, self.converter, self.channel, pin
 
@@ -217,3 +212,10 @@ def contacts(layout: Layout) -> tuple[Contact, ...]:
         number = str(channel.number)
         found.append(Contact(pad.number, pad.pin, pad.net, name, channel.converter_in_words, number, channel.pin(end)))
     return tuple(found)
+
+
+def contact_rows(layout: Layout) -> list[tuple[str, ...]]:
+    """The table of the contacts, the heads of its columns first; empty without contacts."""
+    head = "contact", "pin", "net", "coil", layout.spec.readout.device.part, "channel", "its pin"
+    rows = [contact.cells for contact in contacts(layout)]
+    return [head, *rows] if rows else []

@@ -30,10 +30,9 @@ from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
-from sitscad.papers import calibration_plan
 from sitscad.policy import Baseline, Policy, judged
 from sitscad.record import record
-from sitscad.report.calibration import calibration_page
+from sitscad.report.calibration import calibration_page, plan_table, plan_words
 from sitscad.report.findings import CheckedSpec, checked_spec, to_json
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
@@ -192,8 +191,8 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     }
     if found.plan is not None:
         files |= {
-            "plan.csv": calibration_plan.table(found, found.plan),
-            "plan.txt": calibration_plan.words(found, found.plan),
+            "plan.csv": plan_table(found, found.plan),
+            "plan.txt": plan_words(found, found.plan),
         }
     return files
 

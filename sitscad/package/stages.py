@@ -407,14 +407,14 @@ def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
     """The report on a design with what some files of its package say; its pictures are handed in, because a report must
     not depend on writers.
     """
-    from sitscad.layout.tail_tracks import contacts
+    from sitscad.layout.tail_tracks import contact_rows
     from sitscad.report.page import render
 
     design, felt = contents.design, _felt(files)
     drawn = _pictures(contents, files)
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
-        contents.checked, design.spec, contents.estimates, drawn, sizes, contacts(contents.layout), felt,
+        contents.checked, design.spec, contents.estimates, drawn, sizes, contact_rows(contents.layout), felt,
         design.bench_estimates, design.most_signal, _moving(contents, files, felt),
     )
     return page.encode("utf-8")

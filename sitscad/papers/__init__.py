@@ -30,7 +30,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer("assembly picture", "papers.mounting:render_picture", "assembly", ("solids", "spec"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(
-        "firmware's readme", "papers.firmware_readme", "firmware",
+        "firmware's readme", "papers.firmware_driver:render_readme", "firmware",
         ("layout", "estimates", "bench_estimates", "forced"),
     ),
     Writer(

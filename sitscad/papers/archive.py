@@ -5,14 +5,13 @@ wrong ones. Nothing is compressed and no date is kept: equal orders are equal by
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
 
-from sitscad.data import FOLDER as DATA
+from sitscad.data import rows
 from sitscad.fabrication.files import FOLDER, fabrication_path
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel
@@ -49,7 +48,8 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     fabricator calls them; `forced` is the note that has to be in it. Only where `every` file has to be in it does one
     that is missing count: plugins write files that are not sent.
     """
-    layers = sum(_is_single_copper(path, files[path]) for path in files)
+    functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
+    layers = sum(found is not None and found[1].startswith(b"Copper,") for found in functions)
     in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
     ways = [_members(files, Naming(name, way, layers), in_panel, forced) for way in names("file naming")]
     if any(stored_zip(members) == content for members in ways):
@@ -69,11 +69,6 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
     missing = [f"{each} is missing" for each in sorted(wanted.keys() - found.keys()) if every]
     yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
-
-
-def _is_single_copper(path: str, content: bytes) -> bool:
-    found = _FUNCTION.search(content)
-    return path.endswith(".gbr") and "/panel/" not in path and found is not None and found[1].startswith(b"Copper,")
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
@@ -104,8 +99,7 @@ def archive_name(named: Naming, path: str, content: bytes) -> str:
 @cache
 def _endings(naming: str) -> tuple[tuple[str, str], ...]:
     """X2 file functions (their beginnings) and endings of one way to call files."""
-    with (DATA / "archive_names.csv").open(encoding="utf-8", newline="") as stream:
-        return tuple((row["function"], row["ending"]) for row in csv.DictReader(stream) if row["naming"] == naming)
+    return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
 
 
 def _is_sent(path: str, in_panel: bool) -> bool:

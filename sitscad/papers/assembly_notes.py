@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 import math
-import textwrap
 from collections.abc import Iterator, Sequence
 
 from sitscad.data import is_unverified
@@ -14,6 +13,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
+from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
@@ -55,15 +55,12 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"mount/assembly.svg shows the pieces apart{jaws}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
     )
-    parts = [f"{spec.name}: how it is put together", "", *_wrapped("", head), ""]
+    parts = [f"{spec.name}: how it is put together", "", *hanging("", head, WIDTH), ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
-        parts += [*_wrapped(f"{number:>2}. ", said), *(row for line in lines for row in _wrapped("    ", line)), ""]
+        parts += hanging(f"{number:>2}. ", said, WIDTH)
+        parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
     return "\n".join([*parts, *_checks(layout)]).rstrip("\n") + "\n"
-
-
-def _wrapped(start: str, words: str) -> list[str]:
-    return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
 
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
@@ -221,7 +218,7 @@ def _checks(layout: Layout) -> list[str]:
         f"  {layer.part:<28}{_length(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in column(layout)
     ]
-    return [*_wrapped("", words), "", "From the jaw's back to the other jaw's:", *rows]
+    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows]
 
 
 def _length(size: Toleranced) -> str:

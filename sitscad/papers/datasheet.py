@@ -12,7 +12,7 @@ from html import escape
 from typing import Any
 
 from sitscad.calibration.calibration import Calibration, foretell
-from sitscad.drawing.frame import fitting_paragraph, new_sheet, scale_text, table
+from sitscad.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
@@ -29,7 +29,7 @@ from sitscad.estimates.response.working_range import held_shear, working_range
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.tail_tracks import contacts, head
+from sitscad.layout.tail_tracks import contact_rows
 from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, WIDE, Plot, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
@@ -129,11 +129,9 @@ def _sheets(
     if own is not None:
         table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
     low = TOP
-    for rows in (errors(felt), production(felt), [] if own is not None else incoming(bench), pinning(layout)):
+    for rows in (errors(felt), production(felt), [] if own is not None else incoming(bench), contact_rows(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
-    fitting_paragraph(
-        last, 165.0, TOP, 118.0, 42.0, [f"{k}. {note}" for k, note in enumerate(notes(felt, found), 1)], 2.3
-    )
+    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
     return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
 
 
@@ -183,7 +181,7 @@ def _page(
         part("Drawing", shown),
         part("Curves", "".join(map(_plotted, plots))),
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
-        part("Contacts", _table(pinning(layout))),
+        part("Contacts", _table(contact_rows(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
               + "<p class='soft'>Three sigma of manufacture: a coil outside is "
               "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
@@ -368,12 +366,6 @@ def incoming(bench: Estimates) -> Rows:
                  (read.direct, read.direct_sigma, "ohm"))
         rows.append((read.coil, *(f"{show(value, unit, 4)} +- {show(sigma, unit, 2)}" for value, sigma, unit in pairs)))
     return rows
-
-
-def pinning(layout: Layout) -> Rows:
-    """Where every contact leads."""
-    found = contacts(layout)
-    return [head(layout.spec.readout.device.part), *(contact.cells for contact in found)] if found else []
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:

@@ -14,6 +14,7 @@ from sitscad.readout.converter import Converter
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+from sitscad.writer import comment_text
 
 
 def header_path(converter: Converter) -> str:
@@ -91,7 +92,19 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
         },
         "supply_current_A": estimates.readout.supply_current,
         "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
-        "converters": [_device_document(converter, device) for device in found],
+        "converters": [
+            {
+                "i2c_bus": device.bus,
+                "i2c_address": device.address,
+                "addr_pin": addr_pin(converter, device.address),
+                "channels": list(device.coils),
+                "registers": [
+                    {"address": each.address, "name": each.name, "value": each.value, "meaning": each.meaning}
+                    for each in device.registers
+                ],
+            }
+            for device in found
+        ],
     }
     return json.dumps(value, indent=2) + "\n"
 
@@ -122,19 +135,6 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
     }
 
 
-def _device_document(converter: Converter, device: Device) -> dict[str, Any]:
-    """One converter as it stands in the JSON: its address and its registers."""
-    return {
-        "i2c_bus": device.bus,
-        "i2c_address": device.address,
-        "addr_pin": addr_pin(converter, device.address),
-        "channels": list(device.coils),
-        "registers": [
-            {"address": r.address, "name": r.name, "value": r.value, "meaning": r.meaning} for r in device.registers
-        ],
-    }
-
-
 def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
     readout, converter = estimates.readout, spec.readout.device
@@ -142,8 +142,8 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
     lines = [
         "/*",
         *([f" * {FORCED}."] if forced else []),
-        f" * Register settings of the {converter.part} for the sensor {_comment(spec.name)}.",
-        *([f" * {spec.issue.words[0].upper()}{spec.issue.words[1:]}."] if spec.issue.rows else []),
+        f" * Register settings of the {converter.part} for the sensor {comment_text(spec.name)}.",
+        *([f" * {spec.issue.title}."] if spec.issue.rows else []),
         " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
@@ -182,7 +182,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(
-                f"  {_comment(coil.name)} {_comment(name)}: {_shown(state.frequency, 'Hz', 7)}, "
+                f"  {comment_text(coil.name)} {comment_text(name)}: {_shown(state.frequency, 'Hz', 7)}, "
                 f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
                 f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
                 f"{_step(estimates.readout, state)}"
@@ -376,7 +376,7 @@ def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
 def _device(converter: Converter, number: int, device: Device) -> list[str]:
     """The lines of one converter: its address, its channels and its registers."""
     pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
-    channels = ", ".join(f"channel {i} is {_comment(name)}" for i, name in enumerate(device.coils))
+    channels = ", ".join(f"channel {i} is {comment_text(name)}" for i, name in enumerate(device.coils))
     lines = [
         "",
         f"/* Converter {number}, its pin ADDR {pin} ({converter.source_of('cite_address')}): {channels}. */",
@@ -385,16 +385,12 @@ def _device(converter: Converter, number: int, device: Device) -> list[str]:
         f"#define {macro}_CHANNELS {len(device.coils)}u",
         f"static const {name}_register_t {name}_{number}_config[] = {{",
     ]
-    lines += [
-        f"    {{0x{r.address:02X}u, 0x{r.value:04X}u}}, /* {r.name}: {_comment(r.meaning)} */" for r in device.registers
-    ]
+    for one in device.registers:
+        lines.append(
+            f"    {{0x{one.address:02X}u, 0x{one.value:04X}u}}, /* {one.name}: {comment_text(one.meaning)} */"
+        )
     return [*lines, "};"]
 
 
 def _shown(value: float | None, unit: str, digits: int = 4) -> str:
     return show(value, unit, digits) if value is not None else "unknown"
-
-
-def _comment(text: str) -> str:
-    """Text that cannot end a C comment or open one in it."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from functools import cache
 
 from sitscad.data import rows
 from sitscad.drawing.frame import FORCED
+from sitscad.fabrication.notes import hanging
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
@@ -41,12 +41,12 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
     for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
         lines += [*_lasers(material), ""]
     if any(sheet.part == "shield" for sheet in sheets):
-        lines += [*_wrapped(SHIELD), ""]
+        lines += [*hanging("", SHIELD, WIDTH), ""]
     if any(sheet.part == "target" for sheet in sheets):
-        lines += [*_wrapped(WITHOUT_LASER.format(name=spec.name)), ""]
+        lines += [*hanging("", WITHOUT_LASER.format(name=spec.name), WIDTH), ""]
     if (bought := _bought(spec)) is not None:
-        lines += [*_wrapped(bought), ""]
-    return "\n".join([*lines, *_wrapped(KERF)]) + "\n"
+        lines += [*hanging("", bought, WIDTH), ""]
+    return "\n".join([*lines, *hanging("", KERF, WIDTH)]) + "\n"
 
 
 WITHOUT_LASER = (
@@ -100,7 +100,7 @@ def _lasers(material: str) -> Iterator[str]:
     for row in known:
         words = "cuts" if row["cuts"] == "yes" else "does NOT cut"
         doubt = "" if row["status"] == "verified" else " (unverified)"
-        yield from _wrapped(f"{row['laser']} {words}: {row['source']}{doubt}", "   ")
+        yield from hanging("   ", f"{row['laser']} {words}: {row['source']}{doubt}", WIDTH)
 
 
 def _kind(sheet: LaserSheet) -> str:
@@ -121,10 +121,6 @@ def _bought(spec: SensorSpec) -> str | None:
         f"of {in_mm(pad.thickness)} mm between two plates with spacers, {moulded}. Cured sheet of the same hardness is "
         "sold by others: measure its modulus before you trust the estimate."
     )
-
-
-def _wrapped(words: str, start: str = "") -> list[str]:
-    return textwrap.wrap(words, WIDTH, initial_indent=start, subsequent_indent=start)
 
 
 @cache

@@ -17,7 +17,7 @@ import numpy as np
 from sitscad.drawing.pictures.assembly import assembly_svg
 from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
-from sitscad.fabrication.notes import bend_words
+from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
@@ -31,7 +31,7 @@ from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import adapter_needed, joint_clearance, relief, retention, tongue_across
 from sitscad.scene.state import Pose
-from sitscad.scene.tail_path import bends, lip, own_bend, tail_path
+from sitscad.scene.tail_path import lip, tail_path
 from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
@@ -61,7 +61,7 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
 
 def tail_held(layout: Layout, glue: str) -> str:
     """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
-    said, tongue, edge = bent(layout), relief(layout), lip(layout)
+    said, tongue, edge = bent_text(layout), relief(layout), lip(layout)
     if tongue is not None:
         end = tongue.along[1] if edge is None else edge.start
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
@@ -83,27 +83,6 @@ def tail_held(layout: Layout, glue: str) -> str:
         f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
         f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
         "shaft, so that a pull on it does not reach the glue of the sensor."
-    )
-
-
-def bent(layout: Layout) -> str:
-    """Where, how far and how sharply the tail is bent, from the body on."""
-    found, mount = bends(layout), layout.spec.mount
-    if not found:
-        return "Do not bend the tail."
-    lines = [
-        f"by {bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the body"
-        f"{f' ({bend.why})' if bend.why else ''}"
-        for bend in found
-    ]
-    radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
-    said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
-    own = own_bend(layout)
-    if mount is None or mount.jaw is None or mount.jaw.hinge is None or own is None or own.is_dynamic:
-        return said
-    return (
-        f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "
-        "dynamic."
     )
 
 
@@ -133,7 +112,7 @@ def fastened(layout: Layout, glue: str) -> Iterator[str]:
         screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
         yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}."
     if has_tail:
-        yield bent(layout)
+        yield bent_text(layout)
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:

@@ -26,7 +26,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel, is_too_small
-from sitscad.layout.tail_tracks import contacts, head
+from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.spec.sensor import SensorSpec
@@ -62,8 +62,8 @@ def readme(
 
 
 def _contact_table(layout: Layout) -> list[str]:
-    rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
-    if len(rows) == 1:
+    rows = contact_rows(layout)
+    if not rows:
         return []
     widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(rows[0]))]
     lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
@@ -56,13 +56,20 @@ class Item:
 
 def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
     """``bom.csv``: UTF-8, commas, one header row; the first row a warning, of quantity 0, where ``forced``."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow([field.name for field in fields(Item)])
     stop = (Item("warning", 0, layout.spec.name, "", "", FORCED),) if forced else ()
-    found = (*stop, *items(layout, estimates))
-    rows.writerows([[_inert(str(cell)) for cell in astuple(item)] for item in found])
-    return {"bom.csv": text.getvalue().encode("utf-8")}
+    lines = [[field.name for field in fields(Item)]]
+    for item in (*stop, *items(layout, estimates)):
+        cells = map(str, astuple(item))
+        # no spreadsheet may take a cell for a formula
+        lines.append([f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell for cell in cells])
+    return {"bom.csv": _table_text(lines).encode("utf-8")}
+
+
+def _table_text(lines: Iterable[Sequence[object]]) -> str:
+    """The text of a CSV file."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(lines)
+    return text.getvalue()
 
 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
@@ -85,11 +92,6 @@ def _ordered(item: Item, order: Order | None) -> Item:
     size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
     doubt = "; order code unverified: compare with the maker's list" if is_unverified(order.source) else ""
     return replace(item, maker=order.maker, order_code=order.code, size=size, note=item.note + doubt)
-
-
-def _inert(cell: str) -> str:
-    """A cell that no spreadsheet takes for a formula."""
-    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
 
 
 def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
@@ -294,16 +296,14 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
     if not layout.capacitors:
         return {}
     value = capacitance_text(estimates.readout.capacitance if estimates is not None else None)
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(PLACEMENT_HEADER)
+    lines: list[Sequence[object]] = [PLACEMENT_HEADER]
     for each in layout.capacitors:
         one, other = (pad.centre for pad in each.pads)
         dx, dy = other.x - one.x, other.y - one.y
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
-        rows.writerow([each.reference, value, each.package, *at, turned, "top"])
-    return {fabrication_path(layout.spec, "placement.csv"): text.getvalue().encode("ascii")}
+        lines.append([each.reference, value, each.package, *at, turned, "top"])
+    return {fabrication_path(layout.spec, "placement.csv"): _table_text(lines).encode("ascii")}
 
 
 def capacitance_text(chosen: float | None) -> str:

@@ -55,7 +55,7 @@ def as_text(
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
         _shown(reading_table(estimates), colour),
         _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
-        _titled(CELLS_TITLE, table(*_told(cells)), colour),
+        _titled(CELLS_TITLE, table(*head_and_rows(cells["in_words"] if cells else ())), colour),
         *felt_blocks(felt or (), colour),
         _shown(spread_table(estimates), colour),
         _matrix(estimates, colour),
@@ -99,12 +99,6 @@ def as_json(
 
 
 CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the worst cell of those solved"
-
-
-def _told(cells: Mapping[str, Any] | None) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-    """Head and rows of what is told of each cell; nothing without cells."""
-    head, *rows = cells["in_words"] if cells else [()]
-    return head, rows
 
 
 Shown = Callable[
@@ -375,6 +369,11 @@ def cross_check_rows(estimates: Estimates) -> list[list[str]]:
         ]
         for check in estimates.cross_checks
     ]
+
+
+def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+    """The head of a table, which is the first of its lines, and its rows; both empty where there are no lines."""
+    return (lines[0], lines[1:]) if lines else ((), ())
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:

@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from sitscad.drawing.sheet import Pen, Sheet
+from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
 from sitscad.finding import Finding, Severity
-from sitscad.layout.tail_tracks import Contact, head
+from sitscad.geometry.path import Point, polyline, rectangle
+from sitscad.record import record
 from sitscad.report import measures, numbers
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
 from sitscad.report.measures import NONE, quantity
 from sitscad.report.moving import embedded, scripts
 from sitscad.report.numbers import Document
 from sitscad.report.numbers import html_table as _table
-from sitscad.report.section import section
+from sitscad.scene.bodies import (
+    MOUNT_PIECES,
+    above_board,
+    board_heights,
+    film_thickness,
+    seat_heights,
+    shield_heights,
+    top_height,
+)
 from sitscad.scene.state import FREE, in_words
-from sitscad.spec.presets import unverified_figures
+from sitscad.spec.circuit import LayerKind
+from sitscad.spec.places import cell_specs
+from sitscad.spec.presets import metal_colour, unverified_figures
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
@@ -32,20 +45,24 @@ FORCED = "This package was built with --force in spite of errors. It is known no
 
 def render(
     checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
-    wiring: Sequence[Contact] = (), felt: Document | None = None, bench: Estimates | None = None,
+    wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
     most: Sequence[Most] = (), moving: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
-    files with their sizes in bytes; `wiring` says where each contact leads; `felt` is what the sensor feels, as JSON
-    has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick parts give most signal;
-    `moving` are the documents of `sitscad.report.moving` by the name of their view, ``solids`` and ``pushed``.
+    files with their sizes in bytes; `wiring` is the table of where each contact leads, its head first; `felt` is what
+    the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick
+    parts give most signal; `moving` are the documents of `sitscad.report.moving` by the name of their view, ``solids``
+    and ``pushed``.
     Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
     settings, crossed = numbers.readout_rows(estimates), numbers.cross_check_rows(estimates)
+    unverified = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
+    skipped = [[each.rule, each.reason] for each in checked.not_checked]
+    not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
         _head(checked, spec, estimates),
         _tiles(checked, estimates, felt or {}),
@@ -53,7 +70,7 @@ def render(
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
         part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
         part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
-        part("Contacts", _table(head(spec.readout.device.part), [contact.cells for contact in wiring], title)),
+        part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates, most)),
         part("What it feels", _performance_section(felt or {})),
@@ -62,8 +79,11 @@ def render(
         part("Fit", _fit(checked)),
         part("Cross-checks", _table(numbers.CROSS_HEAD, crossed, "Closed formulas beside the estimate")),
         part("Defaults assumed", _list(spec.source.defaults)),
-        part("Figures that nobody has verified", _unverified(spec)),
-        part("Not checked", _not_checked(checked)),
+        part(
+            "Figures that nobody has verified",
+            _table(["figure", "taken as", "why it is unverified, and what to do"], unverified, ""),
+        ),
+        part("Not checked", not_checked or "<p>Every rule was checked.</p>"),
         part("Files", _in_columns(_table(["file", "size"], rows, ""))),
     ]
     file_name = checked.path.replace("\\", "/").rpartition("/")[2]
@@ -205,15 +225,10 @@ def findings_part(checked: CheckedSpec) -> str:
     """The page's part with all findings, the gravest first, those with a place numbered as on the picture."""
     places = {id(finding): number for number, finding in numbered_places(checked.findings)}
     articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_weight(checked.findings))
-    return ("".join(articles) or "<p>Nothing was found.</p>") + _ignored(checked)
-
-
-def _ignored(checked: CheckedSpec) -> str:
-    """What was found and is not held against the design, with the reasons that were given."""
-    if not checked.ignored:
-        return ""
+    # what was found and is not held against the design, with the reasons that were given
     rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
-    return _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
+    ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
+    return ("".join(articles) or "<p>Nothing was found.</p>") + ignored
 
 
 def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
@@ -297,17 +312,18 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
 def _performance_section(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between, cells = sheet.get("performance", ()), sheet.get("unit_to_unit", {}), sheet.get("cells", {})
-    told, *each = cells.get("in_words", [()])
     whole = _table(["of the whole sensor, full load", ""], numbers.whole_rows(felt), "")
-    head, *rows = between.get("in_words", [()])  # of the map's own full scales, and rounded once
-    units = _table(head, rows, between.get("errors_are", ""))
-    by_cell = _table(told, each, f"Cell by cell. Elsewhere {cells['figures_are']}.") if cells else ""
+    # of the map's own full scales, and rounded once
+    units = _table(*numbers.head_and_rows(between.get("in_words", ())), between.get("errors_are", ""))
+    by_cell = ""
+    if cells:
+        by_cell = _table(*numbers.head_and_rows(cells["in_words"]), f"Cell by cell. Elsewhere {cells['figures_are']}.")
     return by_cell + _table(numbers.FELT_HEAD, numbers.felt_rows(felt), numbers.FELT_TITLE) + whole + units
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     drawn = "Section through all that lies on each other; heights to scale, widths not."
-    figure = f"<figure>{section(spec)}<figcaption>{drawn}</figcaption></figure>"
+    figure = f"<figure>{stack_section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
     total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
     pressed = _table(["", ""], numbers.compression_rows(estimates), numbers.PRESSED_TITLE)
@@ -320,19 +336,6 @@ def _fit(checked: CheckedSpec) -> str:
         + _table(measures.PARTS_HEAD, measures.part_rows(checked.fit), measures.PARTS_TITLE)
         + ("" if checked.closing is None else _table(*measures.closing_table(checked.closing)))
     )
-
-
-def _unverified(spec: SensorSpec) -> str:
-    """What the checks and the numbers lean on without a source that was seen."""
-    rows = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
-    return _table(["figure", "taken as", "why it is unverified, and what to do"], rows, "")
-
-
-def _not_checked(checked: CheckedSpec) -> str:
-    if not checked.not_checked:
-        return "<p>Every rule was checked.</p>"
-    rows = [[skipped.rule, skipped.reason] for skipped in checked.not_checked]
-    return _in_columns(_table(["rule", "why it was not checked"], rows, ""))
 
 
 def _list(entries: Iterable[object]) -> str:
@@ -354,3 +357,94 @@ def _range(values: Iterable[float | None], unit: str) -> str:
         return low
     (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
     return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
+
+
+WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
+HEIGHT, ROW, LETTERS = 380.0, 22.0, 13.0
+OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
+"""The page's style gives it its colour, and the texts theirs."""
+
+COLOURS = {
+    "standoff": "#dfe5ea", LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0",
+    "elastomer": "#a9cfe0", "film": "#cfe3cf",
+}
+JAW_SHOWN = 0.6e-3
+
+
+@record
+class SectionLayer:
+    """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
+
+    bottom: float
+    top: float
+    colour: str
+    label: str
+    inset: float = 0.0
+
+
+def stack_section(spec: SensorSpec) -> str:
+    """The section as an inline SVG that takes its text colours from the page."""
+    slices = list(_slices(spec))
+    low, high = min(s.bottom for s in slices), max(s.top for s in slices)
+    scale = HEIGHT / (high - low)
+    # Rows for the labels near where they are wanted (top down), never closer than one row
+    rows: list[float] = []
+    for y in [HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices]:
+        rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
+    excess = rows[-1] - max(HEIGHT, (len(rows) - 1) * ROW + 4.0)
+    for i in range(len(rows) - 1, -1, -1):
+        if excess <= 0:
+            break
+        limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
+        rows[i] = min(rows[i], limit)
+    height = max(HEIGHT, rows[-1] + ROW) + 20.0
+    sheet = Sheet("Section of the sensor", (WIDTH, height), unit="", decimals=2, ground=None, kind="section")
+    for piece, row in zip(slices, rows, strict=True):
+        top, bottom = (height - 10.0 - (high - z) * scale for z in (piece.top, piece.bottom))
+        edge, middle, line = RIGHT - piece.inset, (top + bottom) / 2, height - 10.0 - row
+        sheet.draw(rectangle(LEFT + piece.inset, bottom, edge, top), OUTLINE, piece.colour, kind="layer")
+        knees = [(edge, middle), (RIGHT + 10.0, middle), (LABEL - 12.0, line), (LABEL - 4.0, line)]
+        sheet.draw(polyline([Point(*knee) for knee in knees]), OUTLINE, kind="leader")
+        sheet.text(LABEL, line - 4.5, piece.label, LETTERS)
+    return svg(sheet)
+
+
+def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
+    above: list[SectionLayer] = []
+    for body in above_board(cell_specs(spec)[0]):
+        label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
+        colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
+        above.append(SectionLayer(*body.heights, colour, label, 40.0))
+    if spec.encapsulation is not None:
+        label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
+        top = top_height(spec)
+        above.append(SectionLayer(top - film_thickness(spec.encapsulation), top, COLOURS["film"], label, 20.0))
+    yield from reversed(above)
+    # The layers of the board from the top down
+    depth, copper = 0.0, 0
+    for layer in spec.fpc.stackup.layers:
+        copper += layer.kind is LayerKind.COPPER
+        name = f"copper {copper}" if layer.kind is LayerKind.COPPER else layer.kind.value
+        made = f", {layer.material}" if layer.material not in ("", "copper") else ""
+        label = f"{name}{made}, {show(layer.thickness, 'm')}"
+        yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
+        depth += layer.thickness
+    # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
+    here = board_heights(spec.fpc.stackup)[0]
+    shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
+    if shield is not None and levels is not None:
+        below = seat is not None and levels[0] - seat[0] > 1e-9
+        what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]
+        yield SectionLayer(levels[1], here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
+        label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
+        yield SectionLayer(*levels, metal_colour(shield.material.name), label)
+        here = levels[0]
+    if mount is None or seat is None:
+        return
+    face = seat[0]
+    if here - face > 1e-9:
+        yield SectionLayer(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
+    if mount.jaw is not None:
+        shown = min(JAW_SHOWN, mount.jaw.height)
+        label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
+        yield SectionLayer(face - shown, face, metal_colour(mount.jaw.material.name), label)

@@ -13,7 +13,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.bench.converter import NoAnswer
-from sitscad.papers import firmware_readme
+from sitscad.papers import firmware_driver
 from tests.bench.conftest import HERE, SANE, STRICT
 
 SOURCES = ("sensor.c", "ldc161x.c")
@@ -290,7 +290,7 @@ def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
 @pytest.mark.clients("gcc")
 def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
     design = pad.design
-    text = firmware_readme.render(design.layout, design.estimates, design.bench_estimates)[
+    text = firmware_driver.render_readme(design.layout, design.estimates, design.bench_estimates)[
         "firmware/readme.txt"
     ].decode()
     for pin in ("VDD", "SCL", "SD ", "INTB", "ADDR", "CLKIN", "capacitor"):

@@ -14,7 +14,7 @@ from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.papers import parts_list as bom
-from sitscad.report.section import section
+from sitscad.report.page import stack_section
 from sitscad.scene.bodies import shield_heights
 from sitscad.scene.jaws import closed_span, made_to_measure
 from sitscad.spec import templates
@@ -138,7 +138,7 @@ def test_the_mount_is_named_and_measured_as_in_drawing_and_report(standoff, shie
     rows = {name: row for name, row in rows_of(layout).items() if name.startswith("mount")}
     assert {name: row["size"] for name, row in rows.items()} == pieces
     assert all(f"{standoff:g} mm of standoff in all" in row["note"] for row in rows.values())
-    drawn = section(layout.spec)
+    drawn = stack_section(layout.spec)
     for name, size in pieces.items():
         words = f"{name} to the shield, " if shield == float(size.split()[0]) else f"{name}, "
         shown = size.removesuffix(" thick")

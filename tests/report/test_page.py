@@ -15,7 +15,7 @@ import sitscad
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.layout.tail_tracks import contacts
+from sitscad.layout.tail_tracks import contact_rows, contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.report.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, quantity, signal_rows
@@ -232,7 +232,7 @@ def test_places_are_numbered_as_in_the_pictures():
 def test_contacts_and_unverified_figures_are_listed(design):
     spec, estimates, found = design
     wiring = contacts(sitscad.lay_out(spec))
-    page = render(found, spec, estimates, {}, {}, wiring)
+    page = render(found, spec, estimates, {}, {}, contact_rows(sitscad.lay_out(spec)))
     assert [contact.pin for contact in wiring] == ["C1.A", "C1.B", "C2.A", "C2.B"]
     assert all(f">{contact.pin}<" in page and f">{contact.converter_pin}<" in page for contact in wiring)
     figures = unverified_figures(spec)

@@ -19,6 +19,7 @@ from sitscad.drawing.frame import (
     fitting_paragraph,
     mm,
     new_sheet,
+    numbered,
     ordinates,
     origin_cross,
     outer_span,
@@ -113,7 +114,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
     low = _holes(sheet, layout, 161.0, 108.0)
-    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, list(notes(layout)), 2.3)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(notes(layout)), 2.3)
     return sheet
 
 
@@ -323,27 +324,26 @@ def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
 
 def notes(layout: Layout) -> Iterator[str]:
     """What the drawing says in words."""
-    number = iter(range(1, 99))
     rules = layout.spec.fpc.rules
     register = show(rules.registration, "m")
-    yield f"{next(number)}. Coordinates in mm from the files' origin (red cross). No layer is mirrored."
-    yield f"{next(number)}. Outline {outline_text(rules)}, layers in register within {register} (rules {rules.name})."
-    yield f"{next(number)}. {coil_text(layout)}"
-    yield f"{next(number)}. Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
+    yield "Coordinates in mm from the files' origin (red cross). No layer is mirrored."
+    yield f"Outline {outline_text(rules)}, layers in register within {register} (rules {rules.name})."
+    yield coil_text(layout)
+    yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
-        yield f"{next(number)}. Holes: {holes_text(layout)}."
+        yield f"Holes: {holes_text(layout)}."
     if step := step_text(layout):
-        yield f"{next(number)}. {step}"
+        yield step
     if layout.stiffener is not None:
-        yield f"{next(number)}. Stiffener below the contacts: {stiffener_text(layout)}."
+        yield f"Stiffener below the contacts: {stiffener_text(layout)}."
     if chips := chip_text(layout):
-        yield f"{next(number)}. {chips}"
+        yield chips
     if layout.bend_zone is not None:
-        yield f"{next(number)}. {bend_text(layout)}"
+        yield bend_text(layout)
     if turn := turn_text(layout.spec.fpc.tail):
-        yield f"{next(number)}. {turn}"
-    yield f"{next(number)}. {finish_text(layout)}"
-    yield f"{next(number)}. IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
+        yield turn
+    yield finish_text(layout)
+    yield "IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 
 
 def _outline(rules: DesignRules) -> str:

@@ -41,7 +41,7 @@ from sitscad.fabrication.notes import chip_text, stiffener_text
 from sitscad.geometry.convex import Box, area_inside, parts_inside
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.layout.tail_tracks import contacts, head
+from sitscad.layout.tail_tracks import contact_rows
 
 ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
 AROUND = 0.6e-3  # So much of the board (m) is drawn about the contacts
@@ -61,8 +61,7 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
-    rows = [head(layout.spec.readout.device.part), *(contact.cells for contact in contacts(layout))]
-    low = table(sheet, 148.0, 190.0, COLUMNS, rows, size)
+    low = table(sheet, 148.0, 190.0, COLUMNS, contact_rows(layout), size)
     fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_notes(layout)), 2.3)
     return sheet
 

@@ -18,6 +18,7 @@ from sitscad.drawing.frame import (
     fitting_paragraph,
     mm,
     new_sheet,
+    numbered,
     scale_for,
     scale_text,
     span,
@@ -26,9 +27,9 @@ from sitscad.drawing.frame import (
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
+from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
-from sitscad.papers.mounting import bent
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import closed_section, closing, measures
@@ -89,7 +90,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
     rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
     low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, list(_notes(layout, jaw, closes)), 2.3)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, numbered(_notes(layout, jaw, closes)), 2.3)
     return sheet
 
 
@@ -143,19 +144,19 @@ def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
 def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
     """How the section is to be read, and where its figures come from."""
     glued = [layer for layer in column(layout) if layer.is_glue]
-    yield "1. Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
+    yield "Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
     if glued:
         thick = mm(glued[0].thickness.nominal)
-        yield f"2. {len(glued)} glue lines of {thick} (green), counted in the height."
+        yield f"{len(glued)} glue lines of {thick} (green), counted in the height."
     else:
-        yield "2. No glue line is counted: assembly.glue_line is zero."
+        yield "No glue line is counted: assembly.glue_line is zero."
     if closes.parallel_at >= 0.0:
         slide = closes.slide(0.0)
         slides = f" From none to that they slide by {mm(abs(slide))} along each other." if slide else ""
-        yield f"3. The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
+        yield f"The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
     else:
-        yield "3. The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
+        yield "The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
     if bends(layout):
-        yield f"4. {bent(layout)}"
+        yield bent_text(layout)
     if jaw.source:
-        yield f"{5 if bends(layout) else 4}. The jaw's sizes: {jaw.source}"
+        yield f"The jaw's sizes: {jaw.source}"

@@ -16,6 +16,7 @@ from sitscad.drawing.frame import (
     fitting_paragraph,
     mm,
     new_sheet,
+    numbered,
     ordinates,
     placed,
     scale_for,
@@ -98,7 +99,7 @@ def drawing(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
     ordinates(sheet, view, 0, xs, view.y(0.0), view.y(0.0) - 8.0)
     ordinates(sheet, view, 1, ys, view.x(0.0), view.x(0.0) - 8.0)
-    fitting_paragraph(sheet, 212.0, 190.0, 74.0, 40.0, list(_notes(panel)), 2.4)
+    fitting_paragraph(sheet, 212.0, 190.0, 74.0, 40.0, numbered(_notes(panel)), 2.4)
     return sheet
 
 
@@ -122,33 +123,30 @@ def _coupon_names(sheet: Sheet, panel: Panel, view: View) -> None:
 def _notes(panel: Panel) -> Iterator[str]:
     count = f"{len(panel.parts)} parts ({panel.columns} x {panel.rows})"
     coupons = f" and {len(panel.coupons)} coupons" if panel.coupons else ""
-    yield f"1. {count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
-    yield f"2. Rails {mm(panel.rail)} mm. {len(panel.tooling_holes)} tooling holes {mm(TOOLING_HOLE)} mm, not plated."
+    yield f"{count}{coupons}. Coordinates in mm from the panel's lower left corner; crosses: each part's own origin."
+    yield f"Rails {mm(panel.rail)} mm. {len(panel.tooling_holes)} tooling holes {mm(TOOLING_HOLE)} mm, not plated."
     faces = "on both faces" if panel.layout.copper_layers > 1 else "on the top face"
     opening = f"coverlay open {mm(FIDUCIAL_OPENING)} mm"
-    yield f"3. {len(panel.fiducials)} fiducials {mm(FIDUCIAL)} mm, {opening}, {faces}."
+    yield f"{len(panel.fiducials)} fiducials {mm(FIDUCIAL)} mm, {opening}, {faces}."
     if panel.bridges:
         wide = mm(panel.layout.spec.fpc.panel.bridge)
         yield (
-            f"4. Cut along the lines (laser or die); leave every bridge (red circles, {wide} mm, "
+            f"Cut along the lines (laser or die); leave every bridge (red circles, {wide} mm, "
             f"{len(panel.bridges)} a part). No perforation: it would tear the film."
         )
     else:
-        yield "4. No place for a bridge was found: the parts are to be held as the fabricator sees fit."
-    yield "5. Deliver the panel whole. Parts are cut out by the customer."
+        yield "No place for a bridge was found: the parts are to be held as the fabricator sees fit."
+    yield "Deliver the panel whole. Parts are cut out by the customer."
     outlines = outline_text(panel.layout.spec.fpc.rules)
-    yield f"6. Parts' outlines {outlines}; of frame and tooling holes the rules state none."
-    number = 7
+    yield f"Parts' outlines {outlines}; of frame and tooling holes the rules state none."
     if quantity := quantity_text(panel.layout.spec.fpc.boards, len(panel.parts)):
-        yield f"{number}. Wanted: {quantity}."
-        number += 1
+        yield f"Wanted: {quantity}."
     if panel.coupons:
-        yield f"{number}. Coupons: one coil with solder pads, for measuring inductance."
-        number += 1
+        yield "Coupons: one coil with solder pads, for measuring inductance."
     if body_files(panel.layout):
         where = "the parts' bodies, the coupons and the rails" if panel.coupons else "the parts' bodies and the rails"
         lower = f"{tail_copper(panel.layout) + 1} to {panel.layout.copper_layers}"
-        yield f"{number}. Copper {lower} and what lies between and below: {where} only, not the parts' tails."
+        yield f"Copper {lower} and what lies between and below: {where} only, not the parts' tails."
 
 
 def readme(
@@ -161,7 +159,7 @@ def readme(
         f"The boards are delivered in a panel of {width} x {height}. The single board is described by readme.txt; "
         "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
         "test each part by it.",
-        *_notes(panel),
+        *numbered(_notes(panel)),
         *_nubs(panel),
         *_coupon(panel, coupon_estimates),
     ]

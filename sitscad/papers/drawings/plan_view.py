@@ -16,6 +16,7 @@ from sitscad.drawing.frame import (
     fitting_paragraph,
     mm,
     new_sheet,
+    numbered,
     ordinates,
     origin_cross,
     placed,
@@ -69,7 +70,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
-    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, list(_notes(layout.spec.encapsulation, pieces)), 2.4)
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec.encapsulation, pieces)), 2.4)
     return sheet
 
 
@@ -130,16 +131,16 @@ def _size(piece: Body) -> str:
 
 
 def _notes(encapsulation: Encapsulation | None, pieces: tuple[Body, ...]) -> Iterator[str]:
-    yield "1. Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
-    for i, piece in enumerate(reversed(pieces), 2):
+    yield "Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
+    for piece in reversed(pieces):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
         turned = f", turned by {turn:g} deg" if turn else ""
         face = "the board's top face"
         above = f"on {face}" if piece.lower <= 0.0 else f"{show(piece.lower, 'm')} above {face}"
-        yield f"{i}. {piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
-    film = encapsulation
-    if film is not None:
-        yield f"{2 + len(pieces)}. Over all of it {show(film.thickness, 'm')} of {film.material.name}, not drawn."
+        yield f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
+    if encapsulation is not None:
+        film = show(encapsulation.thickness, "m")
+        yield f"Over all of it {film} of {encapsulation.material.name}, not drawn."
 
 
 def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:

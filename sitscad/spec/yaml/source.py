@@ -163,6 +163,11 @@ class Issue:
         """All that is known in one line: ``part number A-17, revision B, 2026-11-22``; empty where nothing is known."""
         return ", ".join(text if name == "Date" else f"{name.lower()} {text}" for name, text in self.rows)
 
+    @property
+    def title(self) -> str:
+        """The words with a capital first, as a line of its own begins."""
+        return f"{self.words[:1].upper()}{self.words[1:]}"
+
 
 def creation_date() -> str | None:
     """The date of SOURCE_DATE_EPOCH (seconds since 1970) in ISO 8601, UTC; None where it is not set or not a number."""
